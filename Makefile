@@ -1,0 +1,73 @@
+# Works with GNU make and any POSIX shell. `make` alone lists what there is.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+PIP    := $(BIN)/python -m pip --disable-pip-version-check
+SETUP  := pyproject.toml constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-slow bench lint style types format pytest lock clean
+
+help: ## List these targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
+
+demo: $(VENV)/.installed ## Synthetic bench, full identification, results in demo/
+	$(BIN)/mechid demo --out demo
+
+test: lint pytest ## All that CI checks: format, lint, types, layers, tests, doctests
+
+test-slow: $(VENV)/.installed-dev ## The tests marked slow
+	$(BIN)/python -m pytest -m slow
+
+bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machine
+	$(BIN)/python benchmarks/bench_sweep.py
+
+lint: style types ## Style, format and types, nothing changed
+
+style: $(VENV)/.installed-dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(VENV)/.installed-dev
+	$(BIN)/mypy
+
+pytest: $(VENV)/.installed-dev ## Tests and doctests alone
+	$(BIN)/python -m pytest
+
+format: $(VENV)/.installed-dev ## Bring the sources into form
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+lock: ## Write constraints.txt anew from the newest versions that pyproject.toml allows
+	rm -rf build/lock
+	$(PYTHON) -m venv build/lock
+	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,dataframes,dev]'
+	{ echo '# Every version that make installs, by `make lock`; do not edit. What only Windows needs is not pinned.'; \
+	  build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable; } > build/constraints.txt
+	mv build/constraints.txt constraints.txt
+	rm -rf build/lock
+
+clean: ## Remove the demo, build products and tool caches (not .venv)
+	rm -rf demo build dist .pytest_cache .mypy_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -path ./$(VENV) -prune -o -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The private environment: a stamp per set of packages, older than its recipe's inputs when stale.
+
+$(VENV)/.created:
+	@$(PYTHON) -c 'import sys; v = sys.version.split()[0]; sys.exit(0 if sys.version_info >= (3, 11) \
+	  else "mechid needs Python 3.11 or newer, $(PYTHON) is " + v + "; try: make PYTHON=python3.11 ...")'
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/.installed: $(SETUP) | $(VENV)/.created
+	$(PIP) install -c constraints.txt -e .
+	@touch $@
+
+$(VENV)/.installed-dev: $(SETUP) | $(VENV)/.created
+	$(PIP) install -c constraints.txt -e '.[dev]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-bench: $(SETUP) | $(VENV)/.created
+	$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@ $(VENV)/.installed

@@ -1,0 +1,1 @@
+"""The programs that the benchmarks measure side by side, one module each."""

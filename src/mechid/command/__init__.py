@@ -1,0 +1,21 @@
+"""The command of a stepper: when each (micro)step comes, and the phase voltages it sets.
+
+`Command` is what a record's ``command`` table says; ``Command.excitation`` makes the step edges
+and normalised phase voltages that drive the plant.
+"""
+
+from mechid.command.excitation import Excitation
+from mechid.command.rate import RateProfile
+from mechid.command.rate_table import read_rate_table
+from mechid.command.stepping import Command, Start, Stepping
+from mechid.command.waveform import Waveform
+
+__all__ = [
+    "Command",
+    "Excitation",
+    "RateProfile",
+    "Start",
+    "Stepping",
+    "Waveform",
+    "read_rate_table",
+]

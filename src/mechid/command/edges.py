@@ -1,0 +1,208 @@
+"""The instants of the step edges, in closed form.
+
+The profile is cut at its breakpoints, at the reversals and at t = 0 into pieces over which the
+commanded position s(t), the integral of the rate, runs one way. Over a piece s is a parabola,
+so the instant at which it reaches a multiple of the step is the root of a quadratic.
+Positions here are in steps of the command (1/n of a full step), as the step index is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command.rate import RateProfile
+from mechid.errors import UsageError
+
+Floats: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+
+MOST_EDGES = 20_000_000
+"""More edges than this are taken for a mistake in the rate; they would fill a computer's memory."""
+
+SLACK = 8 * np.finfo(np.float64).eps
+"""A position this near a step, relative to peak rate times time, has reached it: the decimals of a
+profile that stops on a step are rounded, and so is their sum."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pieces:
+    """Pieces of a profile over which the rate is linear and keeps its sign; all arrays (P,).
+
+    Times in s, rates in steps/s, positions in steps.
+    """
+
+    start_s: Floats
+    duration_s: Floats
+    start_rate: Floats
+    end_rate: Floats
+    start: Floats
+    end: Floats
+
+    @property
+    def end_s(self) -> Floats:
+        """Ends in s, (P,)."""
+        return self.start_s + self.duration_s
+
+    @property
+    def direction(self) -> Floats:
+        """+1 where the position rises, -1 where it falls, 0 where it dwells, (P,)."""
+        return np.sign(self.start_rate + self.end_rate)
+
+
+def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float) -> tuple[Floats, Integers]:
+    """Return the instants at which the step index changes, and the index from each on.
+
+    The index is 0 at t = 0 and moves to k when the integral of the rate reaches k/n; touching it
+    at a reversal is reaching it. From k it moves next at (k + 1)/n or (k - 1)/n, so that a
+    command that swings about k/n does not chatter.
+
+    Parameters
+    ----------
+    profile : RateProfile
+        Commanded rate in full steps/s.
+    steps_per_full_step : int
+        n.
+    duration_s : float
+        Time from 0 in s; an edge at its very end counts.
+
+    Returns
+    -------
+    times_s : (E,) float
+        Instants in s, ascending.
+    index : (E,) int
+        Step index from that instant on; it differs from the one before by 1.
+
+    Raises
+    ------
+    UsageError
+        If there are more edges than `MOST_EDGES`.
+    """
+    pieces = _pieces(profile, steps_per_full_step, duration_s)
+    held = _held_index(pieces)
+    count = np.abs(np.diff(held)).astype(np.int64)
+    piece = np.repeat(np.arange(count.size), count)
+    ordinal = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count) + 1
+    index = held[piece] + pieces.direction[piece] * ordinal
+    times = _instants(pieces, piece, index)
+    within = times <= duration_s
+    return times[within], index[within].astype(np.int64)
+
+
+def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
+    """Cut a profile into pieces, with the positions at their ends."""
+    start_s, duration, start_rate, end_rate = _split_at_reversals(*_segments(profile, duration_s))
+    with np.errstate(over="ignore", invalid="ignore"):
+        travel = n * duration * (start_rate + end_rate) / 2
+        total = float(np.sum(np.abs(travel)))
+    if not total <= MOST_EDGES:
+        raise UsageError(
+            f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s)"
+        )
+    end = running_sum(travel)
+    start = np.concatenate([[0.0], end[:-1]])
+    return Pieces(start_s, duration, n * start_rate, n * end_rate, start[: end.size], end)
+
+
+def _segments(profile: RateProfile, duration_s: float) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return start and end times and rates of the linear segments that touch 0 < t < duration.
+
+    Those that go on beyond the duration are left whole, so that an edge does not depend on it.
+    """
+    times, rates = (np.array(column, dtype=np.float64) for column in (profile.times_s, profile.rates))
+    times = np.concatenate([[min(0.0, times[0])], times, [max(duration_s, times[-1])]])
+    rates = np.concatenate([rates[:1], rates, rates[-1:]])
+    used = (times[:-1] < times[1:]) & (times[1:] > 0.0) & (times[:-1] < duration_s)
+    start_s, end_s, start_rate, end_rate = (
+        column[used] for column in (times[:-1], times[1:], rates[:-1], rates[1:])
+    )
+    cut = np.maximum(-start_s, 0.0)
+    start_rate = start_rate + (end_rate - start_rate) * (cut / (end_s - start_s))
+    return np.maximum(start_s, 0.0), end_s, start_rate, end_rate
+
+
+def _split_at_reversals(
+    start_s: Floats, end_s: Floats, start_rate: Floats, end_rate: Floats
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return start times, durations, start and end rates, with a cut where the rate changes sign."""
+    duration = end_s - start_s
+    reverses = np.sign(start_rate) * np.sign(end_rate) < 0
+    whole = np.ones_like(duration)
+    before = np.divide(start_rate, start_rate - end_rate, out=whole, where=reverses) * duration
+    after = np.where(reverses, duration - before, 0.0)
+    turning_rate = np.where(reverses, 0.0, end_rate)
+    halves = (
+        (start_s, start_s + before),
+        (before, after),
+        (start_rate, turning_rate),
+        (turning_rate, end_rate),
+    )
+    starts, durations, first_rates, last_rates = (np.stack(pair, axis=1).ravel() for pair in halves)
+    kept = durations > 0.0
+    return starts[kept], durations[kept], first_rates[kept], last_rates[kept]
+
+
+def running_sum(terms: Floats) -> Floats:
+    """Return the running sum, each rounding error of the plain one caught and added back.
+
+    The errors are exact (Knuth's two-sum), so that the result is nearly as good as rounding the
+    exact sums, whatever the number of terms, (P,).
+    """
+    plain: Floats = np.cumsum(terms)
+    before = np.concatenate([[0.0], plain[:-1]])[: plain.size]
+    added = plain - before
+    errors: Floats = (before - (plain - added)) + (terms - added)
+    caught: Floats = np.cumsum(errors)
+    return plain + caught
+
+
+def _held_index(pieces: Pieces) -> Floats:
+    """Return the step index at t = 0 and at the end of each piece, (P + 1,).
+
+    Rising, the index is the highest step reached, or stays; falling, the lowest.
+    """
+    peak_rate = np.max(np.maximum(np.abs(pieces.start_rate), np.abs(pieces.end_rate)), initial=0.0)
+    slack = SLACK * peak_rate * pieces.end_s
+    lowest = np.where(pieces.direction > 0, np.floor(pieces.end + slack), -np.inf)
+    highest = np.where(pieces.direction < 0, np.ceil(pieces.end - slack), np.inf)
+    limits = zip(lowest.tolist(), highest.tolist(), strict=True)
+    return np.array(list(accumulate(limits, _kept_within, initial=0.0)))
+
+
+def _kept_within(index: float, limits: Sequence[float]) -> float:
+    """Return the index, moved as little as the limits ask."""
+    return min(max(index, limits[0]), limits[1])
+
+
+def _instants(pieces: Pieces, piece: Integers, index: Floats) -> Floats:
+    """Return when each index is reached, inside its piece, (E,).
+
+    Counted from the piece's start, or back from its end where a slowing command is past the
+    middle: there the root from the start would cancel, and the speed at the edge with it.
+    """
+    start_speed, end_speed = np.abs(pieces.start_rate)[piece], np.abs(pieces.end_rate)[piece]
+    acceleration = (end_speed - start_speed) / pieces.duration_s[piece]
+    done = np.maximum((index - pieces.start[piece]) * pieces.direction[piece], 0.0)
+    left = np.maximum((pieces.end[piece] - index) * pieces.direction[piece], 0.0)
+    backwards = (end_speed < start_speed) & (left < done)
+    lapse = time_to_travel(
+        np.where(backwards, left, done),
+        np.where(backwards, end_speed, start_speed),
+        np.where(backwards, -acceleration, acceleration),
+    )
+    start_s, end_s = pieces.start_s[piece], pieces.end_s[piece]
+    return np.clip(np.where(backwards, end_s - lapse, start_s + lapse), start_s, end_s)
+
+
+def time_to_travel(distance: Floats, speed: Floats, acceleration: Floats) -> Floats:
+    """Return the first root t of distance = speed t + acceleration t^2 / 2, (E,).
+
+    Written 2 d / (v + sqrt(v^2 + 2 a d)), which neither cancels nor divides by the acceleration.
+    """
+    final_speed = np.sqrt(speed**2 + 2 * acceleration * distance)
+    return np.divide(2 * distance, speed + final_speed, out=np.zeros_like(distance), where=distance > 0.0)

@@ -1,0 +1,69 @@
+"""The commanded rate over time: piecewise linear, jumps allowed, held outside its breakpoints."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from mechid.command.entry import is_number, shown
+from mechid.errors import UsageError
+
+
+def first_fault(times_s: Sequence[float], rates: Sequence[float]) -> tuple[int, str] | None:
+    """Return the position of the first breakpoint that cannot be, and what is wrong, or None."""
+    for at, (time, rate) in enumerate(zip(times_s, rates, strict=True)):
+        if not (is_number(time) and is_number(rate)):
+            return at, f"found [{shown(time)}, {shown(rate)}]; write two finite numbers"
+        if at >= 1 and time < times_s[at - 1]:
+            return at, f"time {time} s comes after {times_s[at - 1]} s; put the times in ascending order"
+        if at >= 2 and time == times_s[at - 2]:
+            return at, f"third breakpoint at {time} s; a jump has two, the rate before and the rate after"
+    return None
+
+
+@dataclass(frozen=True)
+class RateProfile:
+    """Rate of a step command, linear between breakpoints; before the first and after the last it holds.
+
+    Two breakpoints at the same time are a jump. The command starts at t = 0, so that what a
+    profile says of earlier times has no effect but on the line through zero.
+
+    Parameters
+    ----------
+    times_s : tuple of float, (B,)
+        Times of the breakpoints in s of command time, ascending.
+    rates : tuple of float, (B,)
+        Rates there in full steps/s; negative steps back, zero dwells.
+
+    Raises
+    ------
+    UsageError
+        If there is no breakpoint, or one that cannot be.
+
+    Examples
+    --------
+    >>> RateProfile.through([(0.0, 0.0), (60.0, 120.0)])
+    RateProfile(times_s=(0.0, 60.0), rates=(0.0, 120.0))
+    """
+
+    times_s: tuple[float, ...]
+    rates: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.times_s) != len(self.rates) or not self.times_s:
+            counts = f"{len(self.times_s)} times and {len(self.rates)} rates"
+            raise UsageError(f"rate profile: found {counts}; give one rate to each time, one pair or more")
+        fault = first_fault(self.times_s, self.rates)
+        if fault is not None:
+            raise UsageError(f"rate profile: [{fault[0]}]: {fault[1]}")
+
+    @classmethod
+    def constant(cls, rate: float) -> RateProfile:
+        """Return the profile of one rate in full steps/s."""
+        return cls(times_s=(0.0,), rates=(rate,))
+
+    @classmethod
+    def through(cls, points: Iterable[tuple[float, float]]) -> RateProfile:
+        """Return the profile through points (time in s, rate in full steps/s)."""
+        pairs = list(points)
+        return cls(times_s=tuple(time for time, _ in pairs), rates=tuple(rate for _, rate in pairs))

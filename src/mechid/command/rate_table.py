@@ -1,0 +1,81 @@
+"""A rate profile from a CSV file: one header line, then a time in s and a rate in full steps/s a line."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable
+from pathlib import Path
+
+from mechid.command.entry import quoted, shown
+from mechid.command.rate import RateProfile, first_fault
+from mechid.errors import InputFileError
+
+TIME_NAME = "time_s"
+RATE_NAMES = ("rate", "rate_steps_per_s", "rate_full_steps_per_s")
+
+
+def read_rate_table(path: Path) -> RateProfile:
+    """Return the rate profile in a CSV file with the columns ``time_s,rate``.
+
+    The rate is in full steps/s; the names in `RATE_NAMES` say so too. Empty lines are passed over.
+
+    Parameters
+    ----------
+    path : Path
+        File, UTF-8, comma-separated.
+
+    Raises
+    ------
+    InputFileError
+        If the file cannot be read, has another header, or a line that is no breakpoint.
+    """
+    rows = _rows(path)
+    if not rows:
+        raise InputFileError(
+            f'{path}: the file is empty; write a header line "{TIME_NAME},rate", then the rates'
+        )
+    _check_header(path, rows[0][1])
+    lines = [line for line, _ in rows[1:]]
+    points = [_breakpoint(f"{path}: line {line}", cells) for line, cells in rows[1:]]
+    if not points:
+        raise InputFileError(f"{path}: no line after the header; write one time and rate or more")
+    fault = first_fault(*zip(*points, strict=True))
+    if fault is not None:
+        raise InputFileError(f"{path}: line {lines[fault[0]]}: {fault[1]}")
+    return RateProfile.through(points)
+
+
+def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    """Return each line that is not empty, with its number in the file."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            return _filled(csv.reader(stream))
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error
+    except (ValueError, csv.Error) as error:
+        raise InputFileError(f"{path}: is not plain text; save it as CSV in UTF-8") from error
+
+
+def _filled(lines: Iterable[list[str]]) -> list[tuple[int, list[str]]]:
+    """Return the lines numbered from 1, their cells stripped and the empty lines left out."""
+    stripped = ((at, [cell.strip() for cell in cells]) for at, cells in enumerate(lines, start=1))
+    return [(at, cells) for at, cells in stripped if any(cells)]
+
+
+def _check_header(path: Path, cells: list[str]) -> None:
+    """Refuse any other columns: a unit in a header is never ignored."""
+    if len(cells) == 2 and cells[0] == TIME_NAME and cells[1] in RATE_NAMES:
+        return
+    remedy = f'write "{TIME_NAME},rate", times in s and rates in full steps/s'
+    others = f"(the rate may also be called {quoted(RATE_NAMES[1:])})"
+    raise InputFileError(f"{path}: header: found {shown(','.join(cells))}; {remedy} {others}")
+
+
+def _breakpoint(place: str, cells: list[str]) -> tuple[float, float]:
+    """Return the two numbers of one line."""
+    try:
+        time, rate = (float(cell) for cell in cells)
+    except ValueError:
+        raise InputFileError(f"{place}: found {shown(','.join(cells))}; write a time and a rate") from None
+    return time, rate

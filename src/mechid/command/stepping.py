@@ -1,0 +1,175 @@
+"""The command of one record: how the stepper is stepped, how fast, and from which angle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from mechid.command.edges import step_edges
+from mechid.command.entry import chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
+from mechid.command.excitation import Excitation, most_within
+from mechid.command.rate import RateProfile
+from mechid.command.rate_entry import RATE_KEYS, rate_of
+from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages
+from mechid.errors import InputFileError, UsageError
+
+Stepping: TypeAlias = Literal["full", "half", "micro"]
+Start: TypeAlias = Literal["commanded", "equilibrium"]
+
+STEPPINGS: tuple[Stepping, ...] = ("full", "half", "micro")
+STARTS: tuple[Start, ...] = ("commanded", "equilibrium")
+FIXED_MICROSTEPS: Mapping[str, int] = {"full": 1, "half": 2}
+MOST_MICROSTEPS = 2**16
+KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "start")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Command:
+    """Open-loop voltage stepping of a two-phase stepper ([Kornienko2013]_, VST).
+
+    Parameters
+    ----------
+    stepping : {"full", "half", "micro"}
+        Mode of the driver.
+    microsteps : int
+        Steps per full step n: 1 in full stepping, 2 in half stepping.
+    rate : RateProfile
+        Commanded rate in full steps/s.
+    start_angle_deg : float
+        Electrical angle theta_0 in degrees that the coils hold until the first step.
+    waveform : {"cosine", "square"}
+        Phase voltages over the electrical angle.
+    start : {"commanded", "equilibrium"}
+        Whether the rotor starts at the commanded angle or at the nearest equilibrium.
+
+    Raises
+    ------
+    UsageError
+        If an entry cannot be; the message starts with its name.
+
+    Examples
+    --------
+    >>> command = Command(stepping="half", microsteps=2, rate=RateProfile.constant(10.0))
+    >>> command.excitation(0.12).times
+    array([0.05, 0.1 ])
+    """
+
+    stepping: Stepping
+    microsteps: int
+    rate: RateProfile
+    start_angle_deg: float = 0.0
+    waveform: Waveform = "cosine"
+    start: Start = "commanded"
+
+    def __post_init__(self) -> None:
+        chosen("stepping", self.stepping, STEPPINGS)
+        _check_microsteps(self.microsteps, self.stepping)
+        number("start_angle_deg", self.start_angle_deg)
+        chosen("waveform", self.waveform, WAVEFORMS)
+        chosen("start", self.start, STARTS)
+
+    @classmethod
+    def from_table(cls, table: Mapping[str, Any], where: str, folder: Path) -> Command:
+        """Return the command that a campaign's ``command`` table describes.
+
+        Parameters
+        ----------
+        table : Mapping
+            The table as read from TOML.
+        where : str
+            File and place of the table, as ``campaign.toml: record[0].command``.
+        folder : Path
+            Folder against which a relative ``rate_table`` is taken.
+
+        Raises
+        ------
+        InputFileError
+            If an entry is unknown, missing or wrong.
+        """
+        if not is_table(table):
+            remedy = 'write a table, as { stepping = "full", rate = 46.0 }'
+            raise InputFileError(f"{where}: found {shown(table)}; {remedy}")
+        try:
+            return cls._from_entries(table, folder)
+        except UsageError as error:
+            raise InputFileError(f"{where}.{error}") from error
+
+    @classmethod
+    def _from_entries(cls, table: Mapping[str, Any], folder: Path) -> Command:
+        """Do the work of `from_table`; a message starts with the key."""
+        refuse_unknown(table, KEYS)
+        if "stepping" not in table:
+            raise UsageError(f"stepping: missing; write one of {quoted(STEPPINGS)}")
+        stepping = chosen("stepping", table["stepping"], STEPPINGS)
+        if "microsteps" not in table and stepping not in FIXED_MICROSTEPS:
+            raise UsageError("microsteps: missing; micro stepping needs it, as microsteps = 16")
+        return cls(
+            stepping=stepping,
+            microsteps=table.get("microsteps", FIXED_MICROSTEPS.get(stepping)),
+            rate=rate_of(table, folder),
+            start_angle_deg=number("start_angle_deg", table.get("start_angle_deg", 0.0)),
+            waveform=table.get("waveform", "cosine"),
+            start=table.get("start", "commanded"),
+        )
+
+    @property
+    def steps_per_full_step(self) -> int:
+        """n: steps of the index in one full step."""
+        return self.microsteps
+
+    @property
+    def start_angle_rad(self) -> float:
+        """Electrical angle theta_0 in rad."""
+        return math.radians(self.start_angle_deg)
+
+    def rotor_start_rad(self, poles: float) -> float:
+        """Return the rotor's angle theta_0/(p/2) in rad at which a record starts."""
+        return self.start_angle_rad / (poles / 2)
+
+    def excitation(self, duration_s: float) -> Excitation:
+        """Return the phase voltages over command time, from 0 to a duration in s.
+
+        Raises
+        ------
+        UsageError
+            If the duration is negative or not finite, or there are too many steps to hold.
+        """
+        times, index = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
+        held = np.concatenate([np.zeros(1, dtype=np.int64), index])
+        voltages = phase_voltages(held, self.microsteps, self.start_angle_deg, self.waveform)
+        return Excitation(initial=voltages[0].copy(), times=times, values=voltages[1:])
+
+    def max_edges_per_sample(self, h: float, duration_s: float) -> int:
+        """Return the greatest number of edges in any interval of one sample.
+
+        Parameters
+        ----------
+        h : float
+            Sample interval in s; where the samples lie does not matter, as a time offset moves them.
+        duration_s : float
+            Length of the record in s.
+        """
+        times, _ = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
+        return most_within(times, h)
+
+
+def _checked_duration(duration_s: float) -> float:
+    """Return a duration in s that can be, or raise `UsageError`."""
+    if number("duration_s", duration_s) < 0.0:
+        raise UsageError(f"duration_s: found {duration_s}; write a time of 0 s or more")
+    return float(duration_s)
+
+
+def _check_microsteps(found: Any, stepping: Stepping) -> None:
+    """Refuse a number of steps per full step that cannot be, or not in this stepping."""
+    if not is_whole(found, 1, MOST_MICROSTEPS):
+        raise UsageError(f"microsteps: found {shown(found)}; write an integer from 1 to {MOST_MICROSTEPS}")
+    fixed = FIXED_MICROSTEPS.get(stepping, found)
+    if found != fixed:
+        remedy = f'{stepping} stepping has {fixed}: leave it out, or write stepping = "micro"'
+        raise UsageError(f"microsteps: found {found}; {remedy}")

@@ -1,0 +1,59 @@
+"""The normalised phase voltages of a step: paper's VST block, its peak voltage left to the plant."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Waveform: TypeAlias = Literal["cosine", "square"]
+WAVEFORMS: tuple[Waveform, ...] = ("cosine", "square")
+
+SMALLEST_DEG = 1e-12
+"""An angle this near a multiple of 90 deg is that multiple: start and step angles are rounded."""
+
+
+def phase_voltages(
+    index: NDArray[np.int64], steps_per_full_step: int, start_angle_deg: float, waveform: Waveform
+) -> NDArray[np.float64]:
+    """Return e_A = -cos(theta_k) and e_B = sin(theta_k), or the signs of these for a square wave.
+
+    The electrical angle is theta_k = theta_0 + k 90deg/n ([Kornienko2013]_, voltage stepping). It is
+    taken modulo a turn in whole steps first, so that a high index is as exact as index 0, and
+    both are exactly zero where they should be.
+
+    Parameters
+    ----------
+    index : (E,) int
+        Step indices k.
+    steps_per_full_step : int
+        n.
+    start_angle_deg : float
+        theta_0 in degrees, electrical.
+    waveform : {"cosine", "square"}
+        Square is what a driver does in full and half stepping: 0 where the cosine wave is 0.
+
+    Returns
+    -------
+    (E, 2) float
+        e_A and e_B, without unit; times the peak voltage they are u_A and u_B.
+    """
+    turned = (index % (4 * steps_per_full_step)) * 90.0 / steps_per_full_step
+    cosine, sine = cosine_and_sine(math.fmod(start_angle_deg, 360.0) + turned)
+    voltages = np.stack([-cosine, sine], axis=-1) + 0.0  # no negative zeros
+    return np.sign(voltages) if waveform == "square" else voltages
+
+
+def cosine_and_sine(angle_deg: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return cosine and sine of angles in degrees, exact at the multiples of 90 deg, each (E,)."""
+    quarter = np.rint(angle_deg / 90.0)
+    rest_deg = angle_deg - 90.0 * quarter
+    rest = np.deg2rad(np.where(np.abs(rest_deg) < SMALLEST_DEG, 0.0, rest_deg))
+    turns = quarter.astype(np.int64) % 4
+    cosine, sine = np.cos(rest), np.sin(rest)
+    return (
+        np.choose(turns, [cosine, -sine, -cosine, sine]),
+        np.choose(turns, [sine, cosine, -sine, -cosine]),
+    )

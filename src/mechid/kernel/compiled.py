@@ -1,0 +1,153 @@
+"""A generated module on disk, compiled by Numba and cached; and the buffers a run needs."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import platformdirs
+from numpy.typing import NDArray
+
+from mechid import __version__
+from mechid.kernel.source import Source, generate, lanes_for
+from mechid.plant.plant import Plant
+
+FloatArray = NDArray[np.float64]
+SUCCESS, DIVERGED, CHATTER = 0, 1, 2
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A compiled plant: `begin` and `run` as the generated module documents them.
+
+    `seconds` is what compiling or loading took, `cached` which of the two it was.
+    """
+
+    plant: Plant
+    source: Source
+    path: Path
+    begin: Callable[..., None]
+    run: Callable[..., int]
+    seconds: float
+    cached: bool
+
+    @property
+    def lanes(self) -> int:
+        """Number of sensitivity lanes; the last is a spare."""
+        return self.source.lanes
+
+
+def cache_folder() -> Path:
+    """Return the folder of generated kernels (``MECHID_CACHE`` overrides the user's cache folder)."""
+    named = os.environ.get("MECHID_CACHE")
+    return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
+
+
+@lru_cache(maxsize=64)
+def kernel_for(plant: Plant, sensitivities: int) -> Kernel:
+    """Return the compiled kernel of a plant, from the cache where it has been compiled before.
+
+    Parameters
+    ----------
+    plant : Plant
+    sensitivities : int
+        Number of parameters whose sensitivities ride along; 0 for none.
+    """
+    began = time.perf_counter()
+    lanes = lanes_for(sensitivities)
+    source, path = _stored_source(plant, lanes)
+    module = _imported(path)
+    known = sum(1 for _ in path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
+    _compile(module, plant, source)
+    return Kernel(plant, source, path, module.begin, module.run, time.perf_counter() - began, known > 0)
+
+
+def _stored_source(plant: Plant, lanes: int) -> tuple[Source, Path]:
+    source = generate(plant, lanes)
+    path = cache_folder() / f"v{__version__}" / f"kernel_{source.digest[:24]}.py"
+    if not path.exists():
+        _write_whole(path, source.text)
+    return source, path
+
+
+def _write_whole(path: Path, text: str) -> None:
+    """Write a file so that no reader ever sees a part of it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8") as f:
+        f.write(text)
+    os.replace(f.name, path)
+
+
+def _imported(path: Path) -> ModuleType:
+    name = f"mechid_{path.stem}"
+    if name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def _compile(module: ModuleType, plant: Plant, source: Source) -> None:
+    """Call both entry points once on empty work, so that later calls find them compiled."""
+    buffers = allocate(plant, source, samples=0, events=0)
+    p = np.ones(len(plant.parameters))
+    module.begin(p, buffers.lane, np.zeros(len(plant.inputs)), 0.0, buffers.state, buffers.discrete, buffers.work,
+                 buffers.w)  # fmt: skip
+    module.run(p, buffers.lane, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros((0, len(plant.inputs))),
+               buffers.state, buffers.discrete, buffers.work, buffers.w, buffers.y, buffers.y_dot, buffers.J,
+               buffers.events)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Buffers:
+    """All arrays one run reads and writes, laid out as the generated module expects them."""
+
+    lane: NDArray[np.int64]
+    state: FloatArray
+    discrete: NDArray[np.int64]
+    work: FloatArray
+    w: FloatArray
+    y: FloatArray
+    y_dot: FloatArray
+    J: FloatArray
+    events: FloatArray
+
+
+def allocate(plant: Plant, source: Source, *, samples: int, events: int) -> Buffers:
+    """Return zeroed buffers for blocks of `samples` and a log of `events` switches."""
+    n_y, lanes, n_s = len(plant.outputs), source.lanes, len(plant.switches)
+    size = 1 + len(plant.states) + len(plant.filter.states) + len(plant.inputs)
+    armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
+    rows = samples if lanes else 0
+    return Buffers(
+        lane=np.full(len(plant.parameters), max(lanes - 1, 0), dtype=np.int64),
+        state=np.zeros(size),
+        discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
+        work=np.zeros(source.work),
+        w=_aligned(source.lane_rows * lanes),
+        y=np.zeros((samples, n_y)),
+        y_dot=np.zeros((rows, n_y)),
+        J=np.zeros((rows, n_y, lanes)),
+        events=np.zeros((events, 5 + lanes)),
+    )
+
+
+def _aligned(size: int, boundary: int = 64) -> FloatArray:
+    """Return zeros that start on a cache line, so that vector loads never straddle two."""
+    raw = np.zeros(size + boundary // 8)
+    first = (-raw.ctypes.data % boundary) // 8
+    return raw[first : first + size]
+
+

@@ -1,0 +1,298 @@
+"""The plant's part of a kernel as Python text: rates, tangents, guards, outputs, start.
+
+Every function reads its numbers from arrays: states `x`, filter states `z`, inputs `u`, mode
+symbols `m`, constants `c` (functions of parameters `p` alone), rates `k`, the lane workspace `w`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from mechid.kernel.expressions import Angles, Constants, python_text
+from mechid.kernel.program import Program
+from mechid.plant.plant import START_ANGLE, Plant
+
+ARRAYS = frozenset("xzumckpw")
+"""Names of the arrays; in the text they end in an underscore, as no symbol of a plant does."""
+_ARRAY = re.compile(r"\b([xzumckpw])\[")
+NJIT = "@njit(fastmath=FAST, error_model='numpy')"
+Assignments = Sequence[tuple[str, sp.Expr]]
+
+
+@dataclass
+class Writer:
+    """Collects functions of one plant; shares constants and angles between them."""
+
+    plant: Plant
+    lanes: int
+    program: Program = field(init=False)
+    constants: Constants = field(init=False)
+    angles: Angles = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.program = Program(self.plant)
+        fixed = frozenset(self.plant.parameters)
+        self.constants = Constants(fixed)
+        self.angles = Angles(fixed)
+        self.angles.collect([*(e for _, e in self.plant.terms), *self.plant.rates])
+
+    @property
+    def mode_symbols(self) -> tuple[sp.Symbol, ...]:
+        values = [next(iter(s.modes.values())) for s in self.plant.switches]
+        return tuple(m for v in values for m in v)
+
+    def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
+        """Return the lines that compute `wanted` ({target: expression}).
+
+        `scalars` are symbols that are local already; everything else that is needed is read from
+        the arrays. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
+        """
+        terms = self._needed_terms([e for _, e in wanted])
+        assignments = [(str(s), e) for s, e in terms] + list(wanted)
+        turned = [(name, self.angles.replace(e)) for name, e in assignments]
+        ready = [(name, self.constants.hoist(e)) for name, e in turned]
+        angle_lines = [
+            (name, None if e is None else self.constants.hoist(e))
+            for name, e in self.angles.lines([e for _, e in ready])
+        ]
+        if share:
+            shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
+            pairs = zip(ready, reduced, strict=True)
+            ready = [(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs]
+        expressions = [e for _, e in ready] + [e for _, e in angle_lines if e is not None]
+        loads = self._loads(expressions, set(scalars))
+        return loads + _angle_text(angle_lines) + [f"{name} = {python_text(e)}" for name, e in ready]
+
+    def _needed_terms(self, expressions: Iterable[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
+        definitions = dict(self.plant.terms)
+        needed: set[sp.Symbol] = set()
+        todo = {s for e in expressions for s in sp.sympify(e).free_symbols & definitions.keys()}
+        while todo:
+            needed |= todo
+            todo = {s for t in todo for s in definitions[t].free_symbols & definitions.keys()} - needed
+        return [(s, e) for s, e in self.plant.terms if s in needed]
+
+    def _loads(self, expressions: Iterable[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
+        seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
+        sources = {
+            "x": self.plant.states, "z": self.plant.filter.states,
+            "u": self.plant.inputs, "m": self.mode_symbols,
+        }  # fmt: skip
+        lines = [
+            f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
+        ]
+        return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in([e for e in expressions])]
+
+
+def _angle_text(lines: Iterable[tuple[str, sp.Expr | None]]) -> list[str]:
+    out, angle = [], ""
+    for name, e in lines:
+        if e is None:
+            out.append(f"{name} = math.sin({angle}), math.cos({angle})")
+        else:
+            angle = name
+            out.append(f"{name} = {python_text(e)}")
+    return out
+
+
+def function(name: str, arguments: str, doc: str, lines: Iterable[str]) -> str:
+    """Return the text of one compiled function."""
+    body = "\n".join("    " + _ARRAY.sub(r"\1_[", line) for line in lines)
+    named = ", ".join(f"{a}_" if a in ARRAYS else a for a in arguments.split(", "))
+    return f'{NJIT}\ndef {name}({named}):\n    """{doc}"""\n{body}\n'
+
+
+def rates(writer: Writer) -> list[str]:
+    """Rates and filter inputs, on scalars and on arrays."""
+    plant, fed = writer.plant, writer.program.filter_inputs
+    scalars = (*plant.states, *plant.inputs, *writer.mode_symbols)
+    wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
+    wanted += [(f"v_{k}", e) for k, e in enumerate(fed)]
+    names = ", ".join(name for name, _ in wanted)
+    lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
+    arguments = ", ".join(map(str, scalars))
+    unpack = ", ".join(
+        [f"x[{i}]" for i in range(len(plant.states))]
+        + [f"u[{i}]" for i in range(len(plant.inputs))]
+        + [f"m[{i}]" for i in range(len(writer.mode_symbols))]
+    )
+    fill = [f"{names} = rates_of({unpack}, c_)"]
+    fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
+    return [
+        function("rates_of", f"{arguments}, c", "Rates of the states, then inputs of the filter.", lines),
+        function("rates", "x, u, m, c, k", "The same on arrays.", fill),
+    ]
+
+
+def step(writer: Writer) -> str:
+    """One classical Runge-Kutta step, unrolled over the states."""
+    states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
+    head = [f"{s} = x[{i}]" for i, s in enumerate(states)] + [f"a_{s} = k[{i}]" for i, s in enumerate(states)]
+    shared = [f"u[{i}]" for i in range(len(writer.plant.inputs))]
+    shared += [f"m[{i}]" for i in range(len(writer.mode_symbols))]
+
+    def stage(new: str, old: str, factor: str) -> str:
+        results = ", ".join([f"{new}_{s}" for s in states] + [f"{new}_v{j}" for j in range(n_fed)])
+        at = ", ".join([f"{s} + {factor} * {old}_{s}" for s in states] + shared)
+        return f"{results} = rates_of({at}, c_)"
+
+    lines = ["half = 0.5 * h", *head, stage("b", "a", "half"), stage("d", "b", "half"), stage("e", "d", "h")]
+    lines += ["sixth = h / 6.0"]
+    lines += [
+        f"x_new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+    ]
+    lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
+    doc = "x_new = one step of length h from x, whose rates are k; mid = filter inputs half way."
+    return function("step", "x, k, h, u, m, c, x_new, mid", doc, lines)
+
+
+def guards(writer: Writer) -> list[str]:
+    """Margins of all guards by number, their rates and gradients; entry rules; mode symbols."""
+    plant, program = writer.plant, writer.program
+    margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
+
+    def by_number(results: Sequence[Sequence[str]]) -> list[str]:
+        lines: list[str] = []
+        for k, result in enumerate(results):
+            lines += [f"if g == {k}:", *(f"    {line}" for line in result)]
+        return lines
+
+    value = [[*writer.body([("margin", e)]), "return margin"] for e in margins]
+    rate = []
+    gradient = []
+    for e in margins:
+        gx, gp = program.partial_x(e), program.partial_p(e)
+        flow = sp.Add(*(d * sp.Symbol(f"k_{i}") for i, d in enumerate(gx)))
+        ks = [sp.Symbol(f"k_{i}") for i in range(len(gx))]
+        read = [f"k_{i} = k[{i}]" for i, d in enumerate(gx) if d != 0]
+        rate.append([*read, *writer.body([("flow", flow)], scalars=ks), "return flow"])
+        wanted = [(f"g_x[{i}]", d) for i, d in enumerate(gx)] + [(f"g_p[{i}]", d) for i, d in enumerate(gp)]
+        gradient.append([*writer.body(wanted), "return"])
+    return [
+        function("guard_margin", "g, x, u, m, c", "Margin of guard g; its mode holds while positive.",
+                 [*by_number(value), "return 1.0"]),
+        function("guard_rate", "g, x, k, u, m, c", "Time derivative of a margin along the flow k.",
+                 [*by_number(rate), "return 0.0"]),
+        function("guard_gradient", "g, x, u, m, c, g_x, g_p", "Gradient of a margin to states and parameters.",
+                 [*by_number(gradient), "return"]),
+        _entry(writer),
+        _mode_symbols(writer),
+        _resets(writer),
+    ]  # fmt: skip
+
+
+def _entry(writer: Writer) -> str:
+    lines: list[str] = []
+    for i, switch in enumerate(writer.plant.switches):
+        modes = list(switch.modes)
+        lines.append(f"if s == {i}:")
+        for e, mode in switch.entry:
+            inner = [*writer.body([("rule", e)]), "if rule > 0.0:", f"    return {modes.index(mode)}"]
+            lines += [f"    {line}" for line in inner]
+        lines.append(f"    return {modes.index(switch.otherwise)}")
+    return function("entry_mode", "s, x, u, m, c", "Mode that switch s takes at x.", [*lines, "return 0"])
+
+
+def _mode_symbols(writer: Writer) -> str:
+    lines, first = [], 0
+    for i, switch in enumerate(writer.plant.switches):
+        for j, values in enumerate(switch.modes.values()):
+            lines.append(f"if s == {i} and mode == {j}:")
+            lines += [f"    m[{first + n}] = {float(v)!r}" for n, v in enumerate(values.values())]
+        first += len(next(iter(switch.modes.values())))
+    return function("set_mode", "s, mode, m", "Write the symbols of a mode.", [*lines, "return"])
+
+
+def _resets(writer: Writer) -> str:
+    lines, g = [], 0
+    index = {s: i for i, s in enumerate(writer.plant.states)}
+    for switch in writer.plant.switches:
+        for guard in (guard for gs in switch.guards.values() for guard in gs):
+            if guard.resets:
+                lines.append(f"if g == {g}:")
+                for state, v in guard.resets.items():
+                    lines += [f"    x[{index[state]}] = {float(v)!r}", f"    pinned[{index[state]}] = 1"]
+            g += 1
+    doc = "States that take a fixed value where guard g fires."
+    return function("reset_states", "g, x, pinned", doc, [*lines, "return"])
+
+
+def start(writer: Writer) -> str:
+    """States and sensitivities at the start of a record, coils settled at the first voltages."""
+    plant = writer.plant
+    reads = [f"{q} = p[{k}]" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
+    reads += [f"{u} = u[{k}]" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
+    reads += [f"{START_ANGLE} = theta_0"]
+    lines = [f"x[{i}] = {python_text(sp.sympify(e))}" for i, e in enumerate(plant.initial)]
+    lines += [
+        f"x_p[{i}, {k}] = {python_text(d)}"
+        for i, e in enumerate(plant.initial)
+        for k, q in enumerate(plant.parameters)
+        if (d := sp.diff(e, q)) != 0
+    ]
+    return function("start", "p, u, theta_0, x, x_p", "States at the start and their derivatives to p.", reads + lines)
+
+
+def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
+    return any(sp.sympify(e).has(symbol) for e in expressions)
+
+
+def outputs(writer: Writer) -> list[str]:
+    """Outputs, and their gradients to states, filter states and parameters."""
+    plant, program = writer.plant, writer.program
+    wanted = [(f"y[{j}]", e) for j, e in enumerate(plant.outputs.values())]
+    every = (*plant.states, *plant.filter.states)
+    gradient: list[tuple[str, sp.Expr]] = []
+    for j, node in enumerate(program.measured):
+        gradient += [(f"y_x[{j}, {i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
+        gradient += [(f"y_p[{j}, {k}]", d) for k, q in enumerate(plant.parameters) if (d := node.outer.get(q))]
+    return [
+        function("outputs", "x, z, u, m, c, y", "Measured quantities.", [*writer.body(wanted), "return"]),
+        function("output_gradient", "x, z, u, m, c, y_x, y_p", "Their gradients; y_p holds zeros elsewhere.",
+                 [*writer.body(gradient, share=True), "return"]),
+    ]  # fmt: skip
+
+
+def linear_filter(writer: Writer) -> str:
+    """Matrices of the filter and their derivatives to the parameters in them."""
+    plant = writer.plant
+    system, lines = plant.filter, []
+    own = filter_parameters(plant)
+    reads = [f"{q} = p[{plant.parameters.index(q)}]" for q in own]
+    for name, matrix in (("A", system.A), ("B", system.B)):
+        for (i, j), e in _entries(matrix):
+            lines.append(f"{name}[{i}, {j}] = {python_text(e)}")
+            lines += [f"d{name}[{f}, {i}, {j}] = {python_text(d)}" for f, q in enumerate(own) if (d := sp.diff(e, q)) != 0]
+    doc = "x' = A x + B v, with dA, dB to the filter's own parameters."
+    return function("filter_matrices", "p, A, B, dA, dB", doc, [*reads, *lines, "return"])
+
+
+def _entries(matrix: sp.Matrix) -> Iterable[tuple[tuple[int, int], sp.Expr]]:
+    for i in range(matrix.rows):
+        for j in range(matrix.cols):
+            if matrix[i, j] != 0:
+                yield (i, j), matrix[i, j]
+
+
+def filter_parameters(plant: Plant) -> tuple[sp.Symbol, ...]:
+    """Parameters that occur in the filter's matrices, in the kernel's order."""
+    used = set().union(*(e.free_symbols for e in [*plant.filter.A, *plant.filter.B]), set())
+    return tuple(q for q in plant.parameters if q in used)
+
+
+def constants(writer: Writer) -> str:
+    """All hoisted constants; written last, when they are known."""
+    names = writer.constants.names
+    used = set().union(*(e.free_symbols for e in names), set())
+    reads = [f"{q} = p[{k}]" for k, q in enumerate(writer.plant.parameters) if q in used]
+    lines = [
+        f"c[{k}] = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}")
+        for k, (e, s) in enumerate(names.items())
+    ]
+    return function("constants", "p, c", "Functions of the parameters alone.", [*reads, *lines, "return"])
+
+

@@ -1,0 +1,211 @@
+"""The lanes of a kernel as Python text: the variational equations of all parameters side by side.
+
+Lane l holds dx/dp for one parameter. All lanes live in one flat workspace `w`, row by row of `lanes`
+doubles, so that the innermost loop runs over lanes and the compiler sees every distance.
+A parameter's own partial derivative enters at its lane alone, by a row of seeds per quantity.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from mechid.kernel.expressions import python_text
+from mechid.kernel.physics import Writer, filter_parameters, function
+from mechid.kernel.program import Node
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Rows of the workspace, counted in lanes."""
+
+    states: int
+    filter_states: int
+    fed: int
+    seeds: int
+
+    @cached_property
+    def rows(self) -> dict[str, int]:
+        """First row of each part, and the total under ``"END"``."""
+        sizes = {
+            "S": self.states, "SZ": self.filter_states, "K1": self.states, "K": self.states,
+            "ACC": self.states, "SZ_NEW": self.filter_states, "V0": self.fed, "VM": self.fed, "V1": self.fed,
+            "Q": self.seeds, "DTAU": 1,
+        }  # fmt: skip
+        first, out = 0, {}
+        for name, size in sizes.items():
+            out[name] = first
+            first += size
+        return out | {"END": first}
+
+
+class LaneWriter:
+    """Writes the lane functions of one plant."""
+
+    def __init__(self, writer: Writer) -> None:
+        self.writer = writer
+        program = writer.program
+        self.nodes: tuple[Node, ...] = (*program.nodes, *(n for n in program.fed if not self._is_shared(n)))
+        self.seeded = [n for n in self.nodes if n.outer]
+        self.layout = Layout(
+            len(program.states), len(program.filter_states), len(program.filter_inputs), len(self.seeded)
+        )
+        self._coefficients: dict[str, sp.Expr] = {}
+        self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
+        self._seeds = {n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded}
+
+    def functions(self) -> list[str]:
+        """Return all lane functions."""
+        return [self._linearise_of(), self._step_lanes(), self._evaluate_lanes(), self._advance_filter_lanes()]
+
+    def _is_shared(self, node: Node) -> bool:
+        index = int(node.symbol.name.removeprefix("v_"))
+        return self.writer.program.filter_inputs[index] in self.writer.program.shared
+
+    def _coefficient(self, node: Node, variable: sp.Symbol, derivative: sp.Expr) -> str:
+        """Return the text of a partial derivative; one that changes in time gets a name and a place."""
+        ready = self.writer.constants.hoist(self.writer.angles.replace(derivative))
+        names = set(self.writer.constants.names.values())
+        if ready.free_symbols <= names:
+            return python_text(ready)
+        name = f"d_{node.symbol}_{variable}"
+        self._coefficients[name] = derivative
+        return name
+
+    def _constant_loads(self) -> list[str]:
+        texts = [t for part in (self._slopes, self._seeds) for row in part.values() for t in row.values()]
+        used = [sp.Symbol(t.lstrip("-")) for t in texts]
+        return [f"{s} = c[{k}]" for k, s in self.writer.constants.used_in(used)]
+
+    def _results(self, prefix: str) -> str:
+        plant, n_fed = self.writer.plant, self.layout.fed
+        names = [f"{prefix}_{s}" for s in plant.states] + [f"{prefix}_v{j}" for j in range(n_fed)]
+        return ", ".join(names + list(self._coefficients))
+
+    def _linearise_of(self) -> str:
+        plant, program = self.writer.plant, self.writer.program
+        scalars = (*plant.states, *plant.inputs, *self.writer.mode_symbols)
+        wanted = [(f"e_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
+        wanted += [(f"e_v{j}", e) for j, e in enumerate(program.filter_inputs)]
+        wanted += list(self._coefficients.items())
+        lines = [*self.writer.body(wanted, scalars=scalars, share=True), f"return {self._results('e')}"]
+        arguments = ", ".join(map(str, scalars))
+        return function(
+            "linearise_of", f"{arguments}, c", "Rates, filter inputs, and the derivatives that change.", lines
+        )
+
+    def _seed_lines(self) -> list[str]:
+        order = {q: k for k, q in enumerate(self.writer.plant.parameters)}
+        first = self.layout.rows["Q"]
+        return [
+            f"w[{first + r} * NL + lane[{order[q]}]] = {text}"
+            for r, node in enumerate(self.seeded)
+            for q, text in self._seeds[node.symbol].items()
+        ]
+
+    def _flow_lines(self) -> list[str]:
+        """Tangents of all nodes from ``y_<state>``, inside a loop over l."""
+        first, lines = self.layout.rows["Q"], []
+        seed_row = {n.symbol: first + r for r, n in enumerate(self.seeded)}
+        for node in self.nodes:
+            parts = [
+                _product(text, f"t_{v}" if v in self.writer.program.shared else f"y_{v}")
+                for v, text in self._slopes[node.symbol].items()
+            ]
+            if node.symbol in seed_row:
+                parts.append(f"w[{seed_row[node.symbol]} * NL + l]")
+            lines.append(f"t_{node.symbol} = {' + '.join(parts) or '0.0'}")
+        return lines
+
+    def _fed_tangent(self, j: int) -> str:
+        source = self.writer.program.filter_inputs[j]
+        return f"t_{source}" if source in self.writer.program.shared else f"t_v_{j}"
+
+    def _loop(self, at: str, after: list[str]) -> list[str]:
+        rows, states = self.layout.rows, self.writer.plant.states
+        lines = ["for l in range(NL):"]
+        for i, s in enumerate(states):
+            text = f"y_{s} = w[{rows['S'] + i} * NL + l]"
+            lines.append(text + (f" + {at.format(row=rows['K1'] + i, again=rows['K'] + i)}" if at else ""))
+        lines += self._flow_lines()
+        return [lines[0], *(f"    {line}" for line in lines[1:] + after)]
+
+    def _step_lanes(self) -> str:
+        plant, rows = self.writer.plant, self.layout.rows
+        states, n_fed = plant.states, self.layout.fed
+        shared = [f"u[{i}]" for i in range(len(plant.inputs))]
+        shared += [f"m[{i}]" for i in range(len(self.writer.mode_symbols))]
+
+        def at(old: str, factor: str) -> str:
+            return ", ".join([f"{s} + {factor} * {old}_{s}" for s in states] + shared)
+
+        def store(patterns: list[str]) -> list[str]:
+            out = []
+            for i, s in enumerate(states):
+                places = {name: f"w[{rows[name] + i} * NL + l]" for name in ("S", "K1", "K", "ACC")}
+                out += [p.format(t=f"t_k_{s}", **places) for p in patterns]
+            return out
+
+        mid = [f"w[{rows['VM'] + j} * NL + l] = 0.5 * {self._fed_tangent(j)}" for j in range(n_fed)]
+        mid_again = [line.replace("] = 0.5", "] += 0.5") for line in mid]
+        lines = ["half = 0.5 * h", "sixth = h / 6.0"]
+        lines += [f"{s} = x[{i}]" for i, s in enumerate(states)]
+        lines += [f"a_{s} = k[{i}]" for i, s in enumerate(states)]
+        lines += self._constant_loads()
+        lines += [f"{self._results('b')} = linearise_of({at('a', 'half')}, c_)", *self._seed_lines()]
+        lines += self._loop("half * w[{row} * NL + l]", store(["{K} = {t}", "{ACC} = {K1} + 2.0 * {t}"]) + mid)
+        lines += [f"{self._results('d')} = linearise_of({at('b', 'half')}, c_)", *self._seed_lines()]
+        lines += self._loop(
+            "half * w[{again} * NL + l]", store(["{K} = {t}", "{ACC} += 2.0 * {t}"]) + mid_again
+        )
+        lines += [f"{self._results('e')} = linearise_of({at('d', 'h')}, c_)", *self._seed_lines()]
+        lines += self._loop("h * w[{again} * NL + l]", store(["{ACC} = {S} + sixth * ({ACC} + {t})"]))
+        lines += [
+            f"x_new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+        ]
+        lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
+        doc = "As `step`, and the lanes' new states into ACC, their filter inputs half way into VM."
+        return function("step_lanes", "x, k, h, u, m, c, lane, x_new, mid, w", doc, lines)
+
+    def _evaluate_lanes(self) -> str:
+        plant, rows = self.writer.plant, self.layout.rows
+        unpack = ", ".join(
+            [f"x[{i}]" for i in range(len(plant.states))]
+            + [f"u[{i}]" for i in range(len(plant.inputs))]
+            + [f"m[{i}]" for i in range(len(self.writer.mode_symbols))]
+        )
+        lines = [*self._constant_loads(), f"{self._results('e')} = linearise_of({unpack}, c_)", *self._seed_lines()]
+        after = [f"w[{rows['K1'] + i} * NL + l] = t_k_{s}" for i, s in enumerate(plant.states)]
+        after += [f"w[{rows['V1'] + j} * NL + l] = {self._fed_tangent(j)}" for j in range(self.layout.fed)]
+        lines += self._loop("", after)
+        lines += [f"k[{i}] = e_{s}" for i, s in enumerate(plant.states)]
+        lines += [f"k[{len(plant.states) + j}] = e_v{j}" for j in range(self.layout.fed)]
+        doc = "Rates k and filter inputs at x, and those of the lanes into K1 and V1."
+        return function("evaluate_lanes", "x, u, m, c, k, lane, w", doc, lines)
+
+    def _advance_filter_lanes(self) -> str:
+        """Write S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
+        plant, rows, order = self.writer.plant, self.layout.rows, self.writer.plant.parameters
+        n, n_fed = self.layout.filter_states, self.layout.fed
+        columns = [f"w[{rows['SZ'] + i} * NL + l]" for i in range(n)]
+        columns += [f"w[{rows[part] + j} * NL + l]" for part in ("V0", "VM", "V1") for j in range(n_fed)]
+        width = len(columns)
+        lines = [f"p_{i}_{j} = prop[0, {i * width + j}]" for i in range(n) for j in range(width)]
+        body = [
+            f"n_{i} = " + " + ".join(f"p_{i}_{j} * {column}" for j, column in enumerate(columns)) for i in range(n)
+        ]
+        body += [f"w[{rows['SZ'] + i} * NL + l] = n_{i}" for i in range(n)]
+        lines += ["for l in range(NL):", *(f"    {line}" for line in body)] if n else []
+        for f, q in enumerate(filter_parameters(plant)):
+            lane = f"lane[{order.index(q)}]"
+            lines += [f"w[{rows['SZ'] + i} * NL + {lane}] += dz[{f}, {i}]" for i in range(n)]
+        doc = "Filter lanes over one step; dz holds what the filter's own parameters add."
+        return function("advance_filter_lanes", "prop, dz, lane, w", doc, lines or ["return"])
+
+
+def _product(factor: str, variable: str) -> str:
+    if factor == "1.0":
+        return variable
+    return f"-{variable}" if factor == "-1.0" else f"{factor} * {variable}"

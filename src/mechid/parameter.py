@@ -1,0 +1,90 @@
+"""A parameter: what it means, in which unit, within which bounds, and what is believed of it.
+
+`Declaration` is the parameter as its block knows it; `Parameter` is the same one in a user's
+mechanism, with a value and a status. Values are in the file's own coordinates and units
+(SI, or degrees where the key ends in ``_deg``).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+
+class Status(StrEnum):
+    """What the fit may do, or has done, with a parameter."""
+
+    FREE = "free"
+    KNOWN = "known"
+    TIED = "tied"
+    FROZEN = "frozen"
+    AT_BOUND = "at_bound"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Declaration:
+    """A parameter as declared by the block that uses it.
+
+    Parameters
+    ----------
+    key : str
+        Key in the mechanism file, relative to the block's table, e.g. ``"coil_resistance"``.
+    symbol : str
+        Symbol in the equations, e.g. ``"R"``.
+    unit : str
+        Unit of the file's value, e.g. ``"ohm"``; ``"1"`` where there is none.
+    meaning : str
+        One line for a reader who does not know the symbol.
+    lower, upper : float
+        Physical limits; a file's value outside them is refused.
+    source : str
+        Where the equation or the value stands.
+    default : float or None
+        Value where the file has none; None makes the key mandatory.
+    """
+
+    key: str
+    symbol: str
+    unit: str
+    meaning: str
+    lower: float = -math.inf
+    upper: float = math.inf
+    source: str = "Kornienko2013"
+    default: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """A parameter of one mechanism or record: its dotted name, value, bounds and status.
+
+    `sigma` is the standard deviation of a prior on the value, in the value's unit. `tied_to`
+    names the parameter it follows when `status` is tied. `reason` says why a status is not the
+    one that the file asked for.
+    """
+
+    name: str
+    value: float
+    declaration: Declaration
+    min: float = -math.inf
+    max: float = math.inf
+    sigma: float | None = None
+    status: Status = Status.KNOWN
+    tied_to: str | None = None
+    reason: str = field(default="")
+
+    @property
+    def is_free(self) -> bool:
+        """Whether the fit may move it."""
+        return self.status is Status.FREE
+
+    @property
+    def is_periodic(self) -> bool:
+        """Whether it is an angle in degrees whose range is a full turn, hence no real bound."""
+        return self.declaration.unit == "deg" and self.max - self.min >= 360.0
+
+    def moved_to(self, value: float) -> Parameter:
+        """Return the same parameter at another value (a periodic one wrapped to [-180, 180))."""
+        if self.is_periodic:
+            value = (value + 180.0) % 360.0 - 180.0
+        return replace(self, value=value)

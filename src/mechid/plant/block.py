@@ -1,0 +1,135 @@
+"""What a block is: equations beside their parameters, and the hybrid part beside the smooth one.
+
+A block is a value. It names its inputs by symbols of its own; an assembly wires them to the
+outputs of other blocks (`assembly.py`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from mechid.parameter import Declaration
+
+
+@dataclass(frozen=True, kw_only=True)
+class Guard:
+    """A margin that stays positive while its mode holds; where it reaches zero the mode ends.
+
+    Parameters
+    ----------
+    margin : Expr
+        Function of states, parameters, inputs and terms of the plant.
+    target : str or None
+        The mode that follows; None asks the switch's `entry` rules.
+    resets : mapping of state to number
+        States that take a fixed value there.
+    """
+
+    margin: sp.Expr
+    target: str | None = None
+    resets: Mapping[sp.Symbol, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Switch:
+    """A set of modes, the symbols whose values tell them apart, and the guards that end them.
+
+    Parameters
+    ----------
+    name : str
+    modes : mapping of mode name to {symbol: value}
+        Each mode gives each of the switch's symbols a number; the equations use the symbols.
+    guards : mapping of mode name to tuple of Guard
+    entry : tuple of (Expr, mode name)
+        Tried in order, the first positive expression wins: the mode at start, and after a
+        guard without a target.
+    otherwise : str
+        The mode where no entry rule holds.
+    """
+
+    name: str
+    modes: Mapping[str, Mapping[sp.Symbol, float]]
+    guards: Mapping[str, tuple[Guard, ...]]
+    entry: tuple[tuple[sp.Expr, str], ...]
+    otherwise: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolarPair:
+    """An amplitude and a phase of the file that the kernel knows as cosine and sine part.
+
+    The kernel's parameters are K cos(phi) and K sin(phi): at K = 0 the phase is not dead.
+    """
+
+    amplitude: str
+    phase: str
+    cosine: sp.Symbol
+    sine: sp.Symbol
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinearSystem:
+    """A linear filter behind the plant, x' = A x + B u, in closed form in the time loop.
+
+    Parameters
+    ----------
+    states : tuple of Symbol, (n,)
+    inputs : tuple of Symbol, (m,)
+        Terms of the plant.
+    A, B : Matrix, (n, n) and (n, m)
+        Functions of the parameters alone.
+    """
+
+    states: tuple[sp.Symbol, ...]
+    inputs: tuple[sp.Symbol, ...]
+    A: sp.Matrix
+    B: sp.Matrix
+
+
+@dataclass(frozen=True, kw_only=True)
+class Block:
+    """One piece of hardware: parameters, terms, rates, and what it hands to others.
+
+    Parameters
+    ----------
+    name : str
+        Name in the wiring, e.g. ``"rotor"``.
+    table : str
+        Table of the mechanism file that holds its parameters, e.g. ``"gear"``.
+    declarations : tuple of Declaration
+        Parameters as the file knows them; several blocks may read one table.
+    coordinates : mapping of Symbol to Expr
+        Kernel parameters that are not simply a value of the file, as functions of the file's symbols.
+    polar : tuple of PolarPair
+    inputs : tuple of Symbol
+        What the wiring must supply.
+    terms : mapping of Symbol to Expr
+        Named quantities; the kernel keeps their names.
+    rates : mapping of state to Expr
+        Time derivatives.
+    initial : mapping of state to Expr
+        States at the start of a record.
+    outputs : mapping of str to Expr
+        What other blocks may be wired to.
+    switch : Switch or None
+    filter : LinearSystem or None
+    reference : str
+        Where the equations stand.
+    """
+
+    name: str
+    table: str
+    declarations: tuple[Declaration, ...] = ()
+    coordinates: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    polar: tuple[PolarPair, ...] = ()
+    inputs: tuple[sp.Symbol, ...] = ()
+    terms: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    rates: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    initial: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    outputs: Mapping[str, sp.Expr] = field(default_factory=dict)
+    switch: Switch | None = None
+    filter: LinearSystem | None = None
+    reference: str = "Kornienko2013"

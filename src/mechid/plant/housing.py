@@ -1,0 +1,68 @@
+"""Flexible housing between the rotor's reaction and the torque transducer (section 5.3)."""
+
+from __future__ import annotations
+
+from sympy import Expr, Matrix, symbols
+
+from mechid.errors import InputFileError, did_you_mean
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, LinearSystem
+
+FORMS = ("paper", "unit_dc")
+
+
+def housing(form: str) -> Block:
+    """One resonance on the residual torque: z_ddot + 2 zeta w0 z_dot + w0^2 z = K_res w0^2 T_res.
+
+    Section 5.3 of [Kornienko2013]_, whose numerator is lost; z in N m. The second state is z_dot/w0,
+    so that both are of one size. Form ``"paper"``: the transducer sees z (its static gain K_res
+    breaks the momentum balance at low frequency). Form ``"unit_dc"``: it sees
+    T_res (1 + K s^2/(s^2 + 2 zeta w0 s + w0^2)), of static gain 1.
+
+    Raises
+    ------
+    InputFileError
+        If `form` is neither.
+    """
+    if form not in FORMS:
+        hint = did_you_mean(form, FORMS) or f"; known: {', '.join(FORMS)}"
+        raise InputFileError(f'housing.form: unknown form "{form}"{hint}')
+    z, v_z, T_res, K_res, omega_0, zeta = symbols("z v_z T_res_in K_res omega_0 zeta")
+    gain = K_res if form == "paper" else 1
+    seen: Expr = z if form == "paper" else (1 + K_res) * T_res - K_res * (z + 2 * zeta * v_z)
+    return Block(
+        name="housing",
+        table="housing",
+        declarations=(
+            Declaration(key="gain", symbol="K_res", unit="1", meaning="housing resonance factor", lower=0.0),
+            Declaration(
+                key="frequency", symbol="omega_0", unit="rad/s", meaning="housing resonance frequency", lower=0.0
+            ),
+            Declaration(key="damping", symbol="zeta", unit="1", meaning="housing damping ratio", lower=0.0),
+        ),
+        inputs=(T_res,),
+        outputs={"T": seen},
+        filter=LinearSystem(
+            states=(z, v_z),
+            inputs=(T_res,),
+            A=omega_0 * Matrix([[0, 1], [-1, -2 * zeta]]),
+            B=omega_0 * Matrix([[0], [gain]]),
+        ),
+    )
+
+
+def rigid_housing() -> Block:
+    """No resonance: the transducer sees the residual torque itself; N m."""
+    (T_res,) = symbols("T_res_in,")
+    return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T": T_res})
+
+
+def transducer() -> Block:
+    """Measured torque: y = -(T_residual + T_applied), equation (9) of [Kornienko2013]_; N m."""
+    T_residual, T_applied, y = symbols("T_residual_in T_applied_in y_torque")
+    return Block(
+        name="transducer",
+        table="",
+        inputs=(T_residual, T_applied),
+        outputs={"torque": -(T_residual + T_applied)},
+    )

@@ -1,0 +1,132 @@
+"""The clock of a record: one start and one rate, once the time stamps are proved regular."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.records.table import FloatArray, Table
+
+JITTER = 1e-3
+"""How far a time stamp may be off the regular clock, in sample intervals."""
+JITTER_OF_ROUNDED = 0.25
+"""The same where the stamps were printed with too few digits for `JITTER`."""
+WHOLE_RATE = 1e-6
+"""Relative distance at which a rate is taken for a whole number of hertz."""
+BLOCK = 65536
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Time of the first sample in s, and sample rate in Hz."""
+
+    start_s: float
+    rate_hz: float
+
+
+def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None) -> Clock:
+    """Return the clock that the time stamps follow.
+
+    Parameters
+    ----------
+    table : Table
+        Where the stamps come from, for messages.
+    time : ndarray, shape (N,)
+        Time stamps in s, N at least 2, finite.
+    rate_hz : float or None
+        Rate that the campaign states; the stamps have to agree with it to half an interval.
+
+    Raises
+    ------
+    RecordError
+        The clock goes back, repeats, is irregular, or contradicts `rate_hz`.
+    """
+    _refuse_back(table, time)
+    if rate_hz is not None:
+        _refuse_contradiction(table, time, rate_hz)
+        return Clock(float(time[0]), rate_hz)
+    _refuse_repeated(table, time)
+    interval = float(time[-1] - time[0]) / (time.size - 1)
+    allowed = _allowed(time, interval)
+    _refuse_jitter(table, time, interval, allowed)
+    return Clock(float(time[0]), _whole_rate(1.0 / interval, allowed / (interval * (time.size - 1))))
+
+
+def _whole_rate(rate: float, uncertainty: float) -> float:
+    """Return the whole number of hertz that `rate` is within its relative uncertainty, or `rate`."""
+    whole = round(rate)
+    near = whole > 0 and abs(rate / whole - 1.0) <= min(WHOLE_RATE, uncertainty)
+    return float(whole) if near else rate
+
+
+def _refuse_back(table: Table, time: FloatArray) -> None:
+    row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
+    if row is not None:
+        raise table.error(f"the clock goes back, from {time[row]:.9g} s to {time[row + 1]:.9g} s", row + 1)
+
+
+def _refuse_repeated(table: Table, time: FloatArray) -> None:
+    row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) == 0.0)
+    if row is not None:
+        raise table.error(
+            f"the time stamp {time[row]:.9g} s is repeated; if the stamps have too few digits, "
+            "give sample_rate_hz and name the channels",
+            row + 1,
+        )
+
+
+def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: float) -> None:
+    row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
+    if row is not None:
+        off = float(_off(time, interval, row, row + 1)[0]) / interval
+        raise table.error(
+            f"irregular time: {time[row]:.9g} s is off by {off:.2g} of the mean interval {interval:.9g} s; "
+            "a sample may be missing: cut the record there or resample it",
+            row,
+        )
+
+
+def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float) -> None:
+    interval = 1.0 / rate_hz
+    allowed = max(0.5 * interval, 1.001 * _resolution(time))
+    row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
+    if row is not None:
+        raise table.error(
+            f"sample_rate_hz = {rate_hz:.9g} contradicts the time column: {time[row]:.9g} s "
+            f"where it gives {time[0] + row * interval:.9g} s",
+            row,
+        )
+
+
+def _off(time: FloatArray, interval: float, start: int, stop: int) -> FloatArray:
+    """Return |t_k - (t_0 + k h)| in s for k from `start` to `stop`, shape (stop - start,)."""
+    regular = time[0] + interval * np.arange(start, stop)
+    return np.asarray(np.abs(time[start:stop] - regular), dtype=np.float64)
+
+
+def _allowed(time: FloatArray, interval: float) -> float:
+    """Return how far in s a stamp may be off: `JITTER`, or what its printed digits cannot tell."""
+    unresolved = max(1.001 * _resolution(time), 4.0 * float(np.spacing(np.abs(time[[0, -1]])).max()))
+    return max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
+
+
+def _resolution(time: FloatArray) -> float:
+    """Return the power of ten in s that all stamps are multiples of, 0 where it is below 1 ns."""
+    some = np.concatenate((time[:1000], time[-1000:])) - time[0]
+    for digits in range(10):
+        scaled = some * 10.0**digits
+        if np.all(np.abs(scaled - np.rint(scaled)) < 1e-3):
+            return float(10.0**-digits)
+    return 0.0
+
+
+def _first_row(time: FloatArray, bad: Callable[[int, int], NDArray[np.bool_]]) -> int | None:
+    """Return the first row where `bad(start, stop)` is true, looked for block by block."""
+    for start in range(0, time.size, BLOCK):
+        rows = np.flatnonzero(bad(start, min(start + BLOCK, time.size)))
+        if rows.size:
+            return start + int(rows[0])
+    return None

@@ -1,0 +1,67 @@
+"""Whether a channel can be believed: finite, alive, not driven into its limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechid.records.record import Channel
+from mechid.records.spec import Role
+from mechid.records.table import FloatArray, Table
+
+CLIPPED_RUN = 8
+"""So many equal samples at an extreme are a clipped peak."""
+CLIPPED_TIMES = 2
+"""A single such stretch may be a mechanism at rest."""
+
+
+def refuse_not_finite(table: Table, data: FloatArray, label: str) -> None:
+    """Raise RecordError at the first NaN or infinity of `data`, shape (N,)."""
+    rows = np.flatnonzero(~np.isfinite(data))
+    if rows.size:
+        raise table.error(f"{label}: {data[rows[0]]} is not a finite number", int(rows[0]))
+
+
+def channel_warnings(table: Table, channel: Channel) -> list[str]:
+    """Return what is odd about a channel, one line each.
+
+    Raises
+    ------
+    RecordError
+        An output never changes.
+    """
+    if np.ptp(channel.data) == 0.0:
+        message = (
+            f'"{channel.column}": {channel.quantity} is constant at {channel.data[0]:.9g} {channel.unit}'
+        )
+        if channel.role is Role.OUTPUT:
+            raise table.error(f"{message}: the channel is dead")
+        return [str(table.error(message))]
+    if channel.role is Role.INPUT or channel.quantity.startswith("voltage"):
+        return []  # a driver's voltage stays at its limits by design
+    return _clipping(table, channel)
+
+
+def _clipping(table: Table, channel: Channel) -> list[str]:
+    starts = np.sort(np.concatenate([_runs_at(channel.data, limit) for limit in _limits(channel.data)]))
+    if starts.size < CLIPPED_TIMES:
+        return []
+    message = (
+        f'"{channel.column}": {channel.quantity} stays at its extreme for {CLIPPED_RUN} samples or more '
+        f"{starts.size} times, first here: clipped?"
+    )
+    return [str(table.error(message, int(starts[0])))]
+
+
+def _limits(data: FloatArray) -> tuple[float, float]:
+    return float(data.min()), float(data.max())
+
+
+def _runs_at(data: FloatArray, limit: float) -> FloatArray:
+    """Return the first samples of the clipped stretches at `limit`; zero is rest, not a limit."""
+    if limit == 0.0:
+        return np.empty(0)
+    at_limit = np.zeros(data.size + 2, dtype=np.int8)
+    at_limit[1:-1] = data == limit
+    steps = np.diff(at_limit)
+    starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
+    return np.asarray(starts[ends - starts >= CLIPPED_RUN], dtype=np.float64)

@@ -1,0 +1,107 @@
+"""A record: channels sampled on one regular clock, in SI, with where they came from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import RecordError, did_you_mean
+from mechid.records.spec import Role
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Channel:
+    """One measured quantity.
+
+    Parameters
+    ----------
+    quantity : str
+        One of the keys of `mechid.units.SI_UNIT`.
+    unit : str
+        The SI unit of `data`, e.g. ``"N*m"``.
+    data : ndarray, shape (N,)
+        The samples in `unit`, float64, contiguous, finite; conversion and gain are applied.
+    role : Role
+        Output or input.
+    column : str
+        The column it was read from, as its header names it.
+    """
+
+    quantity: str
+    unit: str
+    data: NDArray[np.float64]
+    role: Role
+    column: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Record:
+    """One test run.
+
+    Parameters
+    ----------
+    name : str
+        The record's name in the campaign.
+    path : Path
+        The file it was read from.
+    digest : str
+        SHA-256 of that file, hexadecimal.
+    time_start_s : float
+        Record time of the first sample, 0 where the file has no time column.
+    sample_rate_hz : float
+        Samples per second.
+    channels : tuple of Channel
+        All of the same length, in the order of the campaign.
+    warnings : tuple of str
+        What is odd about the file and yet usable, one line each.
+    """
+
+    name: str
+    path: Path
+    digest: str
+    time_start_s: float
+    sample_rate_hz: float
+    channels: tuple[Channel, ...]
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def samples(self) -> int:
+        """Number of samples N of every channel."""
+        return int(self.channels[0].data.size)
+
+    @property
+    def sample_interval_s(self) -> float:
+        """Seconds from one sample to the next."""
+        return 1.0 / self.sample_rate_hz
+
+    @property
+    def duration_s(self) -> float:
+        """Seconds from the first sample to the last."""
+        return (self.samples - 1) / self.sample_rate_hz
+
+    @property
+    def outputs(self) -> tuple[Channel, ...]:
+        """The channels that the model has to explain."""
+        return tuple(channel for channel in self.channels if channel.role is Role.OUTPUT)
+
+    @property
+    def inputs(self) -> tuple[Channel, ...]:
+        """The channels that drive the model."""
+        return tuple(channel for channel in self.channels if channel.role is Role.INPUT)
+
+    def channel(self, quantity: str) -> Channel:
+        """Return the channel of `quantity`; RecordError where the record has none."""
+        found = {channel.quantity: channel for channel in self.channels}
+        if quantity not in found:
+            near = did_you_mean(quantity, found) or "; it has " + ", ".join(found)
+            raise RecordError(f'{self.name}: no channel "{quantity}"{near}')
+        return found[quantity]
+
+    def blocks(self, size: int) -> Iterator[tuple[int, int]]:
+        """Yield (start, stop) of consecutive blocks of at most `size` samples."""
+        for start in range(0, self.samples, size):
+            yield start, min(start + size, self.samples)

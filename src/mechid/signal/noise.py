@@ -1,0 +1,128 @@
+"""The white noise in a record, told from its signal where the signal is weakest.
+
+A stepped mechanism fills its spectrum with lines and transients, but they fall off with frequency
+while white noise does not; and they leave gaps: between their lines, where step follows step
+regularly, and between the transients, where steps are rare. So the floor is read in the upper part
+of the band as a median over time and frequency, which lines and transients in the minority do not
+move, in spectra of several lengths: long ones resolve lines, short ones transients.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import RecordError
+
+FloatArray = NDArray[np.float64]
+
+MINIMUM_SAMPLES = 16
+LOWEST = 0.6
+"""Lower end of the band, as a share of the Nyquist frequency: above most of what mechanisms do."""
+HIGHEST = 0.98
+"""Upper end of the band: clear of the Nyquist frequency, where bins are real and not complex."""
+SEGMENTS = (512, 128, 2048)
+"""Lengths of the spectra in samples; the first is taken unless another is significantly lower."""
+PARTS = (1, 2, 4)
+"""Into how many parts the band is cut, in search of a quieter one."""
+SIGNIFICANT = 3.0
+"""Standard errors by which another floor must be lower; otherwise the lowest is so by chance."""
+BLOCK = 256
+"""Segments transformed at once: the spectra of a long record are never all in memory."""
+
+
+@dataclass(frozen=True)
+class Floor:
+    """One estimate of the noise power, in the samples' unit squared, and its relative standard error."""
+
+    power: float
+    error: float
+
+    @property
+    def ceiling(self) -> float:
+        """The power that it significantly stays below."""
+        return self.power * math.exp(SIGNIFICANT * self.error)
+
+
+def noise_floor(y: FloatArray, sample_rate: float, *, above: float | None = None) -> float:
+    """Return the standard deviation of the white noise in `y`.
+
+    Where noise is coloured, or an anti-alias filter takes its upper end away, this is the level of
+    the quietest part of the band, hence a lower bound.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        Samples of noise and signal in any unit, N at least 16.
+    sample_rate : float
+        In Hz.
+    above : float or None
+        Frequency in Hz from which the spectrum is looked at; by default 0.6 of the Nyquist frequency.
+
+    Returns
+    -------
+    float
+        Sigma of one sample, in the unit of `y`. For white Gaussian noise its own relative standard
+        error is about 1.7 / sqrt(N).
+
+    Raises
+    ------
+    RecordError
+        Fewer than 16 samples, or no band is left above `above`.
+    """
+    lowest = LOWEST if above is None else 2.0 * above / sample_rate
+    if y.size < MINIMUM_SAMPLES or lowest > HIGHEST - 0.25:
+        raise RecordError(f"no noise floor from {y.size} samples above {lowest:.2f} of the Nyquist frequency")
+    floors = list(_floors(np.asarray(y, dtype=np.float64), lowest))
+    lower = [floor for floor in floors[1:] if floor.ceiling < floors[0].power]
+    return math.sqrt(min(lower or floors[:1], key=lambda floor: floor.ceiling).power)
+
+
+def _floors(y: FloatArray, lowest: float) -> Iterator[Floor]:
+    """Yield the floors of all segment lengths and parts of the band, the one to start from first."""
+    lengths = [length for length in SEGMENTS if 4 * length <= y.size] or [min(y.size, SEGMENTS[1])]
+    for length in lengths:
+        share = np.arange(length // 2 + 1) * 2.0 / length
+        band = (share >= lowest) & (share < HIGHEST)
+        power = _power(y, length, band)
+        for parts in PARTS:
+            width = (HIGHEST - lowest) / parts
+            for columns in np.array_split(power, parts, axis=1):
+                if parts == 1 or columns.shape[1] >= 4:
+                    yield _floor(columns, 0.5 * y.size * width)
+
+
+def _power(y: FloatArray, length: int, band: NDArray[np.bool_]) -> FloatArray:
+    """Return the power in the `band` of half-overlapping Hann segments, shape (segments, bins).
+
+    White noise of standard deviation s gives s^2 on average in every bin.
+    """
+    window = np.hanning(length + 1)[:-1]
+    window /= math.sqrt(float(np.sum(window**2)))
+    segments = np.lib.stride_tricks.sliding_window_view(y, length)[:: max(length // 2, 1)]
+    return np.concatenate(
+        [
+            _block_power(segments[start : start + BLOCK], window, band)
+            for start in range(0, len(segments), BLOCK)
+        ]
+    )
+
+
+def _block_power(segments: FloatArray, window: FloatArray, band: NDArray[np.bool_]) -> FloatArray:
+    centred = segments - segments.mean(axis=1, keepdims=True)
+    spectrum = np.fft.rfft(centred * window, axis=1)[:, band]
+    return np.asarray(spectrum.real**2 + spectrum.imag**2, dtype=np.float64)
+
+
+def _floor(power: FloatArray, independent: float) -> Floor:
+    """Return the floor of bins whose power has a chi-square distribution with two degrees of freedom.
+
+    Its median is ln 2 of its mean, and the median of n independent ones has the relative standard
+    error 1 / (ln 2 sqrt(n)). A band of a share w of the Nyquist frequency in N samples has
+    N w / 2 independent ones, overlap and window notwithstanding.
+    """
+    return Floor(float(np.median(power)) / math.log(2.0), 1.0 / (math.log(2.0) * math.sqrt(independent)))

@@ -1,0 +1,82 @@
+"""Amplitudes of sines in a record: over all frequencies, or of one line."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import UsageError, did_you_mean
+
+FloatArray = NDArray[np.float64]
+
+WINDOWS: Mapping[str, Callable[[int], FloatArray]] = {
+    "boxcar": np.ones,
+    "hann": lambda size: np.hanning(size + 1)[:-1],
+    "hamming": lambda size: np.hamming(size + 1)[:-1],
+    "blackman": lambda size: np.blackman(size + 1)[:-1],
+}
+"""Windows by name, each periodic: the last sample is not the first one again."""
+
+
+def amplitude_spectrum(
+    y: FloatArray, sample_rate: float, window: str = "boxcar"
+) -> tuple[FloatArray, FloatArray]:
+    """Return the single-sided amplitude spectrum: a sine of amplitude A on a bin reads A.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        Samples in any unit.
+    sample_rate : float
+        In Hz.
+    window : str
+        One of `WINDOWS`; its mean is divided out.
+
+    Returns
+    -------
+    frequency : ndarray, shape (N // 2 + 1,)
+        In Hz, from 0.
+    amplitude : ndarray, shape (N // 2 + 1,)
+        In the unit of `y`; at 0 the magnitude of the mean.
+
+    Raises
+    ------
+    UsageError
+        The window is unknown.
+    """
+    if window not in WINDOWS:
+        known = did_you_mean(window, WINDOWS) or "; known are " + ", ".join(WINDOWS)
+        raise UsageError(f'unknown window "{window}"{known}')
+    weights = WINDOWS[window](y.size)
+    amplitude = np.asarray(np.abs(np.fft.rfft(y * weights)) * (2.0 / weights.sum()), dtype=np.float64)
+    single = [0, -1] if y.size % 2 == 0 else [0]  # mean and Nyquist bin have no mirror image
+    amplitude[single] /= 2.0
+    frequency: FloatArray = np.arange(amplitude.size) * (sample_rate / y.size)
+    return frequency, amplitude
+
+
+def line_amplitude(y: FloatArray, sample_rate: float, frequency: float) -> float:
+    """Return the amplitude of the sine at `frequency` that fits `y` best beside a constant.
+
+    On a bin of the record's spectrum it is that bin's amplitude, and it is exact for a sine between bins.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        Samples in any unit.
+    sample_rate, frequency : float
+        In Hz; the frequency lies between 0 and half the sample rate.
+
+    Raises
+    ------
+    UsageError
+        The frequency is out of that range.
+    """
+    if not 0.0 < frequency < sample_rate / 2.0:
+        raise UsageError(f"a line of {frequency} Hz is not between 0 and {sample_rate / 2.0} Hz")
+    phase = 2.0 * np.pi * frequency / sample_rate * np.arange(y.size)
+    columns = np.column_stack((np.cos(phase), np.sin(phase), np.ones(y.size)))
+    cosine, sine, _ = np.linalg.solve(columns.T @ columns, columns.T @ y)
+    return float(np.hypot(cosine, sine))

@@ -1,0 +1,16 @@
+"""Fixtures that several layers' tests share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def campaign_folder():
+    """Return the folder of campaigns made by the independent simulator, outside the repository."""
+    beside = Path(__file__).resolve().parents[2] / "shared" / "campaign"
+    folder = Path(os.environ.get("MECHID_CAMPAIGN", beside))
+    if not (folder / "exact").is_dir():
+        pytest.skip("no independent campaigns here; set MECHID_CAMPAIGN to the folder with exact/ and noisy/")
+    return folder

@@ -1,0 +1,105 @@
+"""The noise floor against seeded white noise of known sigma, alone and under strong signals."""
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from mechid.errors import RecordError
+from mechid.signal import noise_floor
+
+RATE = 10000.0
+HOUSING, DAMPING = 5578.0, 0.095  # rad/s, 1: the resonance of Kornienko2013, at 888 Hz
+
+
+def white(samples, sigma, seed):
+    return sigma * np.random.default_rng(seed).normal(size=samples)
+
+
+def stepped(samples, rate):
+    """Ringing of 1 N m, restarted with a jump in slope `rate` times a second, behind the housing's resonance."""
+    time = np.arange(samples) / RATE
+    since = np.mod(time, 1.0 / rate)
+    torque = np.exp(-40.0 * since) * np.sin(2.0 * np.pi * 48.0 * since)
+    h = 1.0 / RATE  # the resonance, sampled (impulse invariant), unit gain
+    damped = HOUSING * np.sqrt(1.0 - DAMPING**2)
+    poles = np.exp((-DAMPING * HOUSING + 1j * damped) * h)
+    denominator = [1.0, -2.0 * poles.real, abs(poles) ** 2]
+    return torque + lfilter([sum(denominator)], denominator, torque)
+
+
+@pytest.mark.parametrize(("samples", "draws", "tolerance"), [(1000, 400, 0.01), (10000, 200, 0.005)])
+def test_white_noise_is_unbiased_and_scatters_as_stated(samples, draws, tolerance):
+    """Closed form: sigma itself, and 1.7 / sqrt(N) of it as the scatter over seeded draws."""
+    found = [noise_floor(white(samples, 0.3, seed), RATE) / 0.3 for seed in range(draws)]
+    assert np.mean(found) == pytest.approx(1.0, abs=tolerance)
+    assert np.std(found) == pytest.approx(1.7 / np.sqrt(samples), rel=0.2)
+
+
+@pytest.mark.parametrize("rate", [5.0, 46.0, 120.0, 736.0, 2000.0])
+def test_a_stepped_mechanism_does_not_hide_its_noise(rate):
+    """2 mN m under a signal of 1 N m at step rates of full and microstepping."""
+    y = stepped(20000, rate) + white(20000, 2e-3, seed=3)
+    assert noise_floor(y, RATE) == pytest.approx(2e-3, rel=0.05)
+
+
+def test_transients_in_a_quarter_of_the_time_are_passed_over():
+    """Bursts as strong as the signal up to the Nyquist frequency, 4 a second, 60 ms each."""
+    noise, burst = white(40000, 1e-3, seed=4), white(40000, 1.0, seed=5)
+    y = noise + np.where(np.arange(40000) % 2500 < 600, burst, 0.0)
+    assert noise_floor(y, RATE) == pytest.approx(1e-3, rel=0.3)
+
+
+def test_lines_up_to_the_nyquist_frequency_are_passed_over():
+    """An impulse train of 50 Hz has a line at every multiple of it, up to 5 kHz."""
+    y = white(40000, 1e-3, seed=6)
+    y[::200] += 0.5
+    assert noise_floor(y, RATE) == pytest.approx(1e-3, rel=0.05)
+
+
+def test_the_quieter_part_of_the_band_wins():
+    """Noise below 0.7 of the Nyquist frequency does not count where it is quieter above."""
+    shaped = np.fft.rfft(white(40000, 1.0, seed=7))
+    shaped[int(0.7 * shaped.size) :] *= 0.1
+    assert noise_floor(np.fft.irfft(shaped), RATE) == pytest.approx(0.1, rel=0.03)
+
+
+def test_the_band_can_be_given():
+    """Below 4 kHz the noise is ten times stronger; from there on only the weaker is seen."""
+    shaped = np.fft.rfft(white(40000, 1.0, seed=8))
+    shaped[int(0.7 * shaped.size) :] *= 0.1
+    assert noise_floor(np.fft.irfft(shaped), RATE, above=3600.0) == pytest.approx(0.1, rel=0.03)
+
+
+@pytest.mark.parametrize("samples", [16, 100, 511, 513])
+def test_offset_and_drift_are_no_noise(samples):
+    y = 5.0 + 2.0 * np.linspace(0.0, 1.0, samples) + white(samples, 1e-2, seed=9)
+    assert noise_floor(y, RATE) == pytest.approx(1e-2, rel=0.6)
+
+
+def test_silence_has_no_noise():
+    assert noise_floor(np.zeros(1000), RATE) == 0.0
+
+
+@pytest.mark.parametrize(("samples", "above"), [(15, None), (1000, 4000.0)])
+def test_too_little_is_refused(samples, above):
+    with pytest.raises(RecordError, match="no noise floor from"):
+        noise_floor(np.zeros(samples), RATE, above=above)
+
+
+RECORDS = ["full_res", "full_half", "full_slow", "micro_res", "micro_2res", "sweep"]
+
+
+def torque(folder, kind, name):
+    return np.loadtxt(folder / kind / f"{name}.csv", delimiter=",", skiprows=1)[:, 1]
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_noise_of_the_noisy_campaign_is_found(campaign_folder, name):
+    """Truth: the independent simulator added 2 mN m of white noise."""
+    assert noise_floor(torque(campaign_folder, "noisy", name), RATE) == pytest.approx(2e-3, rel=0.05)
+
+
+@pytest.mark.parametrize("name", RECORDS)
+def test_the_exact_campaign_has_almost_none(campaign_folder, name):
+    """Its records carry no noise; what is left is the signal's own spectrum near 5 kHz."""
+    assert noise_floor(torque(campaign_folder, "exact", name), RATE) < 5e-5

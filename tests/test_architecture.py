@@ -1,0 +1,29 @@
+"""The house rules that a program can check: the order of the layers, the size and the names of files."""
+
+from pathlib import Path
+
+import pytest
+from importlinter.cli import lint_imports
+
+ROOT = Path(__file__).resolve().parents[1]
+SOURCES = sorted((ROOT / "src").rglob("*.py"))
+LONGEST_FILE = 350
+NAMES_THAT_SAY_NOTHING = {"base", "common", "helper", "helpers", "misc", "tools", "util", "utils"}
+
+
+def test_a_layer_imports_only_lower_ones(capsys: pytest.CaptureFixture[str]) -> None:
+    """Truth: the contracts in pyproject.toml, which are the layers of docs/architecture.md."""
+    status = lint_imports(config_filename=str(ROOT / "pyproject.toml"), no_cache=True)
+    assert status == 0, capsys.readouterr().out
+
+
+def test_the_sources_are_found() -> None:
+    assert ROOT / "src" / "mechid" / "__init__.py" in SOURCES
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=lambda path: str(path.relative_to(ROOT)))
+def test_a_file_holds_one_idea_and_is_named_for_it(path: Path) -> None:
+    """Truth: the house's limits on a file."""
+    name = path.parent.name if path.stem == "__init__" else path.stem
+    assert name.strip("_") not in NAMES_THAT_SAY_NOTHING
+    assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE

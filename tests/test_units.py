@@ -1,0 +1,129 @@
+"""Units: every factor is the definition of the unit; what is no unit of the quantity is refused."""
+
+import math
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from mechid.errors import RecordError
+from mechid.units import SI_UNIT, si_unit, split_header, to_si_factor
+
+POUND_FORCE, INCH = 0.45359237 * 9.80665, 0.0254  # by definition
+
+FACTORS = [
+    *[(unit, "torque", 1.0) for unit in ("N*m", "Nm", "N m", "N.m", "N·m", "N-m", " N * m ", "J")],
+    *[(unit, "torque", 1e-3) for unit in ("mNm", "mN*m", "mN m", "mN.m", "Nmm", "N*mm")],
+    *[(unit, "torque", 1e-6) for unit in ("uNm", "µNm", "uN*m")],
+    ("Ncm", "torque", 1e-2),
+    ("kNm", "torque", 1e3),
+    ("lbf*in", "torque", POUND_FORCE * INCH),
+    ("ozf-in", "torque", POUND_FORCE / 16.0 * INCH),
+    ("mN", "force", 1e-3),
+    ("rad", "rotor_angle", 1.0),
+    *[(unit, "output_angle", math.pi / 180.0) for unit in ("deg", "°", "degree")],
+    ("arcsec", "output_angle", math.pi / 648000.0),
+    ("mrad", "rotor_angle", 1e-3),
+    ("rad/s", "rotor_rate", 1.0),
+    ("rad s^-1", "rotor_rate", 1.0),
+    ("deg/s", "output_rate", math.pi / 180.0),
+    ("rpm", "rotor_rate", math.pi / 30.0),
+    ("rev/s", "rotor_rate", 2.0 * math.pi),
+    ("mm", "position", 1e-3),
+    ("mm/s", "velocity", 1e-3),
+    ("A", "current_phase_a", 1.0),
+    ("mA", "current_phase_b", 1e-3),
+    ("V", "voltage_phase_a", 1.0),
+    ("mV", "voltage_phase_b", 1e-3),
+    ("s", "time", 1.0),
+    ("ms", "time", 1e-3),
+    *[(unit, "time", 1e-6) for unit in ("us", "µs", "μs")],
+]
+
+
+@pytest.mark.parametrize(("unit", "quantity", "factor"), FACTORS)
+def test_a_factor_is_the_units_definition(unit, quantity, factor):
+    assert to_si_factor(unit, quantity) == pytest.approx(factor, rel=1e-14)
+
+
+@pytest.mark.parametrize("quantity", SI_UNIT)
+def test_the_si_unit_of_a_quantity_has_factor_one(quantity):
+    assert to_si_factor(si_unit(quantity), quantity) == 1.0
+
+
+REFUSED = [
+    ("V", "torque", 'unit "V" does not measure torque; expected N*m or a multiple of it'),
+    ("N", "torque", 'unit "N" does not measure torque; expected N*m or a multiple of it'),
+    ("Nm/rad", "torque", 'unit "Nm/rad" does not measure torque; expected N*m or a multiple of it'),
+    ("Hz", "rotor_rate", 'unit "Hz" does not measure rotor_rate; expected rad/s or a multiple of it'),
+    ("1", "rotor_angle", 'unit "1" does not measure rotor_angle; expected rad or a multiple of it'),
+    ("NM", "torque", 'unknown unit "NM" for torque; expected N*m or a multiple of it'),
+    ("%", "rotor_angle", 'unknown unit "%" for rotor_angle; expected rad or a multiple of it'),
+    ("5 N", "force", 'unknown unit "5 N" for force; expected N or a multiple of it'),
+    ("", "time", 'unknown unit "" for time; expected s or a multiple of it'),
+    ("m^9^9^9^9", "position", 'unknown unit "m^9^9^9^9" for position; expected m or a multiple of it'),
+]
+
+
+@pytest.mark.parametrize(("unit", "quantity", "message"), REFUSED)
+def test_a_wrong_unit_is_refused_with_what_is_expected(unit, quantity, message):
+    with pytest.raises(RecordError) as caught:
+        to_si_factor(unit, quantity)
+    assert str(caught.value) == message
+
+
+def test_an_unknown_quantity_is_refused_with_the_nearest():
+    with pytest.raises(RecordError, match='unknown quantity "torqe"; did you mean "torque"?'):
+        to_si_factor("Nm", "torqe")
+
+
+@settings(max_examples=60, deadline=None, derandomize=True)
+@given(st.text(alphabet="Nmsrad/*^.-() 019kµ°%_", max_size=12))
+def test_any_text_is_a_positive_factor_or_refused(unit):
+    try:
+        assert to_si_factor(unit, "torque") > 0.0
+    except RecordError as error:
+        assert "torque" in str(error)  # noqa: PT017
+
+
+HEADERS = [
+    ("torque_Nm", "torque", "Nm"),
+    ("torque_mN_m", "torque", "mN*m"),
+    ("torque_raw_Nm", "torque_raw", "Nm"),
+    ("Mz [N*m]", "Mz", "N*m"),
+    ("Mz (mNm)", "Mz", "mNm"),
+    ("Mz_[Nm]", "Mz", "Nm"),
+    ("Torque [Nm] CH1", "Torque CH1", "Nm"),
+    ("Mz(CH1) [Nm]", "Mz(CH1)", "Nm"),
+    ("Mz [foo]", "Mz", "foo"),
+    ("time_s", "time", "s"),
+    ("t/s", "t", "s"),
+    ("M / Nm", "M", "Nm"),
+    ("v/(m/s)", "v", "m/s"),
+    ("omega_rad_s", "omega", "rad/s"),
+    ("omega_rad_per_s", "omega", "rad/s"),
+    ("omega_deg/s", "omega", "deg/s"),
+    ("iA", "iA", None),
+    ("Mz []", "Mz", None),
+    ("phase_a", "phase_a", None),
+    ("torque_raw", "torque_raw", None),
+    ("dz/dt", "dz/dt", None),
+    ("s", "s", None),
+    ("", "", None),
+]
+
+
+@pytest.mark.parametrize(("column", "name", "unit"), HEADERS)
+def test_a_header_is_split_into_name_and_unit(column, name, unit):
+    assert split_header(column) == (name, unit)
+
+
+def test_pint_is_not_loaded_for_units_that_are_si_already():
+    """Truth: the list of loaded modules, in a fresh interpreter."""
+    program = (
+        "import sys; from mechid.units import to_si_factor, split_header; "
+        "to_si_factor('Nm', 'torque'); split_header('time_s'); sys.exit('pint' in sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", program], check=True)
