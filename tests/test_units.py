@@ -75,7 +75,7 @@ def test_a_wrong_unit_is_refused_with_what_is_expected(unit, quantity, message):
 
 
 def test_an_unknown_quantity_is_refused_with_the_nearest():
-    with pytest.raises(RecordError, match='unknown quantity "torqe"; did you mean "torque"?'):
+    with pytest.raises(RecordError, match=r'unknown quantity "torqe"; did you mean "torque"\?'):
         to_si_factor("Nm", "torqe")
 
 

@@ -7,7 +7,10 @@ laws used here have it in closed form, so that no peer loses accuracy to a root 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,9 +73,7 @@ class Mechanism:
         detents = [K * f(phi) for K, phi in self.detents for f in (math.cos, math.sin)]
         values = [self.coil_resistance, self.coil_inductance, self.torque_constant, self.static]
         values += [*detents, self.coulomb, self.viscous, self.stiffness, self.damping]
-        return np.array(
-            [*values, self.housing_gain, self.housing_frequency, self.housing_damping]
-        )
+        return np.array([*values, self.housing_gain, self.housing_frequency, self.housing_damping])
 
     def constants(self) -> np.ndarray:
         """Return p/2, J_rot, G and J_m, shape (4,)."""
@@ -159,7 +160,7 @@ class Problem:
         """Time of the last sample, in s."""
         return (self.n_samples - 1) * SAMPLE_TIME
 
-    @property
+    @cached_property
     def voltages(self) -> np.ndarray:
         """Coil voltages u_A, u_B in V before the first edge and after each, shape (n_edges + 1, 2)."""
         phasor = np.array([-np.cos(self.edge_angles), np.sin(self.edge_angles)])
@@ -184,6 +185,27 @@ def sweep(mechanism: Mechanism, *, duration: float = 60.0) -> Problem:
     return _problem("sweep", mechanism, edges, duration, 16, 0.0)
 
 
+def first_seconds(problem: Problem, duration: float) -> Problem:
+    """Return the beginning of `problem`, in s."""
+    edges = problem.edge_times[problem.edge_times < duration]
+    return replace(
+        problem,
+        n_samples=round(duration / SAMPLE_TIME) + 1,
+        edge_times=edges,
+        edge_angles=problem.edge_angles[: len(edges) + 1],
+    )
+
+
+def start_state(problem: Problem) -> np.ndarray:
+    """Return i_A, i_B, alpha, omega, alpha_g, omega_g, z, z' of the start, shape (8,).
+
+    At rest, currents settled, the rotor as commanded, the gear unwound.
+    """
+    i_A, i_B = problem.voltages[0] / problem.mechanism.coil_resistance
+    alpha = problem.start_angle / (problem.mechanism.poles / 2)
+    return np.array([i_A, i_B, alpha, 0.0, alpha / problem.mechanism.gear_ratio, 0.0, 0.0, 0.0])
+
+
 def _problem(
     name: str,
     mechanism: Mechanism,
@@ -202,3 +224,42 @@ def _problem(
         edge_times=edges,
         edge_angles=angles,
     )
+
+
+class Output(NamedTuple):
+    """What a peer returns.
+
+    Attributes
+    ----------
+    torque : numpy.ndarray
+        Measured torque y in N m, shape (n,).
+    first : int
+        Index of its first sample in the record; a slow peer runs on a window.
+    jacobian : numpy.ndarray or None
+        Derivative of `torque` by `PARAMETERS`, shape (n, 15), where it was kept.
+    """
+
+    torque: np.ndarray
+    first: int = 0
+    jacobian: np.ndarray | None = None
+
+
+Run = Callable[[], Output]
+"""What a peer's `prepare(problem, jacobian=..., keep_jacobian=...)` returns; only this is timed.
+
+All that depends on the structure alone (compiling, loading) belongs to `prepare`. The Jacobian must
+be computed by every timed run; it is kept, for its accuracy, only in a run that is not timed.
+"""
+
+
+def mean_voltages(problem: Problem) -> np.ndarray:
+    """Return the voltages' mean over each sampling interval, shape (n_samples - 1, 2), in V.
+
+    The best that a peer without edges can be given.
+    """
+    grid = np.arange(problem.n_samples) * SAMPLE_TIME
+    times = np.concatenate([[0.0], problem.edge_times, [problem.duration]])
+    passed = np.zeros((len(times), 2))
+    passed[1:] = np.cumsum(np.diff(times)[:, None] * problem.voltages, axis=0)
+    integral = np.array([np.interp(grid, times, column) for column in passed.T])
+    return np.ascontiguousarray(np.diff(integral, axis=1).T / SAMPLE_TIME)

@@ -29,36 +29,58 @@ typedef struct {
     int status;
 } State;
 
-/* Carry the state, and with them the sensitivities, over a Runge-Kutta step. */
-static ALWAYS_INLINE void taken(
+/* Carry the sensitivities over a step. Not inlined: mixed into the state's step they would drive
+ * each other out of the registers. `was` is the start's z, z'; a is T_res / J_rot at three points. */
+static __attribute__((noinline)) void carry(
+    const Plant *p, const Tangent *inner, const Propagator *w, Phases was, const double *a,
+    Lanes *lanes)
+{
+    const Tangent *const t[5] = {&lanes->here, inner, inner + 1, inner + 2, inner + 3};
+#pragma GCC unroll 3
+    for (int q = 0; q < GROUPS; ++q)
+        carry_group(p, t, w, q, &lanes->group[q]);
+    carry_mode(&w->value, &w->by_w0, was.A, was.B, a, &lanes->w0_z, &lanes->w0_v);
+    carry_mode(&w->value, &w->by_zeta, was.A, was.B, a, &lanes->zeta_z, &lanes->zeta_v);
+    lanes->here = inner[3];
+}
+
+/* Carry the state, and with it the sensitivities, over a Runge-Kutta step. */
+static ALWAYS_INLINE void take(
     const Plant *p, State *x, Lanes *lanes, const Step *r, const Propagator *w)
 {
     const ModeStep *m = &w->value;
     const double a[3] = {r->first.a, 0.5 * (r->second.a + r->third.a), r->end.a};
-    const double z = x->z, v = x->z_dot;
-    x->z = applied(m->z_z, m->z_v, m->z_start, m->z_middle, m->z_end, z, v, a);
-    x->z_dot = applied(m->v_z, m->v_v, m->v_start, m->v_middle, m->v_end, z, v, a);
+    const Phases was = {x->z, x->z_dot};
+    x->z = applied(m->z_z, m->z_v, m->z_start, m->z_middle, m->z_end, was.A, was.B, a);
+    x->z_dot = applied(m->v_z, m->v_v, m->v_start, m->v_middle, m->v_end, was.A, was.B, a);
     x->here = r->end;
     if (lanes) {
         const Mode n = x->mode;
-        const Tangent t[5] = {tangent(p, n, x->u, r->first), tangent(p, n, x->u, r->second),
-                              tangent(p, n, x->u, r->third), tangent(p, n, x->u, r->fourth),
-                              tangent(p, n, x->u, r->end)};
-#pragma GCC unroll 3
-        for (int q = 0; q < GROUPS; ++q)
-            carry_group(p, t, w, q, &lanes->group[q]);
-        carry_mode(m, &w->by_w0, z, v, a, &lanes->w0_z, &lanes->w0_v);
-        carry_mode(m, &w->by_zeta, z, v, a, &lanes->zeta_z, &lanes->zeta_v);
+        const Tangent inner[4] = {tangent(p, n, x->u, r->second), tangent(p, n, x->u, r->third),
+                                  tangent(p, n, x->u, r->fourth), tangent(p, n, x->u, r->end)};
+        carry(p, inner, w, was, a, lanes);
     }
 }
 
-/* a and b of every group at the state's point, after its mode or its sensitivities changed. */
-static void refreshed(const Plant *p, const State *x, Lanes *lanes)
+/* The tangent and every group's a and b here, after the voltages, the mode or S changed. */
+static void refresh(const Plant *p, const State *x, Lanes *lanes)
 {
-    const Tangent t = tangent(p, x->mode, x->u, x->here);
-    accelerate(p, &t, 0, &lanes->group[0]);
-    accelerate(p, &t, 1, &lanes->group[1]);
-    accelerate(p, &t, 2, &lanes->group[2]);
+    const Tangent *t = &lanes->here;
+    lanes->here = tangent(p, x->mode, x->u, x->here);
+    accelerate(p, t, 0, &lanes->group[0]);
+    accelerate(p, t, 1, &lanes->group[1]);
+    accelerate(p, t, 2, &lanes->group[2]);
+}
+
+/* Cut off the tails of sensitivities that die out between switches, as that to static friction does:
+ * numbers below the normal range would slow the lanes down by a seventh. */
+static void cut_tails(Lanes *lanes)
+{
+    for (int q = 0; q < GROUPS; ++q) {
+        double *x = (double *)&lanes->group[q];
+        for (size_t i = 0; i < sizeof lanes->group[q] / sizeof *x; ++i)
+            x[i] = fabs(x[i]) < 1e-200 ? 0 : x[i];
+    }
 }
 
 /* d(instant)/dp = -(g_x S + g_p) / (g_x f + g_t) of one group at a switch. */
@@ -102,7 +124,7 @@ static State switched_over(const Plant *p, State before, Lanes *lanes)
     after.switches += 1;
     if (lanes) {
         jumped(p, &before, &after, lanes);
-        refreshed(p, &after, lanes);
+        refresh(p, &after, lanes);
     }
     return after;
 }
@@ -119,7 +141,7 @@ static __attribute__((noinline)) State through_switches(
         const double h = ends ? located(p, x.mode, x.u, x.here, left) : left;
         const Propagator part = propagator(&p->is, h, lanes != 0);
         r = runge_kutta(p, x.mode, x.u, x.here, h);
-        taken(p, &x, lanes, &r, &part);
+        take(p, &x, lanes, &r, &part);
         left -= h;
         if (!ends)
             return x;
@@ -131,14 +153,15 @@ static __attribute__((noinline)) State through_switches(
     return x;
 }
 
-/* Advance by the length of `step`. */
-static ALWAYS_INLINE State advanced(const Plant *p, State x, Lanes *lanes, const Propagator *step)
+/* Advance by the length of `step`. Here and above the slow path takes and returns the state by
+ * value: its address never leaves the loop, so that the loop keeps it in registers. */
+static ALWAYS_INLINE void advance(const Plant *p, State *x, Lanes *lanes, const Propagator *step)
 {
-    const Step r = runge_kutta(p, x.mode, x.u, x.here, step->h);
-    if (__builtin_expect(switched(p, x.mode, r.end), 0))
-        return through_switches(p, x, lanes, step->h);
-    taken(p, &x, lanes, &r, step);
-    return x;
+    const Step r = runge_kutta(p, x->mode, x->u, x->here, step->h);
+    if (__builtin_expect(switched(p, x->mode, r.end), 0))
+        *x = through_switches(p, *x, lanes, step->h);
+    else
+        take(p, x, lanes, &r, step);
 }
 
 /* The record's start: at rest, currents settled, rotor as commanded, gear unwound. */
@@ -155,7 +178,7 @@ static State started(const Plant *p, Phases u, double start_angle, Lanes *lanes)
         memset(lanes, 0, sizeof *lanes);
         lanes->group[0].x[I_A][0] = -x.here.i_A / p->is.R;
         lanes->group[0].x[I_B][0] = -x.here.i_B / p->is.R;
-        refreshed(p, &x, lanes);
+        refresh(p, &x, lanes);
     }
     return x;
 }
@@ -198,8 +221,8 @@ static void write_final(const Plant *p, const State *x, double *final)
 
 /* Cross one sampling interval; `edge` counts the step edges passed. Each piece between the ends of
  * the substeps and the edges is one step. */
-static ALWAYS_INLINE State crossed(
-    const Plant *p, const Command *c, double start, const Propagator *regular, State x,
+static ALWAYS_INLINE void cross(
+    const Plant *p, const Command *c, double start, const Propagator *regular, State *x,
     Lanes *lanes, long *edge)
 {
     const double *next = c->edge_times + *edge;
@@ -209,20 +232,21 @@ static ALWAYS_INLINE State crossed(
         const int at_edge = *edge < c->n_edges && *next - start < end - INSTANT;
         const double to = at_edge ? *next - start : end;
         if (!at_edge && from == (j - 1) * regular->h)
-            x = advanced(p, x, lanes, regular);
+            advance(p, x, lanes, regular);
         else if (to - from > INSTANT) {
             const Propagator part = propagator(&p->is, to - from, lanes != 0);
-            x = advanced(p, x, lanes, &part);
+            advance(p, x, lanes, &part);
         }
         from = to;
         if (at_edge) {
             const double *u = c->voltages + 2 * ++*edge;
-            x.u = (Phases){u[0], u[1]};
+            x->u = (Phases){u[0], u[1]};
+            if (lanes)
+                lanes->here = tangent(p, x->mode, x->u, x->here);
             ++next;
         } else
             ++j;
     }
-    return x;
 }
 
 static ALWAYS_INLINE int simulated(
@@ -239,10 +263,13 @@ static ALWAYS_INLINE int simulated(
             write_row(p, &x, lanes, out->jacobian + COLUMNS * row);
             row = row + 1 == out->rows ? 0 : row + 1;
         }
-        if (i % REFRESH == 0)
+        if (i % REFRESH == 0) {
             x.here = looked_up(p, x.mode, x.here);
+            if (lanes)
+                cut_tails(lanes);
+        }
         if (i + 1 < c.n_samples)
-            x = crossed(p, &c, i * c.sample_time, &regular, x, lanes, &edge);
+            cross(p, &c, i * c.sample_time, &regular, &x, lanes, &edge);
     }
     write_final(p, &x, out->final);
     return x.status == OK && !isfinite(x.z) ? DIVERGED : x.status;

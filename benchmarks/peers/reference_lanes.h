@@ -15,11 +15,6 @@ typedef struct {
     Lane x[STATES], a, b, z, z_dot;
 } Group;
 
-typedef struct {
-    Group group[GROUPS];
-    double w0_z, w0_v, zeta_z, zeta_v; /* of z and z' by w0 and zeta */
-} Lanes;
-
 /* The linearised right-hand side at a point: its coefficients and, by group, its own terms. */
 typedef struct {
     double A_omega, A_alpha, B_omega, B_alpha; /* of the currents' rates */
@@ -27,9 +22,15 @@ typedef struct {
     Lane own_A, own_B, own_a[GROUPS], own_b;
 } Tangent;
 
+typedef struct {
+    Group group[GROUPS];
+    double w0_z, w0_v, zeta_z, zeta_v; /* of z and z' by w0 and zeta */
+    Tangent here;
+} Lanes;
+
 static ALWAYS_INLINE Tangent tangent(const Plant *p, Mode m, Phases u, Point x)
 {
-    const double turning = p->is.half_poles * x.omega * p->k_per_L, emf = x.omega * p->per_L;
+    const double turning = p->is.half_poles * x.omega * p->k_per_L;
     const double c4 = 1 - 8 * x.m * x.m, s4 = 4 * x.m * x.c2;
     const double T_D_by_angle = 4 * (p->is.detent[0] * c4 - p->is.detent[1] * s4)
                               + 2 * p->is.detent[2] * x.c2 - 4 * p->is.detent[3] * x.m;
@@ -41,12 +42,12 @@ static ALWAYS_INLINE Tangent tangent(const Plant *p, Mode m, Phases u, Point x)
         .a_A = p->is.k_m * m.per_J * x.s, .a_B = p->is.k_m * m.per_J * x.c,
         .a_alpha = p->is.half_poles * m.per_J * T_by_angle,
         .a_omega = -p->is.viscous * m.per_J, .a_b = -p->T_rg_per_b * m.per_J,
-        .own_A = {-x.i_A * p->per_L, -di.A * p->per_L, -emf * x.s, 0},
-        .own_B = {-x.i_B * p->per_L, -di.B * p->per_L, -emf * x.c, 0},
-        .own_a = {{0, 0, m.per_J * (x.i_A * x.s + x.i_B * x.c), 0},
-                  {-m.per_J * s4, -m.per_J * c4, -m.per_J * 2 * x.m, -m.per_J * x.c2},
-                  {-m.per_J * m.sign, -m.per_J * x.omega, 0, 0}},
-        .own_b = {0, 0, x.delta * p->per_J_m, x.v * p->per_J_m}};
+        .own_A = -p->per_L * (Lane){x.i_A, di.A, x.omega * x.s, 0},
+        .own_B = -p->per_L * (Lane){x.i_B, di.B, x.omega * x.c, 0},
+        .own_a = {m.per_J * (Lane){0, 0, x.i_A * x.s + x.i_B * x.c, 0},
+                  -m.per_J * (Lane){s4, c4, 2 * x.m, x.c2},
+                  -m.per_J * (Lane){m.sign, x.omega, 0, 0}},
+        .own_b = p->per_J_m * (Lane){0, 0, x.delta, x.v}};
 }
 
 /* Sensitivity of the rotor's and the gear's acceleration, a and b of the group. */
@@ -55,8 +56,8 @@ static ALWAYS_INLINE void accelerate(const Plant *p, const Tangent *t, int q, Gr
     g->b = p->K_per_J_m * g->x[DELTA] + p->D_per_J_m * g->x[V];
     if (q == 2)
         g->b += t->own_b;
-    g->a = t->own_a[q] + t->a_A * g->x[I_A] + t->a_B * g->x[I_B] + t->a_alpha * g->x[ALPHA]
-         + t->a_omega * g->x[OMEGA] + t->a_b * g->b;
+    g->a = ((t->own_a[q] + t->a_A * g->x[I_A]) + (t->a_B * g->x[I_B] + t->a_alpha * g->x[ALPHA]))
+         + (t->a_omega * g->x[OMEGA] + t->a_b * g->b);
 }
 
 static ALWAYS_INLINE void rates(const Plant *p, const Tangent *t, int q, const Group *g, Lane *d)
@@ -75,34 +76,31 @@ static ALWAYS_INLINE void rates(const Plant *p, const Tangent *t, int q, const G
 
 /* Carry one group over the step; its a and b are those of the step's start, then of its end. */
 static ALWAYS_INLINE void carry_group(
-    const Plant *p, const Tangent *t, const Propagator *w, int q, Group *g)
+    const Plant *p, const Tangent *const *t, const Propagator *w, int q, Group *g)
 {
-    const double h = w->h, reach[4] = {0.5 * h, 0.5 * h, h, 0};
+    const double reach[4] = {0.5 * w->h, 0.5 * w->h, w->h, 0};
+    const double weight[4] = {w->h * (1.0 / 6), w->h * (1.0 / 3), w->h * (1.0 / 3), w->h * (1.0 / 6)};
     const ModeStep *m = &w->value;
-    Group stage = *g;
-    Lane d[STATES], end[STATES], middle = {0, 0, 0, 0};
-    for (int i = 0; i < STATES; ++i)
-        end[i] = g->x[i];
+    const Lane start = g->a, z = g->z, v = g->z_dot;
+    Group stage = *g, end = *g;
+    Lane d[STATES], middle[4];
 #pragma GCC unroll 4
     for (int j = 0; j < 4; ++j) {
-        const double weight = (j == 0 || j == 3) ? h / 6 : h / 3;
-        rates(p, &t[j], q, &stage, d);
+        rates(p, t[j], q, &stage, d);
 #pragma GCC unroll 6
         for (int i = 0; i < STATES; ++i) {
-            end[i] += weight * d[i];
+            end.x[i] += weight[j] * d[i];
             stage.x[i] = g->x[i] + reach[j] * d[i];
         }
         if (j < 3)
-            accelerate(p, &t[j + 1], q, &stage);
-        if (j < 2)
-            middle += 0.5 * stage.a;
+            accelerate(p, t[j + 1], q, &stage);
+        middle[j] = stage.a;
     }
-    const Lane start = g->a, z = g->z, v = g->z_dot;
-    for (int i = 0; i < STATES; ++i)
-        g->x[i] = end[i];
-    accelerate(p, &t[4], q, g);
-    g->z = m->z_z * z + m->z_v * v + m->z_start * start + m->z_middle * middle + m->z_end * g->a;
-    g->z_dot = m->v_z * z + m->v_v * v + m->v_start * start + m->v_middle * middle + m->v_end * g->a;
+    accelerate(p, t[4], q, &end);
+    const Lane mean = 0.5 * (middle[0] + middle[1]);
+    end.z = (m->z_z * z + m->z_v * v) + (m->z_start * start + m->z_middle * mean) + m->z_end * end.a;
+    end.z_dot = (m->v_z * z + m->v_v * v) + (m->v_start * start + m->v_middle * mean) + m->v_end * end.a;
+    *g = end;
 }
 
 static ALWAYS_INLINE double applied(

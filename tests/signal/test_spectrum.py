@@ -73,5 +73,5 @@ def test_a_line_between_bins_is_exact(frequency, phase):
 
 @pytest.mark.parametrize("frequency", [0.0, 500.0, -1.0])
 def test_a_line_outside_the_band_is_refused(frequency):
-    with pytest.raises(UsageError, match="is not between 0 and 500.0 Hz"):
+    with pytest.raises(UsageError, match=r"is not between 0 and 500\.0 Hz"):
         line_amplitude(np.zeros(100), RATE, frequency)

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 
@@ -17,7 +18,6 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
-from mechid import __version__
 from mechid.kernel.source import Source, generate, lanes_for
 from mechid.plant.plant import Plant
 
@@ -73,7 +73,7 @@ def kernel_for(plant: Plant, sensitivities: int) -> Kernel:
 
 def _stored_source(plant: Plant, lanes: int) -> tuple[Source, Path]:
     source = generate(plant, lanes)
-    path = cache_folder() / f"v{__version__}" / f"kernel_{source.digest[:24]}.py"
+    path = cache_folder() / f"v{version('mechid')}" / f"kernel_{source.digest[:24]}.py"
     if not path.exists():
         _write_whole(path, source.text)
     return source, path
@@ -101,46 +101,51 @@ def _imported(path: Path) -> ModuleType:
 
 def _compile(module: ModuleType, plant: Plant, source: Source) -> None:
     """Call both entry points once on empty work, so that later calls find them compiled."""
-    buffers = allocate(plant, source, samples=0, events=0)
+    b = allocate(plant, source, samples=0, events=0)
     p = np.ones(len(plant.parameters))
-    module.begin(p, buffers.lane, np.zeros(len(plant.inputs)), 0.0, buffers.state, buffers.discrete, buffers.work,
-                 buffers.w)  # fmt: skip
-    module.run(p, buffers.lane, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros((0, len(plant.inputs))),
-               buffers.state, buffers.discrete, buffers.work, buffers.w, buffers.y, buffers.y_dot, buffers.J,
-               buffers.events)  # fmt: skip
+    module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, b.discrete, b.w)
+    module.run(p, b.lane, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
 
 
 @dataclass(frozen=True)
 class Buffers:
-    """All arrays one run reads and writes, laid out as the generated module expects them."""
+    """All arrays one run reads and writes, flat as the generated module expects them."""
 
     lane: NDArray[np.int64]
-    state: FloatArray
     discrete: NDArray[np.int64]
-    work: FloatArray
     w: FloatArray
     y: FloatArray
     y_dot: FloatArray
     J: FloatArray
     events: FloatArray
+    pairs: tuple[FloatArray, FloatArray, FloatArray]
+    outputs: int
+    lanes: int
+
+    def run_arguments(self, samples: int) -> tuple[NDArray[np.float64] | NDArray[np.int64], ...]:
+        """Return what `run` takes behind the excitation, for a block of so many samples."""
+        n = samples * self.outputs
+        rows = n if self.lanes else 0
+        block = (self.y[:n], self.y_dot[:rows], self.J[: rows * self.lanes])
+        return (self.discrete, self.w, *block, self.events, *self.pairs)
 
 
 def allocate(plant: Plant, source: Source, *, samples: int, events: int) -> Buffers:
-    """Return zeroed buffers for blocks of `samples` and a log of `events` switches."""
+    """Return zeroed buffers for blocks of up to `samples` and a log of `events` switches."""
     n_y, lanes, n_s = len(plant.outputs), source.lanes, len(plant.switches)
-    size = 1 + len(plant.states) + len(plant.filter.states) + len(plant.inputs)
     armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
     rows = samples if lanes else 0
     return Buffers(
         lane=np.full(len(plant.parameters), max(lanes - 1, 0), dtype=np.int64),
-        state=np.zeros(size),
         discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
-        work=np.zeros(source.work),
-        w=_aligned(source.lane_rows * lanes),
-        y=np.zeros((samples, n_y)),
-        y_dot=np.zeros((rows, n_y)),
-        J=np.zeros((rows, n_y, lanes)),
-        events=np.zeros((events, 5 + lanes)),
+        w=_aligned(source.work),
+        y=np.zeros(samples * n_y),
+        y_dot=np.zeros(rows * n_y),
+        J=np.zeros(rows * n_y * lanes),
+        events=np.zeros(events * (5 + lanes)),
+        pairs=(np.zeros(2 * n_y), np.zeros(2 * n_y * lanes), np.zeros(2 * n_y)),
+        outputs=n_y,
+        lanes=lanes,
     )
 
 
@@ -149,5 +154,3 @@ def _aligned(size: int, boundary: int = 64) -> FloatArray:
     raw = np.zeros(size + boundary // 8)
     first = (-raw.ctypes.data % boundary) // 8
     return raw[first : first + size]
-
-

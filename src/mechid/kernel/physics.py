@@ -1,4 +1,4 @@
-"""The plant's part of a kernel as Python text: rates, tangents, guards, outputs, start.
+"""The plant's part of a kernel as Python text: rates, guards, outputs, start.
 
 Every function reads its numbers from arrays: states `x`, filter states `z`, inputs `u`, mode
 symbols `m`, constants `c` (functions of parameters `p` alone), rates `k`, the lane workspace `w`.
@@ -16,10 +16,17 @@ from mechid.kernel.expressions import Angles, Constants, python_text
 from mechid.kernel.program import Program
 from mechid.plant.plant import START_ANGLE, Plant
 
-ARRAYS = frozenset("xzumckpw")
-"""Names of the arrays; in the text they end in an underscore, as no symbol of a plant does."""
-_ARRAY = re.compile(r"\b([xzumckpw])\[")
-NJIT = "@njit(fastmath=FAST, error_model='numpy')"
+_PLACES = {
+    "x": "w_[x_at + {}]", "k": "w_[k_at + {}]", "new": "w_[new_at + {}]", "mid": "w_[mid_at + {}]",
+    "z": "w_[AT_Z + {}]", "u": "w_[AT_U + {}]", "m": "w_[AT_M + {}]", "c": "w_[AT_C + {}]",
+    "x_p": "w_[AT_X_P + {}]", "g_x": "w_[AT_G_X + {}]", "g_p": "w_[AT_G_P + {}]", "pinned": "w_[AT_PINNED + {}]",
+    "y_x": "w_[AT_Y_X + {}]", "y_p": "w_[AT_Y_P + {}]", "A": "w_[AT_A + {}]", "B": "w_[AT_B + {}]",
+    "dA": "w_[AT_DA + {}]", "dB": "w_[AT_DB + {}]", "dz": "w_[AT_DZ + {}]", "prop": "w_[prop_at + {}]",
+    "p": "p_[{}]", "w": "w_[{}]", "lane": "lane_[{}]", "y": "y_[{}]",
+}  # fmt: skip
+"""Where the short names of this module stand: nearly all in one flat workspace `w_`."""
+_READ = re.compile(r"\b(" + "|".join(_PLACES) + r")\[([^\[\]]*(?:\[[^\]]*\][^\[\]]*)?)\]")
+NJIT = "@njit(**INNER, fastmath=FAST{inline})"
 Assignments = Sequence[tuple[str, sp.Expr]]
 
 
@@ -28,7 +35,6 @@ class Writer:
     """Collects functions of one plant; shares constants and angles between them."""
 
     plant: Plant
-    lanes: int
     program: Program = field(init=False)
     constants: Constants = field(init=False)
     angles: Angles = field(init=False)
@@ -92,18 +98,25 @@ def _angle_text(lines: Iterable[tuple[str, sp.Expr | None]]) -> list[str]:
     out, angle = [], ""
     for name, e in lines:
         if e is None:
-            out.append(f"{name} = math.sin({angle}), math.cos({angle})")
+            out.append(f"{name} = sincos({angle})")
         else:
             angle = name
             out.append(f"{name} = {python_text(e)}")
     return out
 
 
-def function(name: str, arguments: str, doc: str, lines: Iterable[str]) -> str:
+def placed(line: str) -> str:
+    """Return a line with the short array names replaced by places in the workspace."""
+    while _READ.search(line):
+        line = _READ.sub(lambda found: _PLACES[found[1]].format(found[2]), line)
+    return line
+
+
+def function(name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False) -> str:
     """Return the text of one compiled function."""
-    body = "\n".join("    " + _ARRAY.sub(r"\1_[", line) for line in lines)
-    named = ", ".join(f"{a}_" if a in ARRAYS else a for a in arguments.split(", "))
-    return f'{NJIT}\ndef {name}({named}):\n    """{doc}"""\n{body}\n'
+    body = "\n".join(f"    {placed(line)}" for line in lines)
+    head = NJIT.format(inline=", forceinline=True" if inline else "")
+    return f'{head}\ndef {name}({arguments}):\n    """{doc}"""\n{body}\n'
 
 
 def rates(writer: Writer) -> list[str]:
@@ -120,11 +133,11 @@ def rates(writer: Writer) -> list[str]:
         + [f"u[{i}]" for i in range(len(plant.inputs))]
         + [f"m[{i}]" for i in range(len(writer.mode_symbols))]
     )
-    fill = [f"{names} = rates_of({unpack}, c_)"]
+    fill = [f"{names} = rates_of({unpack}, w_)"]
     fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
     return [
-        function("rates_of", f"{arguments}, c", "Rates of the states, then inputs of the filter.", lines),
-        function("rates", "x, u, m, c, k", "The same on arrays.", fill),
+        function("rates_of", f"{arguments}, w_", "Rates of the states, then inputs of the filter.", lines, inline=True),
+        function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill, inline=True),
     ]
 
 
@@ -138,51 +151,56 @@ def step(writer: Writer) -> str:
     def stage(new: str, old: str, factor: str) -> str:
         results = ", ".join([f"{new}_{s}" for s in states] + [f"{new}_v{j}" for j in range(n_fed)])
         at = ", ".join([f"{s} + {factor} * {old}_{s}" for s in states] + shared)
-        return f"{results} = rates_of({at}, c_)"
+        return f"{results} = rates_of({at}, w_)"
 
     lines = ["half = 0.5 * h", *head, stage("b", "a", "half"), stage("d", "b", "half"), stage("e", "d", "h")]
     lines += ["sixth = h / 6.0"]
     lines += [
-        f"x_new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+        f"new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
     ]
     lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
-    doc = "x_new = one step of length h from x, whose rates are k; mid = filter inputs half way."
-    return function("step", "x, k, h, u, m, c, x_new, mid", doc, lines)
+    doc = "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at."
+    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 
 
 def guards(writer: Writer) -> list[str]:
     """Margins of all guards by number, their rates and gradients; entry rules; mode symbols."""
     plant, program = writer.plant, writer.program
     margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
-
-    def by_number(results: Sequence[Sequence[str]]) -> list[str]:
-        lines: list[str] = []
-        for k, result in enumerate(results):
-            lines += [f"if g == {k}:", *(f"    {line}" for line in result)]
-        return lines
-
     value = [[*writer.body([("margin", e)]), "return margin"] for e in margins]
-    rate = []
+    slopes = [program.partial_x(e) for e in margins]
+    rate = [_flow_lines(writer, g_x) for g_x in slopes]
     gradient = []
-    for e in margins:
-        gx, gp = program.partial_x(e), program.partial_p(e)
-        flow = sp.Add(*(d * sp.Symbol(f"k_{i}") for i, d in enumerate(gx)))
-        ks = [sp.Symbol(f"k_{i}") for i in range(len(gx))]
-        read = [f"k_{i} = k[{i}]" for i, d in enumerate(gx) if d != 0]
-        rate.append([*read, *writer.body([("flow", flow)], scalars=ks), "return flow"])
-        wanted = [(f"g_x[{i}]", d) for i, d in enumerate(gx)] + [(f"g_p[{i}]", d) for i, d in enumerate(gp)]
-        gradient.append([*writer.body(wanted), "return"])
+    for e, g_x in zip(margins, slopes, strict=True):
+        wanted = [(f"g_x[{i}]", d) for i, d in enumerate(g_x)]
+        wanted += [(f"g_p[{i}]", d) for i, d in enumerate(program.partial_p(e))]
+        gradient.append([*writer.body(wanted, share=True), "return 0.0"])
     return [
-        function("guard_margin", "g, x, u, m, c", "Margin of guard g; its mode holds while positive.",
-                 [*by_number(value), "return 1.0"]),
-        function("guard_rate", "g, x, k, u, m, c", "Time derivative of a margin along the flow k.",
-                 [*by_number(rate), "return 0.0"]),
-        function("guard_gradient", "g, x, u, m, c, g_x, g_p", "Gradient of a margin to states and parameters.",
-                 [*by_number(gradient), "return"]),
+        *_by_number("guard_margin", "w_, x_at", "Margin of guard g; its mode holds while positive.", value),
+        *_by_number("guard_rate", "w_, x_at, k_at", "Time derivative of a margin along the flow k.", rate),
+        *_by_number("guard_gradient", "w_, x_at", "Gradient of a margin.", gradient),
         _entry(writer),
         _mode_symbols(writer),
         _resets(writer),
-    ]  # fmt: skip
+    ]
+
+
+def _flow_lines(writer: Writer, g_x: Sequence[sp.Expr]) -> list[str]:
+    rates = [sp.Symbol(f"k_{i}") for i in range(len(g_x))]
+    flow = sp.Add(*(d * k for d, k in zip(g_x, rates, strict=True)))
+    read = [f"{k} = k[{i}]" for i, k in enumerate(rates) if flow.has(k)]
+    return [*read, *writer.body([("flow", flow)], scalars=rates), "return flow"]
+
+
+def _by_number(name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]]) -> list[str]:
+    """Write one function that chooses by guard number; a long body becomes a function of its own."""
+    functions, lines = [], []
+    for g, body in enumerate(bodies):
+        if len(body) > 4:
+            functions.append(function(f"{name}_{g}", arguments, doc, body))
+            body = [f"return {name}_{g}({arguments})"]
+        lines += [f"if g == {g}:", *(f"    {line}" for line in body)]
+    return [*functions, function(name, f"g, {arguments}", doc, [*lines, "return 1.0"], inline=True)]
 
 
 def _entry(writer: Writer) -> str:
@@ -194,7 +212,7 @@ def _entry(writer: Writer) -> str:
             inner = [*writer.body([("rule", e)]), "if rule > 0.0:", f"    return {modes.index(mode)}"]
             lines += [f"    {line}" for line in inner]
         lines.append(f"    return {modes.index(switch.otherwise)}")
-    return function("entry_mode", "s, x, u, m, c", "Mode that switch s takes at x.", [*lines, "return 0"])
+    return function("entry_mode", "s, w_, x_at", "Mode that switch s takes at x.", [*lines, "return 0"])
 
 
 def _mode_symbols(writer: Writer) -> str:
@@ -204,7 +222,7 @@ def _mode_symbols(writer: Writer) -> str:
             lines.append(f"if s == {i} and mode == {j}:")
             lines += [f"    m[{first + n}] = {float(v)!r}" for n, v in enumerate(values.values())]
         first += len(next(iter(switch.modes.values())))
-    return function("set_mode", "s, mode, m", "Write the symbols of a mode.", [*lines, "return"])
+    return function("set_mode", "s, mode, w_", "Write the symbols of a mode.", [*lines, "return"])
 
 
 def _resets(writer: Writer) -> str:
@@ -218,7 +236,7 @@ def _resets(writer: Writer) -> str:
                     lines += [f"    x[{index[state]}] = {float(v)!r}", f"    pinned[{index[state]}] = 1"]
             g += 1
     doc = "States that take a fixed value where guard g fires."
-    return function("reset_states", "g, x, pinned", doc, [*lines, "return"])
+    return function("reset_states", "g, w_, x_at", doc, [*lines, "return"])
 
 
 def start(writer: Writer) -> str:
@@ -229,12 +247,12 @@ def start(writer: Writer) -> str:
     reads += [f"{START_ANGLE} = theta_0"]
     lines = [f"x[{i}] = {python_text(sp.sympify(e))}" for i, e in enumerate(plant.initial)]
     lines += [
-        f"x_p[{i}, {k}] = {python_text(d)}"
+        f"x_p[{i * len(plant.parameters) + k}] = {python_text(d)}"
         for i, e in enumerate(plant.initial)
         for k, q in enumerate(plant.parameters)
         if (d := sp.diff(e, q)) != 0
     ]
-    return function("start", "p, u, theta_0, x, x_p", "States at the start and their derivatives to p.", reads + lines)
+    return function("start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines)
 
 
 def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
@@ -244,16 +262,17 @@ def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
 def outputs(writer: Writer) -> list[str]:
     """Outputs, and their gradients to states, filter states and parameters."""
     plant, program = writer.plant, writer.program
-    wanted = [(f"y[{j}]", e) for j, e in enumerate(plant.outputs.values())]
+    wanted = [(f"y[row * NY + {j}]", e) for j, e in enumerate(plant.outputs.values())]
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
     for j, node in enumerate(program.measured):
-        gradient += [(f"y_x[{j}, {i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
-        gradient += [(f"y_p[{j}, {k}]", d) for k, q in enumerate(plant.parameters) if (d := node.outer.get(q))]
+        gradient += [(f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
+        gradient += [(f"y_p[{j * len(plant.parameters) + k}]", d) for k, q in enumerate(plant.parameters) if (d := node.outer.get(q))]
     return [
-        function("outputs", "x, z, u, m, c, y", "Measured quantities.", [*writer.body(wanted), "return"]),
-        function("output_gradient", "x, z, u, m, c, y_x, y_p", "Their gradients; y_p holds zeros elsewhere.",
-                 [*writer.body(gradient, share=True), "return"]),
+        function("outputs", "w_, x_at, y_, row", "Measured quantities.", [*writer.body(wanted), "return"],
+                 inline=True),
+        function("output_gradient", "w_, x_at", "Their gradients; y_p holds zeros elsewhere.",
+                 [*writer.body(gradient, share=True), "return"], inline=True),
     ]  # fmt: skip
 
 
@@ -265,10 +284,15 @@ def linear_filter(writer: Writer) -> str:
     reads = [f"{q} = p[{plant.parameters.index(q)}]" for q in own]
     for name, matrix in (("A", system.A), ("B", system.B)):
         for (i, j), e in _entries(matrix):
-            lines.append(f"{name}[{i}, {j}] = {python_text(e)}")
-            lines += [f"d{name}[{f}, {i}, {j}] = {python_text(d)}" for f, q in enumerate(own) if (d := sp.diff(e, q)) != 0]
+            place = i * matrix.cols + j
+            lines.append(f"{name}[{place}] = {python_text(e)}")
+            lines += [
+                f"d{name}[{f * len(matrix) + place}] = {python_text(d)}"
+                for f, q in enumerate(own)
+                if (d := sp.diff(e, q)) != 0
+            ]
     doc = "x' = A x + B v, with dA, dB to the filter's own parameters."
-    return function("filter_matrices", "p, A, B, dA, dB", doc, [*reads, *lines, "return"])
+    return function("filter_matrices", "p_, w_", doc, [*reads, *lines, "return"])
 
 
 def _entries(matrix: sp.Matrix) -> Iterable[tuple[tuple[int, int], sp.Expr]]:
@@ -293,6 +317,6 @@ def constants(writer: Writer) -> str:
         f"c[{k}] = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}")
         for k, (e, s) in enumerate(names.items())
     ]
-    return function("constants", "p, c", "Functions of the parameters alone.", [*reads, *lines, "return"])
+    return function("constants", "p_, w_", "Functions of the parameters alone.", [*reads, *lines, "return"])
 
 

@@ -14,16 +14,36 @@ from mechid.plant.plant import Plant
 
 LANE_WIDTH = 8
 
+SINCOS = '''
+@njit(**INNER, forceinline=True)
+def sincos(angle):
+    """Sine and cosine to 1e-16 for |angle| < 1e6: reduction by pi/2 in three parts, then series."""
+    turns = math.floor(angle * 0.6366197723675814 + 0.5)
+    r = ((angle - turns * 1.5707963267341256) - turns * 6.077100506303966e-11) - turns * 2.0222662487959506e-21
+    q = r * r
+    s = r + r * q * (-1.66666666666666324348e-01 + q * (8.33333333332248946124e-03 + q * (
+        -1.98412698298579493134e-04 + q * (2.75573137070700676789e-06 + q * (
+            -2.50507602534068634195e-08 + q * 1.58969099521155010221e-10)))))
+    c = 1.0 - 0.5 * q + q * q * (4.16666666666666019037e-02 + q * (-1.38888888888741095749e-03 + q * (
+        2.48015872894767294178e-05 + q * (-2.75573143513906633035e-07 + q * (
+            2.08757232129817482790e-09 + q * -1.13596475577881948265e-11)))))
+    quadrant = int(turns) & 3
+    if quadrant & 1:
+        s, c = c, -s
+    return (-s, -c) if quadrant & 2 else (s, c)
+
+
+'''
+
 
 @dataclass(frozen=True)
 class Source:
-    """A generated module and the sizes its caller needs to lay out buffers."""
+    """A generated module its lanes, and the size of its workspace."""
 
     text: str
     digest: str
     lanes: int
     work: int
-    lane_rows: int
 
 
 def lanes_for(parameters: int) -> int:
@@ -33,18 +53,21 @@ def lanes_for(parameters: int) -> int:
 
 def generate(plant: Plant, lanes: int) -> Source:
     """Return the module of a plant with `lanes` sensitivities (0: none; else see `lanes_for`)."""
-    writer = physics.Writer(plant, lanes)
+    writer = physics.Writer(plant)
     functions = [*physics.rates(writer), physics.step(writer), *physics.guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
     if lanes:
         functions += lane_writer.functions()
     functions.append(physics.constants(writer))
-    sizes = _sizes(plant, lanes, writer, lane_writer)
+    numbers = _numbers(plant, lanes, writer)
+    rows = lane_writer.layout.rows
+    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers)
+    sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     body = "\n\n".join(functions) + "\n\n" + _loop_text(bool(lanes))
-    digest = hashlib.sha256((sizes + body).encode()).hexdigest()
-    text = _header(plant, lanes, digest, body) + sizes + "\n\n" + body
-    return Source(text, digest, lanes, _work_size(plant, writer), lane_writer.layout.rows["END"])
+    text = "\n".join([*sizes, *_guard_tables(plant), *_output_table(writer)]) + "\n\n" + SINCOS + body
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return Source(_header(plant, lanes, digest, body) + text, digest, lanes, sum(parts.values()))
 
 
 def _loop_text(with_lanes: bool) -> str:
@@ -54,7 +77,7 @@ def _loop_text(with_lanes: bool) -> str:
 
 
 def _header(plant: Plant, lanes: int, digest: str, body: str) -> str:
-    operations = sum(body.count(sign) for sign in (" * ", " + ", " - "))
+    operations = sum(body.count(sign) for sign in (" * ", "*", " + ", " - "))
     names = {
         "states": plant.states, "filter states": plant.filter.states, "inputs": plant.inputs,
         "parameters": plant.parameters, "outputs": plant.outputs,
@@ -65,36 +88,47 @@ def _header(plant: Plant, lanes: int, digest: str, body: str) -> str:
         f"digest {digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
         'FAST = {"contract", "arcp", "nsz", "reassoc"}\n'
+        'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
 
 
-def _sizes(plant: Plant, lanes: int, writer: physics.Writer, lane_writer: LaneWriter) -> str:
-    rows = lane_writer.layout.rows
-    n_x, n_f, n_v = len(plant.states), len(plant.filter.states), len(plant.filter.inputs)
-    n_c, n_m, n_y = len(writer.constants.names), len(writer.mode_symbols), len(plant.outputs)
-    measured = sorted({plant.parameters.index(q) for n in writer.program.measured for q in n.outer})
-    off_k = n_c + n_m
-    off_x = off_k + 2 * (n_x + n_v)
-    off_mid = off_x + 2 * n_x
-    off_z = off_mid + 2 * n_v
-    off_jump = off_z + n_f
-    values = {
-        "NL": lanes, "NX": n_x, "NF": n_f, "NV": n_v, "NU": len(plant.inputs), "NY": n_y,
-        "NP": len(plant.parameters), "NC": n_c, "NM": n_m, "NS": len(plant.switches),
-        "NP_FILTER": len(physics.filter_parameters(plant)), "N_OUTPUT_P": len(measured),
-        "OFF_K": off_k, "OFF_X": off_x, "OFF_MID": off_mid, "OFF_Z": off_z, "OFF_JUMP": off_jump,
-        "OFF_EVENT": off_jump + 2 * n_y,
-        "ROW_S": rows["S"], "ROW_SZ": rows["SZ"], "ROW_ACC": rows["ACC"], "ROW_V0": rows["V0"],
-        "ROW_V1": rows["V1"], "ROW_DTAU": rows["DTAU"],
+def _numbers(plant: Plant, lanes: int, writer: physics.Writer) -> dict[str, int]:
+    return {
+        "NL": lanes, "NX": len(plant.states), "NF": len(plant.filter.states), "NV": len(plant.filter.inputs),
+        "NU": len(plant.inputs), "NY": len(plant.outputs), "NP": len(plant.parameters),
+        "NC": len(writer.constants.names), "NM": len(writer.mode_symbols), "NS": len(plant.switches),
+        "NPF": len(physics.filter_parameters(plant)),
     }  # fmt: skip
-    lines = [f"{name} = {value}" for name, value in values.items()]
-    return "\n".join([*lines, *_guard_tables(plant), f"OUTPUT_P = np.array({measured or [0]})"])
 
 
-def _work_size(plant: Plant, writer: physics.Writer) -> int:
-    n_x, n_v, n_y = len(plant.states), len(plant.filter.inputs), len(plant.outputs)
-    scalars = len(writer.constants.names) + len(writer.mode_symbols) + 3 * (n_x + n_v) + 2 * n_x + 2 * n_v
-    return scalars + len(plant.filter.states) + 4 * n_y
+def _work_parts(n: dict[str, int]) -> dict[str, int]:
+    """Return the size of each part of the workspace behind the lanes, in order."""
+    both, width = n["NX"] + n["NV"], n["NF"] + 3 * n["NV"]
+    square, prop = (1 + n["NPF"]) * n["NF"] ** 2, (1 + n["NPF"]) * n["NF"] * width
+    return {
+        "TIME": 1, "X": n["NX"], "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
+        "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
+        "X_NEW": n["NX"], "X_TRY": n["NX"], "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
+        "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
+        "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
+        "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
+        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"], "G_X": n["NX"], "G_P": n["NP"],
+    }  # fmt: skip
+
+
+def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
+    """Return the assignments of all sizes, and of begin and end of each part of the workspace."""
+    first, lines = 0, [f"{name} = {value}" for name, value in numbers.items()]
+    for name, size in parts.items():
+        lines.append(f"AT_{name}, END_{name} = {first}, {first + size}")
+        first += size
+    return [*lines, f"SIZE = {first}"]
+
+
+def _output_table(writer: physics.Writer) -> list[str]:
+    order = writer.plant.parameters
+    measured = sorted({order.index(q) for node in writer.program.measured for q in node.outer})
+    return [f"N_OUTPUT_P = {len(measured)}", f"OUTPUT_P = np.array({measured or [0]})"]
 
 
 def _guard_tables(plant: Plant) -> list[str]:

@@ -93,7 +93,7 @@ class LaneWriter:
         lines = [*self.writer.body(wanted, scalars=scalars, share=True), f"return {self._results('e')}"]
         arguments = ", ".join(map(str, scalars))
         return function(
-            "linearise_of", f"{arguments}, c", "Rates, filter inputs, and the derivatives that change.", lines
+            "linearise_of", f"{arguments}, w_", "Rates, filter inputs, and the derivatives that change.", lines, inline=True
         )
 
     def _seed_lines(self) -> list[str]:
@@ -154,20 +154,20 @@ class LaneWriter:
         lines += [f"{s} = x[{i}]" for i, s in enumerate(states)]
         lines += [f"a_{s} = k[{i}]" for i, s in enumerate(states)]
         lines += self._constant_loads()
-        lines += [f"{self._results('b')} = linearise_of({at('a', 'half')}, c_)", *self._seed_lines()]
+        lines += [f"{self._results('b')} = linearise_of({at('a', 'half')}, w_)", *self._seed_lines()]
         lines += self._loop("half * w[{row} * NL + l]", store(["{K} = {t}", "{ACC} = {K1} + 2.0 * {t}"]) + mid)
-        lines += [f"{self._results('d')} = linearise_of({at('b', 'half')}, c_)", *self._seed_lines()]
+        lines += [f"{self._results('d')} = linearise_of({at('b', 'half')}, w_)", *self._seed_lines()]
         lines += self._loop(
             "half * w[{again} * NL + l]", store(["{K} = {t}", "{ACC} += 2.0 * {t}"]) + mid_again
         )
-        lines += [f"{self._results('e')} = linearise_of({at('d', 'h')}, c_)", *self._seed_lines()]
+        lines += [f"{self._results('e')} = linearise_of({at('d', 'h')}, w_)", *self._seed_lines()]
         lines += self._loop("h * w[{again} * NL + l]", store(["{ACC} = {S} + sixth * ({ACC} + {t})"]))
         lines += [
-            f"x_new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+            f"new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
         ]
         lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
         doc = "As `step`, and the lanes' new states into ACC, their filter inputs half way into VM."
-        return function("step_lanes", "x, k, h, u, m, c, lane, x_new, mid, w", doc, lines)
+        return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 
     def _evaluate_lanes(self) -> str:
         plant, rows = self.writer.plant, self.layout.rows
@@ -176,14 +176,14 @@ class LaneWriter:
             + [f"u[{i}]" for i in range(len(plant.inputs))]
             + [f"m[{i}]" for i in range(len(self.writer.mode_symbols))]
         )
-        lines = [*self._constant_loads(), f"{self._results('e')} = linearise_of({unpack}, c_)", *self._seed_lines()]
+        lines = [*self._constant_loads(), f"{self._results('e')} = linearise_of({unpack}, w_)", *self._seed_lines()]
         after = [f"w[{rows['K1'] + i} * NL + l] = t_k_{s}" for i, s in enumerate(plant.states)]
         after += [f"w[{rows['V1'] + j} * NL + l] = {self._fed_tangent(j)}" for j in range(self.layout.fed)]
         lines += self._loop("", after)
         lines += [f"k[{i}] = e_{s}" for i, s in enumerate(plant.states)]
         lines += [f"k[{len(plant.states) + j}] = e_v{j}" for j in range(self.layout.fed)]
         doc = "Rates k and filter inputs at x, and those of the lanes into K1 and V1."
-        return function("evaluate_lanes", "x, u, m, c, k, lane, w", doc, lines)
+        return function("evaluate_lanes", "w_, lane_, x_at, k_at", doc, lines)
 
     def _advance_filter_lanes(self) -> str:
         """Write S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
@@ -192,7 +192,7 @@ class LaneWriter:
         columns = [f"w[{rows['SZ'] + i} * NL + l]" for i in range(n)]
         columns += [f"w[{rows[part] + j} * NL + l]" for part in ("V0", "VM", "V1") for j in range(n_fed)]
         width = len(columns)
-        lines = [f"p_{i}_{j} = prop[0, {i * width + j}]" for i in range(n) for j in range(width)]
+        lines = [f"p_{i}_{j} = prop[{i * width + j}]" for i in range(n) for j in range(width)]
         body = [
             f"n_{i} = " + " + ".join(f"p_{i}_{j} * {column}" for j, column in enumerate(columns)) for i in range(n)
         ]
@@ -200,9 +200,9 @@ class LaneWriter:
         lines += ["for l in range(NL):", *(f"    {line}" for line in body)] if n else []
         for f, q in enumerate(filter_parameters(plant)):
             lane = f"lane[{order.index(q)}]"
-            lines += [f"w[{rows['SZ'] + i} * NL + {lane}] += dz[{f}, {i}]" for i in range(n)]
+            lines += [f"w[{rows['SZ'] + i} * NL + {lane}] += dz[{f * n + i}]" for i in range(n)]
         doc = "Filter lanes over one step; dz holds what the filter's own parameters add."
-        return function("advance_filter_lanes", "prop, dz, lane, w", doc, lines or ["return"])
+        return function("advance_filter_lanes", "w_, lane_, prop_at", doc, lines or ["return"], inline=True)
 
 
 def _product(factor: str, variable: str) -> str:

@@ -50,16 +50,19 @@ def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None) -> 
         return Clock(float(time[0]), rate_hz)
     _refuse_repeated(table, time)
     interval = float(time[-1] - time[0]) / (time.size - 1)
-    allowed = _allowed(time, interval)
+    unresolved = max(_printed_rounding(time, interval), _binary_rounding(time))
+    allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
     _refuse_jitter(table, time, interval, allowed)
-    return Clock(float(time[0]), _whole_rate(1.0 / interval, allowed / (interval * (time.size - 1))))
+    return Clock(float(time[0]), _whole_rate(time, allowed))
 
 
-def _whole_rate(rate: float, uncertainty: float) -> float:
-    """Return the whole number of hertz that `rate` is within its relative uncertainty, or `rate`."""
+def _whole_rate(time: FloatArray, allowed: float) -> float:
+    """Return the mean rate, or the whole number of hertz that is all but the same."""
+    span = float(time[-1] - time[0])
+    rate = (time.size - 1) / span
+    near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span)
     whole = round(rate)
-    near = whole > 0 and abs(rate / whole - 1.0) <= min(WHOLE_RATE, uncertainty)
-    return float(whole) if near else rate
+    return float(whole) if whole > 0 and abs(rate / whole - 1.0) <= near else rate
 
 
 def _refuse_back(table: Table, time: FloatArray) -> None:
@@ -79,19 +82,24 @@ def _refuse_repeated(table: Table, time: FloatArray) -> None:
 
 
 def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: float) -> None:
-    row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
-    if row is not None:
-        off = float(_off(time, interval, row, row + 1)[0]) / interval
-        raise table.error(
-            f"irregular time: {time[row]:.9g} s is off by {off:.2g} of the mean interval {interval:.9g} s; "
-            "a sample may be missing: cut the record there or resample it",
-            row,
-        )
+    """Name the oddest step: with a gap the mean interval is wrong, so every stamp is off."""
+    if _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed) is None:
+        return
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    odd = np.abs(steps - usual)
+    row = int(np.argmax(odd > 0.99 * odd.max())) + 1
+    raise table.error(
+        f"irregular time: {time[row]:.9g} s comes {steps[row - 1]:.6g} s after the stamp before it, mostly "
+        f"it is {usual:.6g} s; cut the record there or resample it; if the stamps have too few digits, "
+        "give sample_rate_hz and name the channels",
+        row,
+    )
 
 
 def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float) -> None:
     interval = 1.0 / rate_hz
-    allowed = max(0.5 * interval, 1.001 * _resolution(time))
+    allowed = max(0.5 * interval, _printed_rounding(time, interval))
     row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
     if row is not None:
         raise table.error(
@@ -107,14 +115,23 @@ def _off(time: FloatArray, interval: float, start: int, stop: int) -> FloatArray
     return np.asarray(np.abs(time[start:stop] - regular), dtype=np.float64)
 
 
-def _allowed(time: FloatArray, interval: float) -> float:
-    """Return how far in s a stamp may be off: `JITTER`, or what its printed digits cannot tell."""
-    unresolved = max(1.001 * _resolution(time), 4.0 * float(np.spacing(np.abs(time[[0, -1]])).max()))
-    return max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
+def _binary_rounding(time: FloatArray) -> float:
+    """Return how far in s rounding to floating point may move stamps: much, for a calendar's seconds."""
+    return 4.0 * float(np.spacing(np.abs(time[[0, -1]])).max())
 
 
-def _resolution(time: FloatArray) -> float:
-    """Return the power of ten in s that all stamps are multiples of, 0 where it is below 1 ns."""
+def _printed_rounding(time: FloatArray, interval: float) -> float:
+    """Return how far in s rounding to the printed digits moves stamps of this interval.
+
+    None where the interval is a multiple of the last digit, from the first stamp to the last.
+    """
+    digit = _last_digit(time)
+    multiple = interval / digit if digit else 0.0
+    return 0.0 if abs(multiple - round(multiple)) * time.size < 1e-3 else 1.001 * digit
+
+
+def _last_digit(time: FloatArray) -> float:
+    """Return the power of ten in s that the stamps are multiples of, 0 where it is below 1 ns."""
     some = np.concatenate((time[:1000], time[-1000:])) - time[0]
     for digits in range(10):
         scaled = some * 10.0**digits

@@ -142,7 +142,9 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
             return to_si_factor(in_header or si_unit(quantity), quantity), None
         factor = to_si_factor(channel.unit, quantity)
     except RecordError as error:
-        remedy = "" if channel.unit else "; if that is no unit, name the right one in channels"
+        remedy = (
+            "; if that is no unit, name the right one in channels" if in_header and not channel.unit else ""
+        )
         raise table.error(f"{label}: {error}{remedy}") from None
     if in_header is None or _factor_or_none(in_header, quantity) == factor:
         return factor, None

@@ -37,7 +37,7 @@ class CsvTable:
         try:
             rows = self._parse(wanted)
         except ValueError as error:
-            raise self._fault(wanted) or self.error(str(error)) from None
+            raise self._fault(wanted) or self.error(str(error)[:120]) from None
         return [rows[f"c{index}"] for index in wanted]
 
     def error(self, message: str, row: int | None = None) -> RecordError:

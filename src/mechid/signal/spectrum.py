@@ -50,11 +50,11 @@ def amplitude_spectrum(
         known = did_you_mean(window, WINDOWS) or "; known are " + ", ".join(WINDOWS)
         raise UsageError(f'unknown window "{window}"{known}')
     weights = WINDOWS[window](y.size)
-    amplitude = np.asarray(np.abs(np.fft.rfft(y * weights)) * (2.0 / weights.sum()), dtype=np.float64)
+    amplitude = np.abs(np.fft.rfft(y * weights)) * (2.0 / weights.sum())
     single = [0, -1] if y.size % 2 == 0 else [0]  # mean and Nyquist bin have no mirror image
     amplitude[single] /= 2.0
-    frequency: FloatArray = np.arange(amplitude.size) * (sample_rate / y.size)
-    return frequency, amplitude
+    frequency = np.arange(amplitude.size) * (sample_rate / y.size)
+    return frequency.astype(np.float64), amplitude.astype(np.float64)
 
 
 def line_amplitude(y: FloatArray, sample_rate: float, frequency: float) -> float:
