@@ -42,6 +42,13 @@ class Declaration:
         Where the equation or the value stands.
     default : float or None
         Value where the file has none; None makes the key mandatory.
+    structural : bool
+        It shapes the equations or is a count: it is known, never estimated.
+    spread : float
+        Factor by which a catalogue value is typically wrong, either way; the search starts within it.
+    typical : (str, float, float) or None
+        Where no catalogue value is worth a start: a scale as an expression in the file's symbols, and the
+        smallest and largest share of it met in practice.
     """
 
     key: str
@@ -52,6 +59,9 @@ class Declaration:
     upper: float = math.inf
     source: str = "Kornienko2013"
     default: float | None = None
+    structural: bool = False
+    spread: float = 2.5
+    typical: tuple[str, float, float] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

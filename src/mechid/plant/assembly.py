@@ -8,7 +8,7 @@ from functools import lru_cache
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
 from mechid.plant.drive import voltage_drive
-from mechid.plant.drive_train import gear, rotor, test_mass
+from mechid.plant.drive_train import gear, rotor, rigid_load
 from mechid.plant.housing import housing, rigid_housing, transducer
 from mechid.plant.plant import Plant, assemble
 from mechid.plant.stepper import detent, motor_torque, windings
@@ -58,7 +58,7 @@ def _stepper_gear_mass(detent_orders: tuple[int | None, ...], housing_form: str 
         motor_torque(len(detents)),
         rotor(),
         gear(),
-        test_mass(),
+        rigid_load(),
         housing(housing_form) if housing_form else rigid_housing(),
         transducer(),
     ]

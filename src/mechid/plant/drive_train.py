@@ -51,9 +51,12 @@ def rotor() -> Block:
             Declaration(
                 key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0
             ),
-            Declaration(key="static", symbol="T_frs", unit="N m", meaning="static friction", lower=0.0),
-            Declaration(key="coulomb", symbol="T_frd", unit="N m", meaning="Coulomb friction", lower=0.0),
-            Declaration(key="viscous", symbol="T_visc", unit="N m s/rad", meaning="viscous friction", lower=0.0),
+            Declaration(key="static", symbol="T_frs", unit="N m", meaning="static friction", lower=0.0,
+                        typical=("k_m*U/R", 0.002, 0.1)),
+            Declaration(key="coulomb", symbol="T_frd", unit="N m", meaning="Coulomb friction", lower=0.0,
+                        typical=("k_m*U/R", 0.002, 0.15)),
+            Declaration(key="viscous", symbol="T_visc", unit="N m s/rad", meaning="viscous friction", lower=0.0,
+                        typical=("k_m*k_v/R", 0.02, 2.0)),
         ),
         inputs=(T_mot, T_rg),
         terms={
@@ -93,8 +96,8 @@ def gear() -> Block:
     )
 
 
-def test_mass() -> Block:
-    """Rigid test mass: J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_; kg m2, rad, N m."""
+def rigid_load() -> Block:
+    """Rigid test mass: J_m alpha_g_ddot = T_applied, section 3.1 of [Kornienko2013]_; kg m2, rad, N m."""
     J_m, T_applied, G, p, theta_0 = symbols("J_m T_applied_in G p theta_0")
     return Block(
         name="load",

@@ -58,7 +58,7 @@ def rigid_housing() -> Block:
 
 
 def transducer() -> Block:
-    """Measured torque: y = -(T_residual + T_applied), equation (9) of [Kornienko2013]_; N m."""
+    """Measured torque: y = -(T_residual + T_applied), section 3.1 of [Kornienko2013]_; N m."""
     T_residual, T_applied, y = symbols("T_residual_in T_applied_in y_torque")
     return Block(
         name="transducer",

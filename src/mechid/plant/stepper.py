@@ -34,8 +34,10 @@ def windings() -> Block:
 
 
 _WINDING_DECLARATIONS = (
-    Declaration(key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0),
-    Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0),
+    Declaration(key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0,
+                structural=True),
+    Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
+                spread=1.25),
     Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0),
     Declaration(key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0),
     Declaration(
@@ -70,10 +72,12 @@ def detent(index: int, order: int | None) -> Block:
         table=f"stepper.detent.{index}",
         declarations=(
             Declaration(
-                key="period_deg", symbol=period.name, unit="deg", meaning="detent period", lower=1e-6
+                key="period_deg", symbol=period.name, unit="deg", meaning="detent period", lower=1e-6,
+                structural=True,
             ),
             Declaration(
-                key="amplitude", symbol=K.name, unit="N m", meaning="detent torque amplitude", lower=0.0
+                key="amplitude", symbol=K.name, unit="N m", meaning="detent torque amplitude", lower=0.0,
+                typical=("k_m*U/R", 0.0, 0.2),
             ),
             Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
         ),

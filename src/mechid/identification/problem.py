@@ -1,0 +1,228 @@
+"""The output-error problem: records against the model, reduced to triangles window by window."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+
+from mechid.command import Command
+from mechid.identification.reduction import Triangle, absorb, combined, finished
+from mechid.identification.space import SearchSpace
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """One measured channel to be matched.
+
+    Attributes
+    ----------
+    name : str
+    measured : (n,)
+        Torque in N m.
+    base : TimeBase
+    command : Command
+    sigma : float
+        Standard deviation of its noise, N m.
+    linear : int
+        0: nothing is projected out, 1: offset, 2: offset and drift.
+    time_offset_s : float
+        Known time offset, s; where it is free, its start.
+    time_offset_bounds : (float, float) or None
+        Bounds where it is free.
+    """
+
+    name: str
+    measured: FloatArray
+    base: TimeBase
+    command: Command
+    sigma: float
+    linear: int = 2
+    time_offset_s: float = 0.0
+    time_offset_bounds: tuple[float, float] | None = None
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.base.samples
+
+    @property
+    def latest_s(self) -> float:
+        """Largest |time offset| in reach, s."""
+        return max(map(abs, self.time_offset_bounds or (self.time_offset_s,)))
+
+
+Windows = Mapping[str, tuple[int, int]]
+"""First and last-plus-one sample used of each record, by name."""
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """All targets and the search space. Coordinates are the mechanism's, then free time offsets.
+
+    `substeps` is the number of integration steps per sample, `workers` of threads over records.
+    """
+
+    space: SearchSpace
+    targets: tuple[Target, ...]
+    substeps: int = 1
+    workers: int = 1
+
+    @cached_property
+    def delayed_targets(self) -> tuple[str, ...]:
+        """Names of the targets whose time offset is free, in the order of their coordinates."""
+        return tuple(t.name for t in self.targets if t.time_offset_bounds)
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        """Lower bounds of all coordinates."""
+        return np.concatenate([self.space.lower, [b[0] for t in self.targets if (b := t.time_offset_bounds)]])
+
+    @cached_property
+    def upper(self) -> FloatArray:
+        """Upper bounds of all coordinates."""
+        return np.concatenate([self.space.upper, [b[1] for t in self.targets if (b := t.time_offset_bounds)]])
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """The values of the file in search coordinates."""
+        return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return self.space.size + len(self.delayed_targets)
+
+    @cached_property
+    def sensitive(self) -> tuple[int, ...]:
+        """Indices of the kernel's parameters that any coordinate moves."""
+        moved = np.abs(self.space.kernel_jacobian(self._somewhere)).sum(axis=1) > 0.0
+        return tuple(int(i) for i in np.flatnonzero(moved))
+
+    @cached_property
+    def _somewhere(self) -> FloatArray:
+        inside = np.clip(self.space.start, self.space.lower + 1e-6, self.space.upper - 1e-6)
+        return np.asarray(inside, dtype=np.float64)
+
+    def only(self, names: Sequence[str]) -> Problem:
+        """Return the problem with some targets alone; coordinates of other time offsets are dropped."""
+        return replace(self, targets=tuple(t for t in self.targets if t.name in names))
+
+    def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
+        """Return the problem with other noise levels."""
+        return replace(self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets))
+
+    def whole(self) -> dict[str, tuple[int, int]]:
+        """Return windows that cover all records."""
+        return {t.name: (0, t.samples) for t in self.targets}
+
+    def time_offset(self, target: Target, q: FloatArray) -> float:
+        """Return the time offset of a target at `q`, s."""
+        if target.name not in self.delayed_targets:
+            return target.time_offset_s
+        return float(q[self.space.size + self.delayed_targets.index(target.name)])
+
+    def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
+        """Begin the simulation of the first `stop` samples of a target at `q`."""
+        simulator = self._simulator(target, stop, jacobian)
+        p = self.space.kernel(q[: self.space.size])
+        return simulator.run(p, time_offset_s=self.time_offset(target, q), substeps=self.substeps)
+
+    def _simulator(self, target: Target, stop: int, jacobian: bool) -> Simulator:
+        key = (target.name, stop, jacobian)
+        if key not in self._simulators:
+            sensitive = self.sensitive if jacobian else ()
+            self._simulators[key] = Simulator(
+                self.space.mechanism.plant, target.command, target.base.first(stop), sensitive, target.latest_s
+            )
+        return self._simulators[key]
+
+    @cached_property
+    def _simulators(self) -> dict[tuple[str, int, bool], Simulator]:
+        """Step edges worked out so far, so that they are not worked out again at each evaluation."""
+        return {}
+
+    def predict(self, target: Target, q: FloatArray, stop: int) -> FloatArray:
+        """Return the model's torque over the first `stop` samples, (stop,) N m; NaN where it failed."""
+        y = np.empty(min(stop, target.samples))
+        for block in self.run(target, q, stop).blocks():
+            y[block.start : block.stop] = block.y[:, 0]
+        return y
+
+    def norm(self, target: Target, q: FloatArray, window: tuple[int, int]) -> float:
+        """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
+        return self._reduce(target, q, window, jacobian=False).norm
+
+    def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
+        """Return the reduced problem of a target in a window."""
+        return self._reduce(target, q, window, jacobian=True)
+
+    def _reduce(self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool) -> Triangle:
+        columns = self.size if jacobian else 0
+        width = target.linear + 1 + columns
+        R = np.zeros((width, width))
+        run = self.run(target, q, window[1], jacobian=jacobian)
+        chain = self._chain(q) if jacobian else None
+        rows = np.zeros((width, run.block))
+        for block in run.blocks():
+            first = max(block.start, window[0])
+            if first >= block.stop:
+                continue
+            part, n = slice(first - block.start, None), block.stop - first
+            self._linear_rows(rows, target, window, first, n)
+            rows[target.linear, :n] = (block.y[part, 0] - target.measured[first : block.stop]) / target.sigma
+            if chain is not None:
+                np.matmul(chain, block.jacobian[part, 0, : chain.shape[1]].T, out=rows[width - columns : width - columns + chain.shape[0], :n])
+                rows[width - columns :, :n] /= target.sigma
+                self._delay_row(rows, target, block.rate[part, 0], n)
+            absorb(R, rows, n)
+        if run.outcome is not SimulationOutcome.COMPLETE:
+            return Triangle(np.inf, np.full((1 + columns, columns), np.nan), window[1] - window[0])
+        return finished(R, target.linear, window[1] - window[0])
+
+    def _chain(self, q: FloatArray) -> FloatArray:
+        """Return (dp/dq)^T of the sensitive parameters, (n, m)."""
+        slopes = self.space.kernel_jacobian(q[: self.space.size])[list(self.sensitive)]
+        return np.ascontiguousarray(slopes.T)
+
+    def _linear_rows(self, rows: FloatArray, target: Target, window: tuple[int, int], first: int, n: int) -> None:
+        if target.linear > 0:
+            rows[0, :n] = 1.0
+        if target.linear > 1:
+            middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
+            rows[1, :n] = (np.arange(first, first + n) - middle) / half
+
+    def _delay_row(self, rows: FloatArray, target: Target, rate: FloatArray, n: int) -> None:
+        """Write the derivative to the target's own time offset, -dy/dt; zero to those of others."""
+        first = target.linear + 1 + self.space.size
+        for i, name in enumerate(self.delayed_targets):
+            rows[first + i, :n] = -rate / target.sigma if name == target.name else 0.0
+
+    def norms(self, q: FloatArray, windows: Windows) -> list[float]:
+        """Return ||r|| of every target, in parallel over records."""
+        return self._over_targets(self.norm, q, windows)
+
+    def triangles(self, q: FloatArray, windows: Windows) -> list[Triangle]:
+        """Return the reduced problem of every target, in parallel over records."""
+        return self._over_targets(self.triangle, q, windows)
+
+    def joint(self, q: FloatArray, windows: Windows) -> Triangle:
+        """Return the reduced problem of all targets together."""
+        return combined(self.triangles(q, windows))
+
+    def _over_targets(self, what, q, windows):  # type: ignore[no-untyped-def]
+        used = [t for t in self.targets if t.name in windows]
+        if self.workers == 1 or len(used) == 1:
+            return [what(t, q, windows[t.name]) for t in used]
+        longest_first = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
+        tasks = (delayed(what)(used[i], q, windows[used[i].name]) for i in longest_first)
+        done = Parallel(n_jobs=self.workers, backend="threading", batch_size=1)(tasks)
+        return [r for _, r in sorted(zip(longest_first, done, strict=True), key=lambda pair: pair[0])]

@@ -1,0 +1,90 @@
+"""Streaming reduction of [Phi r J] to its triangle, block by block, by Householder reflections.
+
+After all blocks the rows of Phi (offset, drift: linear, projected out) are dropped. What is left is the
+triangle of [r J]: the residual is (||r||, 0, ..., 0) in its basis, the Jacobian the rest. Memory does not
+grow with the record, and the condition of J is not squared as by normal equations.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc", "arcp", "nsz"}, error_model="numpy")
+def absorb(R: FloatArray, block: FloatArray, n: int) -> None:
+    """Update the triangle R, (m, m), with n further rows that stand as the columns of `block`, (m, >= n)."""
+    m = R.shape[0]
+    for j in range(m):
+        size = 0.0
+        for i in range(n):
+            size += block[j, i] * block[j, i]
+        if size == 0.0:
+            continue
+        alpha = R[j, j]
+        beta = -math.copysign(math.sqrt(alpha * alpha + size), alpha)
+        head = alpha - beta
+        factor = 2.0 / (head * head + size)
+        R[j, j] = beta
+        for k in range(j + 1, m):
+            dot = head * R[j, k]
+            for i in range(n):
+                dot += block[j, i] * block[k, i]
+            dot *= factor
+            R[j, k] -= dot * head
+            for i in range(n):
+                block[k, i] -= dot * block[j, i]
+
+
+@dataclass(frozen=True)
+class Triangle:
+    """The reduced least-squares problem of one or more records.
+
+    Attributes
+    ----------
+    norm : float
+        ||r|| after projection, in units of sigma.
+    jacobian : (1 + n, n)
+        In the basis in which the residual is (norm, 0, ..., 0).
+    samples : int
+    """
+
+    norm: float
+    jacobian: FloatArray
+    samples: int
+
+    @property
+    def cost(self) -> float:
+        """Sum of squares, in units of sigma squared."""
+        return self.norm**2
+
+    @property
+    def fun(self) -> FloatArray:
+        """The residual in the triangle's basis, (1 + n,)."""
+        out = np.zeros(self.jacobian.shape[0])
+        out[0] = self.norm
+        return out
+
+
+def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
+    """Drop the first `linear` rows of a triangle of [Phi r J] and fix the sign of the residual's."""
+    rest = R[linear:, linear:]
+    sign = -1.0 if rest[0, 0] < 0.0 else 1.0
+    jacobian = rest[:, 1:].copy()
+    jacobian[0] *= sign
+    return Triangle(abs(float(rest[0, 0])), jacobian, samples)
+
+
+def combined(triangles: list[Triangle]) -> Triangle:
+    """Join the triangles of independent records into one."""
+    n = triangles[0].jacobian.shape[1]
+    stacked = np.vstack([np.column_stack([t.fun, t.jacobian]) for t in triangles])
+    R = np.zeros((n + 1, n + 1))
+    absorb(R, np.ascontiguousarray(stacked.T), stacked.shape[0])
+    return finished(R, 0, sum(t.samples for t in triangles))

@@ -1,0 +1,187 @@
+"""Search coordinates: what the optimiser moves, and how that moves kernel and file values.
+
+Positive parameters are searched by their logarithm, a detent with free amplitude and phase by its
+cosine and sine part (at zero amplitude the phase is not dead), static friction by its excess over
+Coulomb friction. Everything else as it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.parameter import Parameter
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+STATIC, COULOMB = "friction.static", "friction.coulomb"
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One number the optimiser moves: its name, kind and bounds in its own scale.
+
+    Kinds: ``log`` (of the parameter), ``linear``, ``cosine`` and ``sine`` (of an amplitude-phase
+    pair, `partner` the phase), ``excess`` (of static over Coulomb friction).
+    """
+
+    name: str
+    kind: str
+    lower: float
+    upper: float
+    partner: str = ""
+
+
+@dataclass(frozen=True)
+class SearchSpace:
+    """The coordinates of a mechanism's free parameters, and the maps from them.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        Holds the values of all that is not free.
+    """
+
+    mechanism: Mechanism
+
+    @cached_property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """All coordinates, (n,), in the order of the file."""
+        pairs = self._cartesian_pairs
+        phases = set(pairs.values())
+        result: list[Coordinate] = []
+        for q in self.mechanism.free:
+            if q.name in pairs:
+                result += [Coordinate(q.name, kind, -q.max, q.max, pairs[q.name]) for kind in ("cosine", "sine")]
+            elif q.name not in phases:
+                result.append(self._plain(q))
+        return tuple(result)
+
+    @cached_property
+    def _cartesian_pairs(self) -> dict[str, str]:
+        """Amplitude to phase of the pairs that are free in the whole disc."""
+        parameters = self.mechanism.parameters
+        return {
+            pair.amplitude: pair.phase
+            for pair in self.mechanism.plant.polar_pairs
+            if (a := parameters[pair.amplitude]).is_free and a.min == 0.0 and math.isfinite(a.max)
+            and (f := parameters[pair.phase]).is_free and f.is_periodic
+        }  # fmt: skip
+
+    def _plain(self, q: Parameter) -> Coordinate:
+        if q.name == STATIC:
+            coulomb = self.mechanism.parameters[COULOMB]
+            least = coulomb.min if coulomb.is_free else coulomb.value
+            most = coulomb.max if coulomb.is_free else coulomb.value
+            return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
+        if q.name == COULOMB and not self.mechanism.parameters[STATIC].is_free:
+            return Coordinate(q.name, "linear", q.min, min(q.max, self.mechanism.value(STATIC)))
+        if q.min > 0.0:
+            return Coordinate(q.name, "log", math.log(q.min), math.log(q.max))
+        return Coordinate(q.name, "linear", q.min, q.max)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.coordinates)
+
+    @cached_property
+    def lower(self) -> FloatArray:
+        """Lower bounds, (n,)."""
+        return np.array([c.lower for c in self.coordinates])
+
+    @cached_property
+    def upper(self) -> FloatArray:
+        """Upper bounds, (n,)."""
+        return np.array([c.upper for c in self.coordinates])
+
+    def clip(self, q: FloatArray) -> FloatArray:
+        """Return the nearest point within the bounds."""
+        return np.clip(q, self.lower, self.upper)
+
+    def from_values(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the coordinates, (n,), of the file's values `values` (all free ones)."""
+        return self.clip(np.array([self._coordinate_of(c, values) for c in self.coordinates]))
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """Coordinates of the mechanism's own values."""
+        return self.from_values({q.name: q.value for q in self.mechanism.parameters.values()})
+
+    @staticmethod
+    def _coordinate_of(c: Coordinate, values: Mapping[str, float]) -> float:
+        value = values[c.name]
+        if c.kind == "log":
+            return math.log(max(value, 1e-300))
+        if c.kind == "excess":
+            return value - values[COULOMB]
+        if c.kind == "cosine":
+            return value * math.cos(math.radians(values[c.partner]))
+        if c.kind == "sine":
+            return value * math.sin(math.radians(values[c.partner]))
+        return value
+
+    def values(self, q: FloatArray) -> dict[str, float]:
+        """Return the file's values, {name: value}, of the free parameters at `q`."""
+        out: dict[str, float] = {}
+        for c, x in zip(self.coordinates, q, strict=True):
+            if c.kind == "cosine":
+                out[c.name], out[c.partner] = float(x), 0.0
+            elif c.kind == "sine":
+                a = out[c.name]
+                out[c.name], out[c.partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
+            else:
+                out[c.name] = math.exp(x) if c.kind == "log" else float(x)
+        if STATIC in out:
+            out[STATIC] += out.get(COULOMB, self.mechanism.value(COULOMB))
+        return out
+
+    def at(self, q: FloatArray) -> Mechanism:
+        """Return the mechanism with its free parameters at `q`."""
+        return self.mechanism.with_values(self.values(q))
+
+    def kernel(self, q: FloatArray) -> FloatArray:
+        """Return the kernel's parameters, (NP,), at `q`."""
+        return self.at(q).kernel_values()
+
+    def kernel_jacobian(self, q: FloatArray) -> FloatArray:
+        """Return dp/dq, (NP, n)."""
+        mechanism = self.at(q)
+        by_file = mechanism.kernel_jacobian()
+        order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
+        pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
+        out = np.zeros((len(order), self.size))
+        for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
+            if c.kind in ("cosine", "sine"):
+                pair = pairs[c.name]
+                out[order[pair.cosine if c.kind == "cosine" else pair.sine], j] = 1.0
+            else:
+                out[:, j] = by_file[c.name] * (math.exp(x) if c.kind == "log" else 1.0)
+                if c.name == COULOMB and self.mechanism.parameters[STATIC].is_free:
+                    out[:, j] += by_file[STATIC]
+        return out
+
+    def value_jacobian(self, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+        """Return the names of the free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
+        values = self.values(q)
+        names = tuple(p.name for p in self.mechanism.free)
+        out = np.zeros((len(names), self.size))
+        for j, c in enumerate(self.coordinates):
+            i = names.index(c.name)
+            if c.kind in ("cosine", "sine"):
+                amplitude, phase = values[c.name], math.radians(values[c.partner])
+                toward, across = math.cos(phase), -math.sin(phase)
+                if c.kind == "sine":
+                    toward, across = math.sin(phase), math.cos(phase)
+                out[i, j] = toward
+                out[names.index(c.partner), j] = math.degrees(across / max(amplitude, 1e-300))
+            else:
+                out[i, j] = values[c.name] if c.kind == "log" else 1.0
+                if c.name == COULOMB and STATIC in names:
+                    out[names.index(STATIC), j] = 1.0
+        return names, out

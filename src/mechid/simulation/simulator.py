@@ -1,0 +1,198 @@
+"""Runs a compiled kernel over a record's time base, block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import Command, Excitation
+from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
+from mechid.plant.plant import Plant
+from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
+
+FloatArray = NDArray[np.float64]
+
+BLOCK = 1024
+"""Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
+_OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
+
+
+@dataclass(frozen=True)
+class TimeBase:
+    """Uniform sample instants in record time: start_s + k / sample_rate_hz, k < samples."""
+
+    sample_rate_hz: float
+    samples: int
+    start_s: float = 0.0
+
+    @property
+    def interval_s(self) -> float:
+        """Sample interval in s."""
+        return 1.0 / self.sample_rate_hz
+
+    @property
+    def times(self) -> FloatArray:
+        """All sample instants, (n,) s."""
+        return self.start_s + np.arange(self.samples) / self.sample_rate_hz
+
+    def first(self, samples: int) -> TimeBase:
+        """Return the time base of the first samples alone."""
+        return TimeBase(self.sample_rate_hz, min(samples, self.samples), self.start_s)
+
+
+@dataclass(frozen=True)
+class Block:
+    """Samples `start` to `stop` of a run, as views that the next block overwrites.
+
+    Attributes
+    ----------
+    y : (n, n_y)
+    rate : (n, n_y), or (0, n_y) without sensitivities
+    jacobian : (n, n_y, lanes), the last lane a spare; or (0, n_y, 0)
+    """
+
+    start: int
+    stop: int
+    y: FloatArray
+    rate: FloatArray
+    jacobian: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Simulator:
+    """One plant under one command on one time base; the parameters' values come with each run.
+
+    Parameters
+    ----------
+    plant : Plant
+    command : Command
+    base : TimeBase
+    sensitive : sequence of int
+        Indices of the kernel's parameters whose sensitivities are wanted.
+    latest_s : float
+        The largest |time offset| that runs will ask for, s.
+    """
+
+    plant: Plant
+    command: Command
+    base: TimeBase
+    sensitive: Sequence[int] = ()
+    latest_s: float = 0.0
+
+    @cached_property
+    def kernel(self) -> Kernel:
+        """The compiled kernel, with lanes where there are sensitivities."""
+        return kernel_for(self.plant, len(self.sensitive))
+
+    @cached_property
+    def excitation(self) -> Excitation:
+        """All step edges any run of this simulator can meet."""
+        end = self.base.start_s + self.base.samples * self.base.interval_s
+        return self.command.excitation(max(end + self.latest_s, 0.0))
+
+    @cached_property
+    def _edge_values(self) -> FloatArray:
+        return np.ascontiguousarray(self.excitation.values).ravel()
+
+    def run(self, p: FloatArray, *, time_offset_s: float = 0.0, substeps: int = 1, block: int = BLOCK) -> Run:
+        """Begin a run at the kernel parameters `p`, (n,); iterate its `blocks`."""
+        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block)
+
+
+class Run:
+    """One run in progress. After its blocks are consumed, `outcome` and `switching` tell how it went."""
+
+    def __init__(
+        self, simulator: Simulator, p: FloatArray, time_offset_s: float, substeps: int, block: int
+    ) -> None:
+        self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
+        base, kernel = simulator.base, simulator.kernel
+        self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
+        self.buffers: Buffers = allocate(simulator.plant, kernel.source, samples=self.block, events=1024)
+        self.buffers.lane[list(simulator.sensitive)] = np.arange(len(simulator.sensitive))
+        excitation, command = simulator.excitation, simulator.command
+        kernel.begin(
+            p, self.buffers.lane, excitation.initial, command.start_angle_rad, self.buffers.discrete, self.buffers.w
+        )
+        self.outcome = SimulationOutcome.COMPLETE
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the record block by block; after a failure the samples are NaN."""
+        done, total = 0, self.simulator.base.samples
+        for count in self._resting():
+            yield self._block(done, count)
+            done += count
+        self.buffers.discrete[0] = done
+        while done < total:
+            count = min(self.block, total - done)
+            self._advance(count)
+            yield self._block(done, count)
+            done += count
+
+    def _resting(self) -> Iterator[int]:
+        """Count the samples before command time 0, where the mechanism rests and measures nothing."""
+        resting = int(np.ceil(-self.grid[0] / self.grid[1] - 1e-9)) if self.grid[0] < 0.0 else 0
+        resting = min(resting, self.simulator.base.samples)
+        while resting > 0:
+            count = min(self.block, resting)
+            for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
+                array[:] = 0.0
+            yield count
+            resting -= count
+
+    def _advance(self, count: int) -> None:
+        buffers, simulator = self.buffers, self.simulator
+        if self.outcome is not SimulationOutcome.COMPLETE:
+            buffers.y[:] = np.nan
+            return
+        status = simulator.kernel.run(
+            self.p, buffers.lane, self.grid, simulator.excitation.times, simulator._edge_values,
+            *buffers.run_arguments(count),
+        )  # fmt: skip
+        self.outcome = _OUTCOMES.get(int(status), SimulationOutcome.COMPLETE)
+
+    def _block(self, start: int, count: int) -> Block:
+        b, lanes = self.buffers, self.buffers.lanes
+        rows = count if lanes else 0
+        return Block(
+            start,
+            start + count,
+            b.y[: count * b.outputs].reshape(count, b.outputs),
+            b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
+            b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
+        )
+
+    @property
+    def switching(self) -> Switching:
+        """Switches met so far (the first 1024 of them)."""
+        b = self.buffers
+        table = b.events.reshape(-1, 5 + b.lanes)[: b.discrete[2]]
+        index = table[:, 1:4].astype(np.int64)
+        n = len(self.simulator.sensitive)
+        return Switching(table[:, 0].copy(), index[:, 0], index[:, 1], index[:, 2], table[:, 4].copy(), table[:, 5 : 5 + n].copy())
+
+
+def simulate_run(run: Run) -> Trajectory:
+    """Consume a run into one trajectory."""
+    simulator = run.simulator
+    n, m, quantities = simulator.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
+    y = np.empty((n, len(quantities)))
+    rate, J = np.empty((n if m else 0, len(quantities))), np.empty((n if m else 0, len(quantities), m))
+    for block in run.blocks():
+        rows = slice(block.start, block.stop)
+        y[rows] = block.y
+        if m:
+            rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
+    return Trajectory(
+        time=simulator.base.times,
+        values={q: y[:, j] for j, q in enumerate(quantities)},
+        jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
+        rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
+        parameters=tuple(str(simulator.plant.parameters[i]) for i in simulator.sensitive),
+        switching=run.switching,
+        outcome=run.outcome,
+    )

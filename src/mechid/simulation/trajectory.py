@@ -1,0 +1,90 @@
+"""What a simulation returns: samples, sensitivities, switches, and how it ended."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+FloatArray = NDArray[np.float64]
+
+
+class SimulationOutcome(Enum):
+    """How a simulation ended, as a sentence for its reader."""
+
+    COMPLETE = "The record was simulated to its end."
+    DIVERGED = "The mechanism diverged; samples from that instant on are lost."
+    CHATTER = "More than 64 stick/slip switches fell into one step; samples from that instant on are lost."
+
+
+@dataclass(frozen=True)
+class Switching:
+    """Stick/slip (and other) switches of a run, in order of time.
+
+    Attributes
+    ----------
+    time : (m,) s of command time
+    switch : (m,) index into the plant's switches
+    before, after : (m,) index of the mode
+    slope : (m,) rate of the guard's margin where it fires; near zero it grazes
+    sensitivity : (m, n) derivative of the instant to the parameters, s per parameter's unit
+    """
+
+    time: FloatArray
+    switch: NDArray[np.int64]
+    before: NDArray[np.int64]
+    after: NDArray[np.int64]
+    slope: FloatArray
+    sensitivity: FloatArray
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A simulated record.
+
+    Attributes
+    ----------
+    time : (n,) s of record time
+    values : mapping of quantity to (n,)
+        In SI units, e.g. ``values["torque"]`` in N m; NaN from the sample on at which it diverged.
+    jacobian : mapping of quantity to (n, m), or empty
+        Derivatives to the kernel's parameters `parameters`.
+    rate : mapping of quantity to (n,), or empty
+        Time derivative; minus it is the derivative to a time offset.
+    parameters : tuple of str
+    switching : Switching
+    outcome : SimulationOutcome
+    """
+
+    time: FloatArray
+    values: Mapping[str, FloatArray]
+    jacobian: Mapping[str, FloatArray]
+    rate: Mapping[str, FloatArray]
+    parameters: tuple[str, ...]
+    switching: Switching
+    outcome: SimulationOutcome
+
+    @property
+    def torque(self) -> FloatArray:
+        """Measured torque, (n,) in N m."""
+        return self.values["torque"]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the samples as a DataFrame indexed by time (needs the extra ``dataframes``)."""
+        import pandas as pd
+
+        return pd.DataFrame(dict(self.values), index=pd.Index(self.time, name="time_s"))
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the samples as a Dataset over time (needs the extra ``dataframes``)."""
+        import xarray as xr
+
+        return xr.Dataset({k: ("time_s", v) for k, v in self.values.items()}, coords={"time_s": self.time})
