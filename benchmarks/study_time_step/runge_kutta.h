@@ -1,0 +1,84 @@
+/* Explicit Runge-Kutta methods, on all states or with the housing mode in closed form. */
+
+enum { PLAIN = STATES, CLOSED = Z }; /* states that the method carries */
+enum { NO_FEED, PARABOLA, HERMITE }; /* how T_res feeds the closed form: see fed_by() */
+
+typedef struct {
+    int stages;
+    double a[12][12], b[12];
+} Tableau;
+
+#include "tableaus.h" /* written by study_time_step.py */
+
+typedef struct {
+    double c, c_dot, I[4]; /* answer to a unit impulse, its rate, its repeated integrals */
+} Mode;
+
+INLINE Mode mode_over(const Plant *p, double h)
+{
+    const double b = p->w0 * p->w0, a = 2 * p->zeta * p->w0;
+    const double wd = p->w0 * sqrt(1 - p->zeta * p->zeta), decay = exp(-0.5 * a * h);
+    double sine, cosine;
+    sincos(wd * h, &sine, &cosine);
+    Mode m = {.c = decay * sine / wd};
+    m.c_dot = decay * cosine - 0.5 * a * m.c;
+    m.I[0] = (1 - m.c_dot - a * m.c) / b;
+    m.I[1] = (h - m.c - a * m.I[0]) / b;
+    m.I[2] = (h * h / 2 - m.I[0] - a * m.I[1]) / b;
+    m.I[3] = (h * h * h / 6 - m.I[1] - a * m.I[2]) / b;
+    return m;
+}
+
+/* q: value and derivatives of T_res at the step's start. */
+INLINE void fed(const Plant *p, const Mode *m, const double *q, double *x)
+{
+    const double b = p->w0 * p->w0, a = 2 * p->zeta * p->w0, z = x[Z], v = x[Z_DOT];
+    const double f = b * p->K_res;
+    x[Z] = (m->c_dot + a * m->c) * z + m->c * v
+         + f * (q[0] * m->I[0] + q[1] * m->I[1] + q[2] * m->I[2] + q[3] * m->I[3]);
+    x[Z_DOT] = -b * m->c * z + m->c_dot * v
+         + f * (q[0] * m->c + q[1] * m->I[0] + q[2] * m->I[1] + q[3] * m->I[2]);
+}
+
+INLINE void runge_kutta(
+    const Plant *p, State *at, double h, const Tableau *t, int n, int feed, const Mode *mode)
+{
+    double k[12][STATES], x[STATES], end[STATES], T[12], s = at->s, c = at->c;
+    memcpy(end, at->x, sizeof end);
+#pragma GCC unroll 12
+    for (int j = 0; j < t->stages; ++j) {
+        memcpy(x, at->x, sizeof x);
+#pragma GCC unroll 12
+        for (int l = 0; l < j; ++l)
+#pragma GCC unroll 8
+            for (int i = 0; i < n; ++i)
+                x[i] += h * t->a[j][l] * k[l][i];
+        if (j > 0)
+            turned(p, at, x[ALPHA], &s, &c);
+        T[j] = rates(p, at, n, x, s, c, k[j]);
+#pragma GCC unroll 8
+        for (int i = 0; i < n; ++i)
+            end[i] += h * t->b[j] * k[j][i];
+    }
+    turned(p, at, end[ALPHA], &s, &c);
+    if (feed != NO_FEED) {
+        double d[STATES], T1 = rates(p, at, CLOSED, end, s, c, d), q[4] = {T[0], 0, 0, 0};
+        if (feed == PARABOLA) {
+            const double middle = 0.5 * (T[1] + T[2]);
+            q[1] = (4 * middle - 3 * T[0] - T1) / h;
+            q[2] = 4 * (T[0] - 2 * middle + T1) / (h * h);
+        } else {
+            const double r = 1 / h, jump = (T1 - T[0]) * r;
+            const double d0 = T_res_rate(p, at->sign, at->x, at->s, at->c, k[0]);
+            const double d1 = T_res_rate(p, at->sign, end, s, c, d);
+            q[1] = d0;
+            q[2] = 2 * r * (3 * jump - 2 * d0 - d1);
+            q[3] = 6 * r * r * (d0 + d1 - 2 * jump);
+        }
+        fed(p, mode, q, end);
+    }
+    memcpy(at->x, end, sizeof end);
+    at->s = s;
+    at->c = c;
+    at->evaluations += t->stages;
+}

@@ -1,0 +1,154 @@
+"""The mechanism file: what is known and believed of a mechanism, in the plant's own names and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.mechanism_structure import DETENT_TABLE, Structure, divisors, read_structure
+from mechid.campaign.parameter_entry import read_parameter
+from mechid.campaign.place import Place, found, in_unit, is_table_list
+from mechid.campaign.toml_file import read_toml
+from mechid.command.entry import is_table
+from mechid.errors import did_you_mean
+from mechid.parameter import Declaration, Parameter, Status
+from mechid.plant.mechanism import Mechanism
+
+TIED_WHERE_ABSENT = {"stepper.back_emf_constant": "stepper.torque_constant"}
+"""Parameters that follow another one where the file does not name them."""
+STATIC, COULOMB = "friction.static", "friction.coulomb"
+POLES = "stepper.poles"
+HERTZ_BELOW = 1500.0
+"""A housing resonance this low in rad/s is 240 Hz, so that the number may well be meant in hertz."""
+
+
+def read_mechanism(path: Path | str) -> Mechanism:
+    """Return the mechanism that a file describes.
+
+    A bare number is known; a table ``{ value, min, max }`` is to be estimated from `value`, `sigma`
+    in it is the standard deviation of a prior.
+
+    Parameters
+    ----------
+    path : Path
+        TOML, as ``mechanism.toml``.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or wrong; one line with place and remedy.
+    """
+    return mechanism_from_table(read_toml(Path(path)), Path(path).name)
+
+
+def mechanism_from_table(table: Mapping[str, Any], label: str) -> Mechanism:
+    """Return the mechanism of a table as read from TOML; `label` is how messages call the file."""
+    place = Place(label)
+    structure = read_structure(table, place)
+    entries = dict(_entries(table, structure, place))
+    parameters = {
+        name: _parameter(name, declaration, entries, structure, place)
+        for name, declaration in structure.plant.declarations.items()
+    }
+    _tie(parameters, entries)
+    _refuse_odd_poles(parameters, place)
+    _refuse_static_below_coulomb(parameters, place)
+    return Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
+
+
+def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
+    """Return what is legal and yet looks like a slip, one line each."""
+    return tuple(
+        f"{label}: {name} = {q.value:.9g}: is this in Hz? it is read in rad/s"
+        for name, q in mechanism.parameters.items()
+        if q.declaration.unit == "rad/s" and 0.0 < q.value < HERTZ_BELOW
+    )
+
+
+def _parameter(
+    name: str, declaration: Declaration, entries: Mapping[str, Any], structure: Structure, place: Place
+) -> Parameter:
+    if name in entries:
+        divides = name in divisors(structure.plant)
+        return read_parameter(entries[name], name, declaration, place.key(name), divides=divides)
+    if declaration.default is None and name not in TIED_WHERE_ABSENT:
+        table, _, key = name.rpartition(".")
+        header = f"[[{DETENT_TABLE}]]" if table.startswith(DETENT_TABLE) else f"[{table}]"
+        raise place.key(name).error(
+            f"missing; write {key} under {header}, {declaration.meaning}{in_unit(declaration.unit)}"
+        )
+    return Parameter(name=name, value=declaration.default or 0.0, declaration=declaration)
+
+
+def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any]) -> None:
+    """Make those that the file does not name follow their masters."""
+    for name, master in TIED_WHERE_ABSENT.items():
+        if name in parameters and name not in entries:
+            parameters[name] = Parameter(
+                name=name,
+                value=parameters[master].value,
+                declaration=parameters[name].declaration,
+                status=Status.TIED,
+                tied_to=master,
+            )
+
+
+def _refuse_odd_poles(parameters: Mapping[str, Parameter], place: Place) -> None:
+    poles = parameters[POLES].value
+    if poles % 2.0 != 0.0:
+        raise place.key(POLES).error(f"found {poles:.9g}; poles come in pairs, write an even whole number")
+
+
+def _refuse_static_below_coulomb(parameters: Mapping[str, Parameter], place: Place) -> None:
+    static, coulomb = parameters[STATIC].value, parameters[COULOMB].value
+    if static < coulomb:
+        remedy = f"static friction is never below Coulomb friction: start at {coulomb:.9g} or above"
+        raise place.key(STATIC).error(f"{static:.9g} is below {COULOMB} = {coulomb:.9g}; {remedy}")
+
+
+def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> Iterator[tuple[str, Any]]:
+    """Yield the file's parameters by dotted name, options left out; refuse what the plant does not know."""
+    known = (*structure.plant.declarations, *structure.options)
+    tables = {name[:at] for name in (*known, f"{DETENT_TABLE}.") for at in _dots(name)}
+    for name, entry in _flat(table, "", tables):
+        if name in tables:
+            raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
+        if name not in known:
+            raise place.key(name).error(f"unknown {_kind(entry)}{_nearest(name, known, tables)}")
+        if name not in structure.options:
+            yield name, entry
+
+
+def _flat(entry: Mapping[str, Any], prefix: str, tables: set[str]) -> Iterator[tuple[str, Any]]:
+    """Yield dotted names and entries; only into the plant's own tables does it look."""
+    for key, value in entry.items():
+        name = f"{prefix}{key}"
+        if name in tables and is_table(value):
+            yield from _flat(value, f"{name}.", tables)
+        elif name == DETENT_TABLE and is_table_list(value):
+            for index, detent in enumerate(value):
+                yield from _flat(detent, f"{name}.{index}.", tables)
+        else:
+            yield name, value
+
+
+def _dots(name: str) -> list[int]:
+    return [at for at, character in enumerate(name) if character == "."]
+
+
+def _kind(entry: Any) -> str:
+    return "table" if is_table(entry) or (is_table_list(entry) and entry) else "key"
+
+
+def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
+    """Return the hint to the right name: in the same table, else the same key elsewhere, else the nearest."""
+    table, _, key = name.rpartition(".")
+    siblings = {other.rpartition(".")[2]: other for other in (*known, *tables) if other.rpartition(".")[0] == table}
+    if near := did_you_mean(key, siblings):
+        right = near.split('"')[1]
+        return f'; did you mean "{siblings[right]}"?'
+    elsewhere = [other for other in known if other.endswith(f".{key}")]
+    if elsewhere:
+        return f'; did you mean "{elsewhere[0]}"?'
+    return did_you_mean(name, (*known, *tables)) or f"; {'here' if table else 'the file'} may stand {', '.join(siblings)}"

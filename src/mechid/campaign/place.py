@@ -1,0 +1,129 @@
+"""Where in a file something stands, and the checks of single entries; a message begins with the place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from mechid.command.entry import is_number, is_table, quoted, shown
+from mechid.errors import InputFileError, did_you_mean
+
+
+@dataclass(frozen=True)
+class Place:
+    """A place in a TOML file, e.g. ``campaign.toml: stage[1].free[2]``.
+
+    Parameters
+    ----------
+    file : str
+        The file as messages call it.
+    path : str
+        Keys and indices from the top; empty is the file itself.
+
+    Examples
+    --------
+    >>> str(Place("campaign.toml").key("stage").item(1).key("free"))
+    'campaign.toml: stage[1].free'
+    """
+
+    file: str
+    path: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.path}" if self.path else self.file
+
+    def key(self, name: str) -> Place:
+        """Return the place of a key in the table that stands here."""
+        return Place(self.file, f"{self.path}.{name}" if self.path else name)
+
+    def item(self, index: int) -> Place:
+        """Return the place of an entry, counted from 0, of the list that stands here."""
+        return Place(self.file, f"{self.path}[{index}]")
+
+    def error(self, message: str) -> InputFileError:
+        """Make the error that says this place and `message`."""
+        return InputFileError(f"{self}: {message}")
+
+
+def found(entry: object) -> str:
+    """Return ``found ...`` with the entry as TOML writes it."""
+    if isinstance(entry, bool):
+        return f"found {str(entry).lower()}"
+    if is_table(entry):
+        return "found a table"
+    return "found tables" if is_table_list(entry) and entry else f"found {shown(entry)}"
+
+
+def is_table_list(entry: object) -> bool:
+    """Whether it is a list of nothing but tables, as ``[[name]]`` makes."""
+    return isinstance(entry, list) and all(map(is_table, entry))
+
+
+def refuse_unknown_keys(table: Iterable[str], known: Sequence[str], place: Place) -> None:
+    """Refuse the first key of `table` that is not `known`, with the nearest that is."""
+    for key in table:
+        if key not in known:
+            near = did_you_mean(key, known) or f"; the keys here are {', '.join(known)}"
+            raise place.key(key).error(f"unknown key{near}")
+
+
+def required(table: Mapping[str, Any], key: str, place: Place, remedy: str) -> Any:
+    """Return the entry of `key`; where there is none, refuse and say `remedy`."""
+    if key not in table:
+        raise place.key(key).error(f"missing; {remedy}")
+    return table[key]
+
+
+def text(entry: Any, place: Place, remedy: str) -> str:
+    """Return a text that is not empty."""
+    if not isinstance(entry, str) or not entry:
+        raise place.error(f"{found(entry)}; {remedy}")
+    return entry
+
+
+def flag(entry: Any, place: Place) -> bool:
+    """Return true or false."""
+    if not isinstance(entry, bool):
+        raise place.error(f"{found(entry)}; write true or false")
+    return entry
+
+
+def number(entry: Any, place: Place, unit: str) -> float:
+    """Return a finite number; `unit` is what a message asks for."""
+    if isinstance(entry, str):
+        raise place.error(f"{found(entry)}; write the number alone{in_unit(unit)}, without quotes")
+    if not is_number(entry):
+        raise place.error(f"{found(entry)}; write a finite number{in_unit(unit)}")
+    return float(entry)
+
+
+def one_of(entry: Any, options: Sequence[str], place: Place) -> str:
+    """Return the one of `options` that the entry is."""
+    if isinstance(entry, str) and entry in options:
+        return entry
+    near = did_you_mean(entry, options) if isinstance(entry, str) else ""
+    raise place.error(f"{found(entry)}{near or f'; write one of {quoted(options)}'}")
+
+
+def texts(entry: Any, place: Place, remedy: str) -> tuple[str, ...]:
+    """Return a list of texts: at least one, none twice."""
+    if not isinstance(entry, list) or not entry:
+        raise place.error(f"{found(entry)}; {remedy}")
+    for index, item in enumerate(entry):
+        text(item, place.item(index), remedy)
+        if item in entry[:index]:
+            raise place.item(index).error(f'"{item}" stands here twice; keep one')
+    return tuple(entry)
+
+
+def tables(entry: Any, place: Place) -> list[Mapping[str, Any]]:
+    """Return a list of tables, as ``[[name]]`` makes."""
+    if not is_table_list(entry):
+        raise place.error(f"{found(entry)}; write each as a table under [[{place.path}]]")
+    return list(entry)
+
+
+def in_unit(unit: str) -> str:
+    """Return ``' in ohm'``, or nothing for a number without unit."""
+    return "" if unit == "1" else f" in {unit}"

@@ -1,0 +1,92 @@
+"""TOML files: read with messages that name line and remedy, written whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from mechid.errors import InputFileError, did_you_mean
+
+_WHERE = re.compile(r"\s*\(at line (\d+), column (\d+)\)$")
+_QUOTED = {'"': '\\"', "\\": "\\\\"}
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return what a TOML file holds.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing, no text, or no TOML; with line and column where there are any.
+    """
+    content = _content(path)
+    try:
+        return tomllib.loads(content)
+    except tomllib.TOMLDecodeError as error:
+        raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
+
+
+def write_whole(path: Path, content: str) -> None:
+    """Write a text file beside its place and rename it into place: it is there whole, or as it was."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        beside.write_text(content, encoding="utf-8", newline="\n")
+        beside.replace(path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def toml_text(value: str) -> str:
+    """Return a text as TOML writes it, in double quotes.
+
+    Examples
+    --------
+    >>> print(toml_text('the "long" run'))
+    "the \\"long\\" run"
+    """
+    return '"' + "".join(map(_escaped, value)) + '"'
+
+
+def toml_number(value: float) -> str:
+    """Return a number as TOML writes it, to the last digit."""
+    return repr(float(value))
+
+
+def _escaped(character: str) -> str:
+    if character in _QUOTED:
+        return _QUOTED[character]
+    return f"\\u{ord(character):04X}" if ord(character) < 0x20 or ord(character) == 0x7F else character
+
+
+def _content(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError as error:
+        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+        near = did_you_mean(path.name, beside) or "; check the path"
+        raise InputFileError(f"{path}: there is no such file{near}") from error
+    except OSError as error:
+        reason = "it is a folder" if path.is_dir() else error.strerror
+        raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error
+    except UnicodeDecodeError as error:
+        line = error.object[: error.start].count(b"\n") + 1
+        raise InputFileError(f"{path.name}: line {line}: is not UTF-8 text; save the file as UTF-8") from error
+
+
+def _syntax(message: str, content: str) -> str:
+    """Return the parser's complaint with the place in front and the line itself behind."""
+    lines = content.splitlines()
+    at = _WHERE.search(message)
+    row, column = (int(at[1]), f", column {at[2]}") if at else (len(lines), "")
+    what = _WHERE.sub("", message).removesuffix(" (at end of document)")
+    line = lines[row - 1].strip()[:60] if 0 < row <= len(lines) else ""
+    return f"line {row}{column}: {what[:1].lower()}{what[1:]}, in '{line}'; {_remedy(line)}"
+
+
+def _remedy(line: str) -> str:
+    if line.count("{") > line.count("}"):
+        return "a table in { } has to stand on one line"
+    return "write name = value, a number without unit and a text in double quotes"

@@ -1,0 +1,168 @@
+"""The multi-start: many short simulations from a box around the catalogue, the best ones refined.
+
+The cost surface of an oscillating mechanism is full of local minima; over the first tens of
+milliseconds it is tame. Points of a Sobol sequence fill the box of what a catalogue may be wrong
+by (each parameter's declared spread or typical share), robustly costed on the first window of all
+records; the best are refined on the same window.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from mechid.identification.parallel import mapped
+from mechid.identification.problem import Problem
+from mechid.identification.space import Coordinate, SearchSpace
+
+FloatArray = NDArray[np.float64]
+
+WINDOW_S = 0.06
+POINTS = 2048
+REFINED = 16
+ROBUST_SIGMAS = 20.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A point of the multi-start and its robust cost over the first window."""
+
+    q: FloatArray
+    cost: float
+
+
+def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
+    """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
+    unit = qmc.Sobol(space.size, scramble=True, rng=np.random.default_rng(seed)).random(points)
+    rows = [space.start] + [_point(space, u) for u in unit[1:]]
+    return np.array(rows)
+
+
+def _point(space: SearchSpace, unit: FloatArray) -> FloatArray:
+    """Map a point of the unit cube into the box; shares of a scale need the scale's own parameters first."""
+    q = space.start.copy()
+    late = [j for j, c in enumerate(space.coordinates) if _declared(space, c).typical]
+    for j, c in enumerate(space.coordinates):
+        if j not in late:
+            q[j] = _within_spread(space, c, unit[j])
+    scales = _scales(space, q)
+    for j in late:
+        q[j] = _typical_share(space, j, unit, scales)
+    return space.clip(q)
+
+
+def _declared(space: SearchSpace, c: Coordinate):  # type: ignore[no-untyped-def]
+    return space.mechanism.parameters[c.name].declaration
+
+
+def _within_spread(space: SearchSpace, c: Coordinate, u: float) -> float:
+    value, spread = space.mechanism.parameters[c.name].value, _declared(space, c).spread
+    if c.kind == "log":
+        middle, half = math.log(value), math.log(spread)
+        return float(np.clip(middle + (2.0 * u - 1.0) * half, c.lower, c.upper))
+    if math.isfinite(c.lower) and math.isfinite(c.upper):
+        return c.lower + u * (c.upper - c.lower)
+    return value * spread ** (2.0 * u - 1.0)
+
+
+def _scales(space: SearchSpace, q: FloatArray) -> dict[str, float]:
+    """Return the value of every scale expression at a point."""
+    mechanism = space.at(q)
+    values = {d.symbol: mechanism.value(name) for name, d in mechanism.plant.declarations.items()}
+    texts = {d.typical[0] for c in space.coordinates if (d := _declared(space, c)).typical}
+    return {text: float(sp.sympify(text, locals={k: sp.Float(v) for k, v in values.items()})) for text in texts}
+
+
+def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[str, float]) -> float:
+    c = space.coordinates[j]
+    text, least, most = _declared(space, c).typical
+    scale, u = scales[text], unit[j]
+    if c.kind in ("cosine", "sine"):
+        first = j if c.kind == "cosine" else j - 1
+        radius, turn = most * scale * math.sqrt(unit[first]), 2.0 * math.pi * unit[first + 1]
+        return radius * (math.cos(turn) if c.kind == "cosine" else math.sin(turn))
+    value = scale * (least * (most / least) ** u if least > 0.0 else most * u)
+    return math.log(value) if c.kind == "log" else value
+
+
+def robust_residual(problem: Problem, q: FloatArray, *, window_s: float = WINDOW_S) -> FloatArray:
+    """Return the residuals of all targets over the first window, in sigmas, each without its median."""
+    parts = []
+    for target in problem.targets:
+        stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
+        r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
+        parts.append(r - np.median(r) if target.linear else r)
+    return np.concatenate(parts)
+
+
+def robust_cost(residual: FloatArray) -> float:
+    """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
+    if not np.all(np.isfinite(residual)):
+        return math.inf
+    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
+
+
+def robust_jacobian(problem: Problem, q: FloatArray, *, window_s: float = WINDOW_S) -> FloatArray:
+    """Return the derivative of `robust_residual`, (n, problem.size); the median held as the mean's."""
+    parts = []
+    chain = problem.space.kernel_jacobian(q[: problem.space.size])[list(problem.sensitive)]
+    for target in problem.targets:
+        stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
+        J = np.zeros((stop, problem.size))
+        for block in problem.run(target, q, stop, jacobian=True).blocks():
+            rows = slice(block.start, block.stop)
+            J[rows, : problem.space.size] = block.jacobian[:, 0, : len(problem.sensitive)] @ chain
+            if target.name in problem.delayed_targets:
+                J[rows, problem.space.size + problem.delayed_targets.index(target.name)] = -block.rate[:, 0]
+        J /= target.sigma
+        parts.append(J - J.mean(axis=0) if target.linear else J)
+    return np.concatenate(parts)
+
+
+def multistart(
+    problem: Problem, seed: int, workers: int, progress: Callable[[int, int], None] = lambda done, total: None
+) -> list[Candidate]:
+    """Return all sampled points in order of robust cost, not yet refined."""
+    mechanism_points = sample_box(problem.space, POINTS, seed)
+    tail = problem.start[problem.space.size :]
+    points = [np.concatenate([row, tail]) for row in mechanism_points]
+    costs: list[float] = []
+    for first in range(0, POINTS, 256):
+        some = points[first : first + 256]
+        costs += mapped(lambda q: robust_cost(robust_residual(problem, q)), some, workers)
+        progress(first + len(some), POINTS)
+    order = np.argsort(costs, kind="stable")
+    return [Candidate(points[i], costs[i]) for i in order if math.isfinite(costs[i])]
+
+
+def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:
+    """Return a candidate after some robust trust-region steps over the first window."""
+    inside = _strictly_inside(candidate.q, problem)
+    try:
+        result = least_squares(
+            lambda q: _finite(robust_residual(problem, q)), inside,
+            jac=lambda q: robust_jacobian(problem, q), bounds=(problem.lower, problem.upper),
+            loss="soft_l1", f_scale=ROBUST_SIGMAS, x_scale="jac", max_nfev=steps,
+        )  # fmt: skip
+    except (ValueError, np.linalg.LinAlgError):
+        return replace(candidate, cost=math.inf)
+    return Candidate(result.x, 2.0 * float(result.cost))
+
+
+def _finite(residual: FloatArray) -> FloatArray:
+    """Make a failed simulation a very bad fit: it must never count as a zero residual."""
+    return np.where(np.isfinite(residual), residual, 1e6)
+
+
+def _strictly_inside(q: FloatArray, problem: Problem) -> FloatArray:
+    gap = 1e-9 * (problem.upper - problem.lower)
+    return np.asarray(np.clip(q, problem.lower + gap, problem.upper - gap), dtype=np.float64)
+
+
