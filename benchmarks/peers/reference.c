@@ -135,21 +135,17 @@ static __attribute__((noinline)) State through_switches(
     const Plant *p, State x, Lanes *lanes, double length)
 {
     double left = length;
-    for (int i = 0; i < MAX_SWITCHES; ++i) {
-        Step r = runge_kutta(p, x.mode, x.u, x.here, left);
-        const int ends = switched(p, x.mode, r.end);
-        const double h = ends ? located(p, x.mode, x.u, x.here, left) : left;
+    for (int i = 0; i < MAX_SWITCHES && left > INSTANT; ++i) {
+        const double h = lasting(p, x.mode, x.u, x.here, left);
+        const Step r = runge_kutta(p, x.mode, x.u, x.here, h);
         const Propagator part = propagator(&p->is, h, lanes != 0);
-        r = runge_kutta(p, x.mode, x.u, x.here, h);
         take(p, &x, lanes, &r, &part);
-        left -= h;
-        if (!ends)
+        if (h == left)
             return x;
         x = switched_over(p, x, lanes);
-        if (left < INSTANT)
-            return x;
+        left -= h;
     }
-    x.status = CHATTERS;
+    x.status = left > INSTANT ? CHATTERS : OK;
     return x;
 }
 
@@ -158,7 +154,8 @@ static __attribute__((noinline)) State through_switches(
 static ALWAYS_INLINE void advance(const Plant *p, State *x, Lanes *lanes, const Propagator *step)
 {
     const Step r = runge_kutta(p, x->mode, x->u, x->here, step->h);
-    if (__builtin_expect(switched(p, x->mode, r.end), 0))
+    const Guard start = guard(p, x->mode, x->u, r.first), end = guard(p, x->mode, x->u, r.end);
+    if (__builtin_expect(may_switch(start, end, step->h), 0))
         *x = through_switches(p, *x, lanes, step->h);
     else
         take(p, x, lanes, &r, step);

@@ -35,7 +35,7 @@ SWITCHES = 9
 _Doubles = ctypes.POINTER(ctypes.c_double)
 
 
-class _Command(ctypes.Structure):
+class Command(ctypes.Structure):
     _fields_ = (
         ("start_angle", ctypes.c_double),
         ("sample_time", ctypes.c_double),
@@ -115,12 +115,12 @@ def simulate(
     rows = block_rows or problem.n_samples
     torque, final = np.empty(problem.n_samples), np.empty(10)
     block = np.empty((rows, COLUMNS)) if jacobian else None
-    command, output = _command(problem, n_substeps), _Output(rows=rows)
-    output.torque, output.final = _pointer(torque), _pointer(final)
+    command, output = command_of(problem, n_substeps), _Output(rows=rows)
+    output.torque, output.final = pointer(torque), pointer(final)
     if block is not None:
-        output.jacobian = _pointer(block)
+        output.jacobian = pointer(block)
     entry = library.simulate if block is None else library.simulate_with_jacobian
-    status = entry(_pointer(plant), ctypes.byref(command), ctypes.byref(output))
+    status = entry(pointer(plant), ctypes.byref(command), ctypes.byref(output))
     if status:
         raise ArithmeticError(f"the C loop stopped with status {status}")
     return Trajectory(torque, block, final[:8], int(final[8]), int(final[SWITCHES]))
@@ -143,16 +143,18 @@ def truth(problem: Problem, *, jacobian: bool = False) -> Trajectory:
     return simulate(problem, n_substeps=64, jacobian=jacobian, block_rows=None)
 
 
-def _command(problem: Problem, n_substeps: int) -> _Command:
+def command_of(problem: Problem, n_substeps: int) -> Command:
+    """Return the record's command as the C programs of the benchmarks take it."""
     # ctypes keeps no reference to the arrays: the structure does.
     times, voltages = np.ascontiguousarray(problem.edge_times), problem.voltages
-    command = _Command(problem.start_angle, problems.SAMPLE_TIME, problem.n_samples, n_substeps)
+    command = Command(problem.start_angle, problems.SAMPLE_TIME, problem.n_samples, n_substeps)
     command.n_edges, command.arrays = len(times), (times, voltages)
-    command.edge_times, command.voltages = _pointer(times), _pointer(voltages)
+    command.edge_times, command.voltages = pointer(times), pointer(voltages)
     return command
 
 
-def _pointer(array: np.ndarray) -> ctypes.Array:
+def pointer(array: np.ndarray) -> ctypes._Pointer:
+    """Return a pointer to an array of doubles."""
     return array.ctypes.data_as(_Doubles)
 
 

@@ -134,23 +134,48 @@ static ALWAYS_INLINE Step runge_kutta(const Plant *p, Mode m, Phases u, Point x,
     return (Step){x, b, c, d, turned(p, m, end, x, p->is.half_poles * turn)};
 }
 
-/* Whether the friction's mode has ended at x: the speed changed sign, or the rotor broke away. */
-static ALWAYS_INLINE int switched(const Plant *p, Mode m, Point x)
+/* Positive while the friction's mode lasts: the speed's distance from zero while the rotor moves,
+ * the torque's from static friction while it sticks. */
+typedef struct {
+    double value, rate;
+} Guard;
+
+static ALWAYS_INLINE Guard guard(const Plant *p, Mode m, Phases u, Point x)
 {
-    return m.sign != 0 ? m.sign * x.omega < 0 : fabs(x.tau) > p->is.static_;
+    if (__builtin_expect(m.sign != 0, 1))
+        return (Guard){m.sign * x.omega, m.sign * x.a};
+    const Phases di = current_rates(p, u, x);
+    const double b_rate = p->K_per_J_m * x.v - p->D_per_J_m * x.b;
+    const double rate = p->is.k_m * (di.A * x.s + di.B * x.c) - p->T_rg_per_b * b_rate;
+    return (Guard){p->is.static_ - fabs(x.tau), x.tau > 0 ? -rate : rate};
 }
 
-/* The length of the step after which the mode ends, to rounding. */
-static __attribute__((noinline)) double located(
-    const Plant *p, Mode m, Phases u, Point x, double h)
+/* Whether a switch may lie in a step of h: the guard ends below zero, or it may have been there and
+ * come back, for its tangents at both ends reach zero within the step. */
+static ALWAYS_INLINE int may_switch(Guard start, Guard end, double h)
+{
+    return end.value < 0
+        || (start.value + h * start.rate < 0 && end.value - h * end.rate < 0);
+}
+
+/* The length after which the mode ends, to rounding, or h where it lasts. The slow path: bisection,
+ * first for the guard's lowest point where its end is above zero, then for its zero. */
+static __attribute__((noinline)) double lasting(const Plant *p, Mode m, Phases u, Point x, double h)
 {
     double low = 0, high = h;
-    for (int i = 0; i < 60 && low < high; ++i) {
-        const double middle = low + 0.5 * (high - low);
-        if (switched(p, m, runge_kutta(p, m, u, x, middle).end))
-            high = middle;
-        else
-            low = middle;
+    Guard g = guard(p, m, u, runge_kutta(p, m, u, x, h).end);
+    for (int i = 0; i < 60 && g.value >= 0; ++i) {
+        const double middle = 0.5 * (low + high);
+        g = guard(p, m, u, runge_kutta(p, m, u, x, middle).end);
+        *(g.rate < 0 && g.value >= 0 ? &low : &high) = middle;
+    }
+    if (g.value >= 0)
+        return h;
+    low = 0;
+    for (int i = 0; i < 60; ++i) {
+        const double middle = 0.5 * (low + high);
+        g = guard(p, m, u, runge_kutta(p, m, u, x, middle).end);
+        *(g.value >= 0 ? &low : &high) = middle;
     }
     return high;
 }

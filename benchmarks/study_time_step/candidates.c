@@ -57,12 +57,20 @@ INLINE void stepped(const Plant *p, Method m, State *x, double h, const Regular 
         strang(p, x, h, f);
 }
 
-/* Positive while the friction's mode lasts. */
-INLINE double guard(const Plant *p, const State *x)
+/* Positive while the friction's mode lasts, and its rate. */
+typedef struct {
+    double value, rate;
+} Guard;
+
+INLINE Guard guard(const Plant *p, const State *x)
 {
+    double d[STATES];
+    const double T = rates(p, x, CLOSED, x->x, x->s, x->c, d);
     if (x->sign != 0)
-        return x->sign * x->x[OMEGA];
-    return p->static_ - fabs(drive(p, x->x, x->s, x->c));
+        return (Guard){x->sign * x->x[OMEGA], x->sign * T / p->J_rot};
+    const double tau = drive(p, x->x, x->s, x->c);
+    const double rate = p->k_m * (d[I_A] * x->s + d[I_B] * x->c) - gear(p, d);
+    return (Guard){p->static_ - fabs(tau), tau > 0 ? -rate : rate};
 }
 
 INLINE void switch_over(const Plant *p, State *x)
@@ -75,18 +83,35 @@ INLINE void switch_over(const Plant *p, State *x)
     x->switches += 1;
 }
 
-/* The distance of the switch that a step of h from x crosses, `g_high` being the guard there: the
- * Illinois method, and bisection while the rotor has only just broken away. */
-static inline double located(const Plant *p, Method m, State *x, double h, double g_high)
+INLINE Guard guard_after(const Plant *p, Method m, State *x, double h)
 {
-    double low = 0, high = h, g_low = guard(p, x), last = -1, at = h;
+    State trial = *x;
+    stepped(p, m, &trial, h, 0);
+    x->evaluations = trial.evaluations;
+    return guard(p, &trial);
+}
+
+/* Where, within h, the guard is lowest; it falls at the start and rises at the end. */
+static inline double lowest(const Plant *p, Method m, State *x, double h, Guard *g)
+{
+    double low = 0, high = h, middle = h;
+    for (int i = 0; i < 60 && g->value >= 0; ++i) {
+        middle = 0.5 * (low + high);
+        *g = guard_after(p, m, x, middle);
+        *(g->rate < 0 ? &low : &high) = middle;
+    }
+    return middle;
+}
+
+/* Where, within `high`, the guard goes through zero, `g_high` being its value there: the Illinois
+ * method, and bisection while the rotor has only just broken away. */
+static inline double located(const Plant *p, Method m, State *x, double high, double g_high)
+{
+    double low = 0, g_low = guard(p, x).value, last = -1, at = high;
     for (int i = 0, side = 0; i < 100; ++i) {
         at = g_low > 0 ? (low * g_high - high * g_low) / (g_high - g_low) : 0.5 * (low + high);
-        State trial = *x;
-        stepped(p, m, &trial, at, 0);
-        x->evaluations = trial.evaluations;
-        const double g = guard(p, &trial);
-        if (fabs(at - last) < 1e-14 * h || g == 0)
+        const double g = guard_after(p, m, x, at).value;
+        if (fabs(at - last) < 1e-14 * high || g == 0)
             break;
         last = at;
         if (g < 0) {
@@ -102,19 +127,25 @@ static inline double located(const Plant *p, Method m, State *x, double h, doubl
     return at;
 }
 
-/* Advance by h through whatever switches lie in it. */
+/* Advance by h through whatever switches lie in it. Also one that ends within the step is found:
+ * where the guard's tangents at both ends reach zero, its lowest point is looked up. */
 INLINE void advanced(const Plant *p, Method m, State *x, double h, const Regular *regular)
 {
     for (int i = 0; i < 50 && h > 1e-13; ++i) {
         State end = *x;
         stepped(p, m, &end, h, i == 0 ? regular : 0);
-        const double g = guard(p, &end);
+        const Guard before = guard(p, x);
+        Guard g = guard(p, &end);
+        double high = h;
         x->evaluations = end.evaluations;
-        if (__builtin_expect(g >= 0, 1)) {
+        if (__builtin_expect(before.value + h * before.rate < 0 && g.value - h * g.rate < 0, 0))
+            high = lowest(p, m, x, h, &g);
+        if (__builtin_expect(g.value >= 0, 1)) {
+            end.evaluations = x->evaluations;
             *x = end;
             return;
         }
-        const double part = located(p, m, x, h, g);
+        const double part = located(p, m, x, high, g.value);
         stepped(p, m, x, part, 0);
         switch_over(p, x);
         h -= part;
@@ -135,7 +166,7 @@ INLINE void started(const Plant *p, const Command *c, State *x)
     x->x[I_B] = x->u[1] / p->R;
     x->x[ALPHA] = c->start_angle / p->half_poles;
     sincos(c->start_angle, &x->s, &x->c);
-    if (guard(p, x) < 0) {
+    if (guard(p, x).value < 0) {
         switch_over(p, x);
         x->switches = 0;
     }
@@ -190,6 +221,7 @@ CANDIDATE(rk4_parabola, RUNGE_KUTTA, &RK4, CLOSED, PARABOLA)
 CANDIDATE(rk4_hermite, RUNGE_KUTTA, &RK4, CLOSED, HERMITE)
 CANDIDATE(dp5_plain, RUNGE_KUTTA, &DP5, PLAIN, NO_FEED)
 CANDIDATE(dp5_hermite, RUNGE_KUTTA, &DP5, CLOSED, HERMITE)
+CANDIDATE(tsit5_hermite, RUNGE_KUTTA, &TSIT5, CLOSED, HERMITE)
 CANDIDATE(rk6_plain, RUNGE_KUTTA, &RK6, PLAIN, NO_FEED)
 CANDIDATE(rk6_hermite, RUNGE_KUTTA, &RK6, CLOSED, HERMITE)
 CANDIDATE(dop8_plain, RUNGE_KUTTA, &DOP8, PLAIN, NO_FEED)

@@ -1,7 +1,7 @@
 /* Explicit Runge-Kutta methods, on all states or with the housing mode in closed form. */
 
 enum { PLAIN = STATES, CLOSED = Z }; /* states that the method carries */
-enum { NO_FEED, PARABOLA, HERMITE }; /* how T_res feeds the closed form: see fed_by() */
+enum { NO_FEED, PARABOLA, HERMITE }; /* how T_res feeds the closed form: see derivatives() */
 
 typedef struct {
     int stages;
@@ -40,10 +40,36 @@ INLINE void fed(const Plant *p, const Mode *m, const double *q, double *x)
          + f * (q[0] * m->c + q[1] * m->I[0] + q[2] * m->I[1] + q[3] * m->I[2]);
 }
 
+/* T_res and its derivatives at the start of a step, as they feed the mode.
+ *
+ * PARABOLA: through T_res at the start, the middle and the end; the middle is the mean of RK4's two
+ * middle stages, whose errors of second order cancel. HERMITE: the cubic with the value and the
+ * rate of T_res at both ends; it asks nothing of the stages, so it serves every method.
+ * x, s, c, d: state, angle and rates of the step's end. */
+INLINE void derivatives(
+    const Plant *p, const State *at, double h, int feed, const double *T, const double *d_start,
+    const double *x, double s, double c, double *q)
+{
+    double d[STATES];
+    const double end = rates(p, at, CLOSED, x, s, c, d), jump = (end - T[0]) / h;
+    q[0] = T[0];
+    if (feed == PARABOLA) {
+        const double middle = 0.5 * (T[1] + T[2]);
+        q[1] = (4 * middle - 3 * T[0] - end) / h;
+        q[2] = 4 * (T[0] - 2 * middle + end) / (h * h);
+        q[3] = 0;
+    } else {
+        const double rate_end = T_res_rate(p, at->sign, x, s, c, d);
+        q[1] = T_res_rate(p, at->sign, at->x, at->s, at->c, d_start);
+        q[2] = 2 * (3 * jump - 2 * q[1] - rate_end) / h;
+        q[3] = 6 * (q[1] + rate_end - 2 * jump) / (h * h);
+    }
+}
+
 INLINE void runge_kutta(
     const Plant *p, State *at, double h, const Tableau *t, int n, int feed, const Mode *mode)
 {
-    double k[12][STATES], x[STATES], end[STATES], T[12], s = at->s, c = at->c;
+    double k[12][STATES], x[STATES], end[STATES], T[12], q[4], s = at->s, c = at->c;
     memcpy(end, at->x, sizeof end);
 #pragma GCC unroll 12
     for (int j = 0; j < t->stages; ++j) {
@@ -62,19 +88,7 @@ INLINE void runge_kutta(
     }
     turned(p, at, end[ALPHA], &s, &c);
     if (feed != NO_FEED) {
-        double d[STATES], T1 = rates(p, at, CLOSED, end, s, c, d), q[4] = {T[0], 0, 0, 0};
-        if (feed == PARABOLA) {
-            const double middle = 0.5 * (T[1] + T[2]);
-            q[1] = (4 * middle - 3 * T[0] - T1) / h;
-            q[2] = 4 * (T[0] - 2 * middle + T1) / (h * h);
-        } else {
-            const double r = 1 / h, jump = (T1 - T[0]) * r;
-            const double d0 = T_res_rate(p, at->sign, at->x, at->s, at->c, k[0]);
-            const double d1 = T_res_rate(p, at->sign, end, s, c, d);
-            q[1] = d0;
-            q[2] = 2 * r * (3 * jump - 2 * d0 - d1);
-            q[3] = 6 * r * r * (d0 + d1 - 2 * jump);
-        }
+        derivatives(p, at, h, feed, T, k[0], end, s, c, q);
         fed(p, mode, q, end);
     }
     memcpy(at->x, end, sizeof end);

@@ -115,7 +115,8 @@ def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> It
         if name in tables:
             raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
         if name not in known:
-            raise place.key(name).error(f"unknown {_kind(entry)}{_nearest(name, known, tables)}")
+            kind = "table" if is_table(entry) and "." not in name else "key"
+            raise place.key(name).error(f"unknown {kind}{_nearest(name, known, tables)}")
         if name not in structure.options:
             yield name, entry
 
@@ -137,18 +138,14 @@ def _dots(name: str) -> list[int]:
     return [at for at, character in enumerate(name) if character == "."]
 
 
-def _kind(entry: Any) -> str:
-    return "table" if is_table(entry) or (is_table_list(entry) and entry) else "key"
-
-
 def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
-    """Return the hint to the right name: in the same table, else the same key elsewhere, else the nearest."""
+    """Return the hint to the right name: near in the same table, the same in another, or near anywhere."""
     table, _, key = name.rpartition(".")
-    siblings = {other.rpartition(".")[2]: other for other in (*known, *tables) if other.rpartition(".")[0] == table}
-    if near := did_you_mean(key, siblings):
-        right = near.split('"')[1]
-        return f'; did you mean "{siblings[right]}"?'
+    names = [*known, *sorted(tables)]
+    siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]
+    if near := did_you_mean(key, siblings):
+        return near
     if elsewhere:
         return f'; did you mean "{elsewhere[0]}"?'
-    return did_you_mean(name, (*known, *tables)) or f"; {'here' if table else 'the file'} may stand {', '.join(siblings)}"
+    return did_you_mean(name, names) or f"; the keys here are {', '.join(siblings)}"

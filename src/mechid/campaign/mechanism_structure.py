@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
@@ -53,7 +54,8 @@ def read_structure(table: Mapping[str, Any], place: Place) -> Structure:
         options[HOUSING_FORM] = _housing_form(table["housing"], place)
     orders = [detent_order(_poles(table), detent.get(PERIOD_KEY)) for detent in _detents(table, place)]
     form = options.get(HOUSING_FORM)
-    return Structure(_in_file(place, lambda: stepper_gear_mass(orders, form)), options)
+    with _in_file(place):
+        return Structure(stepper_gear_mass(orders, form), options)
 
 
 def detent_order(poles: Any, period_deg: Any) -> int | None:
@@ -85,7 +87,8 @@ def divisors(plant: Plant) -> frozenset[str]:
 def _assembly(table: Mapping[str, Any], place: Place) -> str:
     remedy = f'write {ASSEMBLY} = "{STEPPER_GEAR_MASS}", or leave it out'
     name = text(table.get(ASSEMBLY, STEPPER_GEAR_MASS), place.key(ASSEMBLY), remedy)
-    _in_file(place, lambda: check_assembly(name))
+    with _in_file(place):
+        check_assembly(name)
     return name
 
 
@@ -110,4 +113,10 @@ def _detents(table: Mapping[str, Any], place: Place) -> list[Mapping[str, Any]]:
     return list(detents)
 
 
-def _in_file[T](place: Place, make: Callable[[], T]) -> T: ...
+@contextmanager
+def _in_file(place: Place) -> Iterator[None]:
+    """Put the file in front of what the plant refuses."""
+    try:
+        yield
+    except InputFileError as error:
+        raise place.error(str(error)) from error

@@ -81,13 +81,13 @@ def _bounds(table: Mapping[str, Any], declaration: Declaration, place: Place) ->
     return low, high
 
 
-def _bound(
-    table: Mapping[str, Any], key: str, limit: float, declaration: Declaration, place: Place
-) -> float:
+def _bound(table: Mapping[str, Any], key: str, limit: float, declaration: Declaration, place: Place) -> float:
     if key in table:
         return _limited(table[key], declaration, place.key(key))
     if math.isinf(limit):
-        raise place.key(key).error(f"missing, and {declaration.meaning} has no physical limit there; {REMEDY}")
+        raise place.key(key).error(
+            f"missing, and {declaration.meaning} has no physical limit there; {REMEDY}"
+        )
     return limit
 
 
@@ -114,7 +114,9 @@ def _limited(entry: Any, declaration: Declaration, place: Place) -> float:
         least = f"{declaration.meaning} cannot be below {declaration.lower:.9g}{unit}"
         raise place.error(f"found {value:.9g}; {least}")
     if value > declaration.upper:
-        raise place.error(f"found {value:.9g}; {declaration.meaning} cannot be above {declaration.upper:.9g}{unit}")
+        raise place.error(
+            f"found {value:.9g}; {declaration.meaning} cannot be above {declaration.upper:.9g}{unit}"
+        )
     return value
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mechid.command import Command
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
-from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
@@ -97,6 +97,18 @@ class Problem:
         return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""
+        delays = (f"record.{name}.time_offset_s" for name in self.delayed_targets)
+        return (*(c.name for c in self.space.coordinates), *delays)
+
+    def in_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
+        """Return the problem, and its point, with some detents searched by amplitude and phase."""
+        space = SearchSpace(self.space.mechanism, self.space.polar | amplitudes)
+        values = {p.name: p.value for p in self.space.at(q[: self.space.size]).parameters.values()}
+        return replace(self, space=space), np.concatenate([space.from_values(values), q[self.space.size :]])
+
+    @property
     def size(self) -> int:
         """Number of coordinates."""
         return self.space.size + len(self.delayed_targets)
@@ -159,52 +171,65 @@ class Problem:
 
     def norm(self, target: Target, q: FloatArray, window: tuple[int, int]) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
-        return self._reduce(target, q, window, jacobian=False).norm
+        R, succeeded = self.reduced(target, q, window, jacobian=False)
+        return finished(R, target.linear, window[1] - window[0]).norm if succeeded else np.inf
 
     def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
         """Return the reduced problem of a target in a window."""
-        return self._reduce(target, q, window, jacobian=True)
+        R, succeeded = self.reduced(target, q, window, jacobian=True)
+        if not succeeded:
+            return Triangle(np.inf, np.full((1 + self.size, self.size), np.nan), window[1] - window[0])
+        return finished(R, target.linear, window[1] - window[0])
 
-    def _reduce(self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool) -> Triangle:
+    def reduced(
+        self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
+    ) -> tuple[FloatArray, bool]:
+        """Return the triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
         columns = self.size if jacobian else 0
         width = target.linear + 1 + columns
         R = np.zeros((width, width))
         run = self.run(target, q, window[1], jacobian=jacobian)
-        chain = self._chain(q) if jacobian else None
+        chain = self.chain(q) if jacobian else None
         rows = np.zeros((width, run.block))
         for block in run.blocks():
             first = max(block.start, window[0])
             if first >= block.stop:
                 continue
-            part, n = slice(first - block.start, None), block.stop - first
-            self._linear_rows(rows, target, window, first, n)
-            rows[target.linear, :n] = (block.y[part, 0] - target.measured[first : block.stop]) / target.sigma
+            n = block.stop - first
+            self.linear_rows(rows, target, window, first, n)
+            rows[target.linear, :n] = block.y[-n:, 0] - target.measured[first : block.stop]
             if chain is not None:
-                np.matmul(chain, block.jacobian[part, 0, : chain.shape[1]].T, out=rows[width - columns : width - columns + chain.shape[0], :n])
-                rows[width - columns :, :n] /= target.sigma
-                self._delay_row(rows, target, block.rate[part, 0], n)
+                self._jacobian_rows(rows[target.linear + 1 :], target, block, chain, n)
+            rows[target.linear :, :n] /= target.sigma
             absorb(R, rows, n)
-        if run.outcome is not SimulationOutcome.COMPLETE:
-            return Triangle(np.inf, np.full((1 + columns, columns), np.nan), window[1] - window[0])
-        return finished(R, target.linear, window[1] - window[0])
+        return R, run.outcome is SimulationOutcome.COMPLETE
 
-    def _chain(self, q: FloatArray) -> FloatArray:
+    def _jacobian_rows(self, rows: FloatArray, target: Target, block: Block, chain: FloatArray, n: int) -> None:
+        """Write dy/dq of the last n samples of a block as rows; the delay of another record has none."""
+        moved = chain.shape[0]
+        np.matmul(chain, block.jacobian[-n:, 0, : chain.shape[1]].T, out=rows[:moved, :n])
+        for i, name in enumerate(self.delayed_targets):
+            rows[moved + i, :n] = -block.rate[-n:, 0] if name == target.name else 0.0
+
+    def jacobian_block(self, target: Target, block: Block, chain: FloatArray, n: int) -> FloatArray:
+        """Return dy/dq of the last n samples of a block, (n, size)."""
+        rows = np.zeros((self.size, n))
+        self._jacobian_rows(rows, target, block, chain, n)
+        return rows.T
+
+    def chain(self, q: FloatArray) -> FloatArray:
         """Return (dp/dq)^T of the sensitive parameters, (n, m)."""
         slopes = self.space.kernel_jacobian(q[: self.space.size])[list(self.sensitive)]
         return np.ascontiguousarray(slopes.T)
 
-    def _linear_rows(self, rows: FloatArray, target: Target, window: tuple[int, int], first: int, n: int) -> None:
+    @staticmethod
+    def linear_rows(rows: FloatArray, target: Target, window: tuple[int, int], first: int, n: int) -> None:
+        """Write what is projected out, offset and drift over the window from -1 to 1, as rows."""
         if target.linear > 0:
             rows[0, :n] = 1.0
         if target.linear > 1:
             middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
             rows[1, :n] = (np.arange(first, first + n) - middle) / half
-
-    def _delay_row(self, rows: FloatArray, target: Target, rate: FloatArray, n: int) -> None:
-        """Write the derivative to the target's own time offset, -dy/dt; zero to those of others."""
-        first = target.linear + 1 + self.space.size
-        for i, name in enumerate(self.delayed_targets):
-            rows[first + i, :n] = -rate / target.sigma if name == target.name else 0.0
 
     def norms(self, q: FloatArray, windows: Windows) -> list[float]:
         """Return ||r|| of every target, in parallel over records."""

@@ -45,9 +45,12 @@ class SearchSpace:
     ----------
     mechanism : Mechanism
         Holds the values of all that is not free.
+    polar : frozenset of str
+        Amplitudes to be searched as such, with their phases, because their limit is active.
     """
 
     mechanism: Mechanism
+    polar: frozenset[str] = frozenset()
 
     @cached_property
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -69,7 +72,8 @@ class SearchSpace:
         return {
             pair.amplitude: pair.phase
             for pair in self.mechanism.plant.polar_pairs
-            if (a := parameters[pair.amplitude]).is_free and a.min == 0.0 and math.isfinite(a.max)
+            if pair.amplitude not in self.polar
+            and (a := parameters[pair.amplitude]).is_free and a.min == 0.0 and math.isfinite(a.max)
             and (f := parameters[pair.phase]).is_free and f.is_periodic
         }  # fmt: skip
 
@@ -81,9 +85,21 @@ class SearchSpace:
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
         if q.name == COULOMB and not self.mechanism.parameters[STATIC].is_free:
             return Coordinate(q.name, "linear", q.min, min(q.max, self.mechanism.value(STATIC)))
+        if q.is_periodic:
+            return Coordinate(q.name, "linear", -720.0, 720.0)
         if q.min > 0.0:
             return Coordinate(q.name, "log", math.log(q.min), math.log(q.max))
         return Coordinate(q.name, "linear", q.min, q.max)
+
+    def is_turning(self, c: Coordinate) -> bool:
+        """Whether a coordinate is a free angle, which has no bounds."""
+        return c.kind == "linear" and self.mechanism.parameters[c.name].is_periodic
+
+    def outside_disc(self, q: FloatArray) -> frozenset[str]:
+        """Return the amplitudes that lie beyond their limit at `q`."""
+        values = self.values(q[: self.size])
+        found = (c.name for c in self.coordinates if c.kind == "cosine" and values[c.name] > c.upper)
+        return frozenset(found)
 
     @property
     def size(self) -> int:

@@ -13,16 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import DOP853, DenseOutput
-from scipy.optimize import brentq, minimize_scalar
 
 from mechid.command import Excitation
+from mechid.kernel.crossing import first_zero
 from mechid.kernel.equations import Equations, FloatArray, equations_of
 from mechid.plant.plant import Plant
 
-CHECKS = 16
-"""So many times in each step of the integrator the guards are looked at."""
-ABSOLUTE = 1e-3
-"""Absolute tolerance over relative one: the gear's angle is some 1e-3 rad and feeds K_s = 1e3 N m/rad."""
+ABSOLUTE = 1e-2
+"""Absolute tolerance over relative: the gear's angle is some 1e-3 rad and feeds K_s = 1e3 N m/rad."""
 
 Fired = tuple[int, int]
 """Switch and guard (in the order of its mode's guards) that reached zero."""
@@ -69,7 +67,10 @@ class TwinSwitch:
 
 @dataclass(frozen=True, kw_only=True)
 class TwinRun:
-    """What a run returns: y and rate = dy/dt (n, n_y), jacobian (n, n_y, m), switches, last state."""
+    """What a run returns: y (n, n_y), jacobian (n, n_y, m), the switches, and where it ended.
+
+    `rate` = dy/dt (n, n_y) is filled only where there are sensitive parameters.
+    """
 
     y: FloatArray
     rate: FloatArray
@@ -126,13 +127,190 @@ def simulate_twin(
 
 
 def _stretches(excitation: Excitation, state: TwinState, end: float) -> Iterator[tuple[FloatArray, float]]:
-    """Yield the inputs between edges, from where a run stands, and the instant up to which they hold."""
-    inputs = state.inputs
-    for time, values in zip(excitation.times, excitation.values, strict=True):
-        if state.time < time < end:
-            yield inputs, float(time)
-        if state.time < time:
-            inputs = values
-        if time >= end:
+    """Yield the inputs between edges, from where a run stands, and the instant up to which they hold.
+
+    An edge at that very instant comes first; it does no harm if it has come before.
+    """
+    ahead = (excitation.times >= state.time - 1e-12) & (excitation.times < end)
+    stops = np.maximum(np.append(excitation.times[ahead], end), state.time)
+    yield from zip([state.inputs, *excitation.values[ahead]], stops.tolist(), strict=True)
+
+
+@dataclass(frozen=True)
+class Twin:
+    """A plant at given parameters: how it starts, flows, and switches."""
+
+    equations: Equations
+    p: FloatArray
+    sensitive: tuple[int, ...]
+    tolerance: float
+
+    def start(self, inputs: FloatArray, start_angle_rad: float) -> TwinState:
+        """Return the state at the start of a record: currents settled, gear unwound, filter at rest."""
+        modes = (0,) * len(self.equations.entry)
+        at = ([start_angle_rad], *self._others(inputs, modes))
+        s = self.equations.initial(*at)
+        S = self.equations.initial.by_parameter(*at)[:, list(self.sensitive)]
+        state = TwinState(time=0.0, s=s, S=S, inputs=inputs, modes=modes, armed=())
+        for k in range(len(modes)):
+            state = self._with_mode(state, k, self._entered(state, k))
+        return state
+
+    def arc(self, state: TwinState, end: float, samples: _Samples) -> tuple[TwinState, Fired | None]:
+        """Flow up to `end`, or to the first guard that reaches zero; samples are taken on the way."""
+        solver = self._solver(state, end)
+        while True:
+            solver.step()
+            if solver.status == "failed":
+                raise ArithmeticError(f"the twin's integrator fails at {solver.t} s")
+            piece = solver.dense_output()
+            state, time, fired = self._first_guard(state, piece)
+            samples.take(state, piece, time)
+            if fired is not None or solver.status == "finished":
+                return self.on(piece, time, state), fired
+
+    def switched(self, state: TwinState, switch: int, guard: int) -> tuple[TwinState, TwinSwitch]:
+        """Return the state after a guard has fired: S+ = S- + (f- - f+) dtau/dp, resets included."""
+        declared = self.equations.plant.switches[switch]
+        names, before = list(declared.modes), state.modes[switch]
+        rule = declared.guards[names[before]][guard]
+        dtau = self._instant_derivative(state, switch, guard)
+        s, S = state.s.copy(), state.S + np.outer(self.flow(state), dtau)
+        for symbol, value in rule.resets.items():
+            k = self.equations.states.index(symbol)
+            s[k], S[k] = value, 0.0
+        new = replace(state, s=s, S=S)
+        after = names.index(rule.target) if rule.target else self._entered(new, switch)
+        new = self._with_mode(new, switch, after)
+        new = replace(new, S=new.S - np.outer(self.flow(new), dtau))
+        return new, TwinSwitch(time=state.time, switch=switch, before=before, after=after, sensitivity=dtau)
+
+    def flow(self, state: TwinState) -> FloatArray:
+        """Return ds/dt, (n,)."""
+        return self.equations.rates(*self.at(state))
+
+    def at(self, state: TwinState) -> tuple[Sequence[float], ...]:
+        """Return the arguments of the equations."""
+        return (state.s.tolist(), *self._others(state.inputs, state.modes))
+
+    def on(self, piece: DenseOutput, time: float, state: TwinState) -> TwinState:
+        """Return the state at an instant of a step, in the modes and inputs of `state`."""
+        flat, n = piece(time), len(self.equations.states)
+        return replace(state, time=time, s=flat[:n], S=flat[n:].reshape(n, -1) / self._scale)
+
+    def margin(self, state: TwinState, piece: DenseOutput, fired: Fired, times: FloatArray) -> FloatArray:
+        """Return a guard's margin at instants of a step."""
+        switch, guard = fired
+        margins = self.equations.margins[switch][state.modes[switch]]
+        states = piece(times)[: len(self.equations.states)]
+        return margins.along(states, *self._others(state.inputs, state.modes))[guard]
+
+    def measured(self, state: TwinState, piece: DenseOutput, times: FloatArray) -> FloatArray:
+        """Return the outputs, (n, n_y), at instants of a step."""
+        states = piece(times)[: len(self.equations.states)]
+        return self.equations.outputs.along(states, *self._others(state.inputs, state.modes)).T
+
+    def measured_with_derivatives(self, state: TwinState) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return y (n_y,), dy/dt (n_y,) and dy/dp (n_y, m) at a state."""
+        outputs, at = self.equations.outputs, self.at(state)
+        y_s, y_p = outputs.by_state(*at), outputs.by_parameter(*at)[:, list(self.sensitive)]
+        return outputs(*at), y_s @ self.flow(state), y_s @ state.S + y_p
+
+    def _others(self, inputs: FloatArray, modes: Sequence[int]) -> tuple[Sequence[float], ...]:
+        return (inputs.tolist(), self.equations.mode_symbols(modes), self.p.tolist())
+
+    @property
+    def _scale(self) -> FloatArray:
+        """S is integrated per relative change of a parameter, so that one tolerance suits all."""
+        own = np.abs(self.p[list(self.sensitive)])
+        return np.where(own > 0.0, own, 1.0)
+
+    def _solver(self, state: TwinState, end: float) -> DOP853:
+        flat, tolerance = np.concatenate([state.s, (state.S * self._scale).ravel()]), self.tolerance
+        return DOP853(self._rates(state), state.time, flat, end, rtol=tolerance, atol=ABSOLUTE * tolerance)
+
+    def _rates(self, state: TwinState) -> Callable[[float, FloatArray], FloatArray]:
+        rates, n, columns = self.equations.rates, state.s.size, list(self.sensitive)
+        others, scale = self._others(state.inputs, state.modes), self._scale
+
+        def flow(_: float, flat: FloatArray) -> FloatArray:
+            at = (flat[:n].tolist(), *others)
+            if not columns:
+                return rates(*at)
+            S = flat[n:].reshape(n, -1)
+            S_flow = rates.by_state(*at) @ S + rates.by_parameter(*at)[:, columns] * scale
+            return np.concatenate([rates(*at), S_flow.ravel()])
+
+        return flow
+
+    def _first_guard(self, state: TwinState, piece: DenseOutput) -> tuple[TwinState, float, Fired | None]:
+        """Return the first guard to fire within a step, its instant, and which guards are armed now."""
+        first, fired = float(piece.t), None
+        armed = [list(flags) for flags in state.armed]
+        for k, flags in enumerate(armed):
+            for g, flag in enumerate(flags):
+
+                def margin(times: FloatArray, guard: Fired = (k, g)) -> FloatArray:
+                    return self.margin(state, piece, guard, times)
+
+                at, flags[g] = first_zero(margin, piece.t_old, piece.t, flag)
+                if at is not None and (fired is None or at < first):
+                    first, fired = at, (k, g)
+        return replace(state, armed=tuple(map(tuple, armed))), first, fired
+
+    def _instant_derivative(self, state: TwinState, switch: int, guard: int) -> FloatArray:
+        """Return dtau/dp = -(g_s S + g_p) / (g_s f), (m,)."""
+        margins, at = self.equations.margins[switch][state.modes[switch]], self.at(state)
+        g_s, g_p = margins.by_state(*at)[guard], margins.by_parameter(*at)[guard, list(self.sensitive)]
+        return -(g_s @ state.S + g_p) / (g_s @ self.flow(state))
+
+    def _entered(self, state: TwinState, switch: int) -> int:
+        """Return the mode that a switch's entry rules choose."""
+        declared = self.equations.plant.switches[switch]
+        rules = self.equations.entry[switch](*self.at(state))
+        chosen = (mode for (_, mode), value in zip(declared.entry, rules, strict=True) if value > 0.0)
+        return list(declared.modes).index(next(chosen, declared.otherwise))
+
+    def _with_mode(self, state: TwinState, switch: int, mode: int) -> TwinState:
+        """Return the state in another mode, armed by the guards that stand clear of zero there."""
+        modes = tuple(mode if k == switch else old for k, old in enumerate(state.modes))
+        new = replace(state, modes=modes)
+        margins = [self.equations.margins[k][m](*self.at(new)) for k, m in enumerate(modes)]
+        return replace(new, armed=tuple(tuple(bool(v > 0.0) for v in values) for values in margins))
+
+
+class _Samples:
+    """The samples of a run, filled as it goes; `after` counts those that are taken."""
+
+    def __init__(self, twin: Twin, times: FloatArray, begin: float) -> None:
+        n, n_y, m = times.size, len(twin.equations.outputs.expressions), len(twin.sensitive)
+        self.twin, self.times, self.interval = twin, times, times[1] - times[0]
+        self.y, self.rate, self.J = np.zeros((n, n_y)), np.zeros((n, n_y)), np.zeros((n, n_y, m))
+        self.after = int(np.searchsorted(times, begin - 1e-12))
+
+    def take(self, state: TwinState, piece: DenseOutput, end: float) -> None:
+        """Take the samples of a step up to `end`."""
+        first, self.after = self.after, int(np.searchsorted(self.times, end, side="right"))
+        if first == self.after:
             return
-    yield inputs, end
+        self.y[first : self.after] += self.twin.measured(state, piece, self.times[first : self.after])
+        for row in range(first, self.after) if self.twin.sensitive else ():
+            _, rate, J = self.twin.measured_with_derivatives(self.twin.on(piece, self.times[row], state))
+            self.rate[row] += rate
+            self.J[row] += J
+
+    def jump(self, before: TwinState, after: TwinState, switch: TwinSwitch) -> None:
+        """Take the part of a jump that the sample at the interval's end has too much of the mean."""
+        passed = switch.time - (self.times[min(self.after, len(self.times) - 1)] - self.interval)
+        if passed < 0.0 or self.after == len(self.times):
+            return
+        (y_0, rate_0, J_0), (y_1, rate_1, J_1) = map(self.twin.measured_with_derivatives, (before, after))
+        rise, dtau = (y_1 - y_0) / self.interval, switch.sensitivity
+        rise_p = (J_1 - J_0 + np.outer(rate_1 - rate_0, dtau)) / self.interval
+        self.y[self.after] -= rise * passed
+        self.rate[self.after] += rise
+        self.J[self.after] -= rise_p * passed + np.outer(rise, dtau)
+
+    def finished(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return y, dy/dt and dy/dp."""
+        return self.y, self.rate, self.J

@@ -1,0 +1,26 @@
+"""What belongs together: records, their commands, the mechanism, and stages, read from their files.
+
+`load_campaign` makes a `Campaign`; `new_campaign` writes the files to start from.
+"""
+
+from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
+from mechid.campaign.campaign_file import load_campaign
+from mechid.campaign.catalogue import catalogue_mechanism
+from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
+from mechid.campaign.mechanism_text import mechanism_text, write_mechanism
+from mechid.campaign.templates import RecordDraft, campaign_text, new_campaign
+
+__all__ = [
+    "Campaign",
+    "CampaignRecord",
+    "RecordDraft",
+    "Stage",
+    "campaign_text",
+    "catalogue_mechanism",
+    "load_campaign",
+    "mechanism_from_table",
+    "mechanism_text",
+    "new_campaign",
+    "read_mechanism",
+    "write_mechanism",
+]

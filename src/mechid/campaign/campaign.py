@@ -1,0 +1,155 @@
+"""A campaign: records with their commands, the mechanism they were taken from, and stages of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Literal, TypeAlias
+
+from mechid.command import Command
+from mechid.errors import UsageError, did_you_mean
+from mechid.parameter import Declaration, Parameter
+from mechid.plant.mechanism import Mechanism
+from mechid.records import Record, RecordSpec
+
+Use: TypeAlias = Literal["estimate", "validate"]
+
+USES: tuple[Use, ...] = ("estimate", "validate")
+TIME_OFFSET = Declaration(
+    key="time_offset_s",
+    symbol="t_0",
+    unit="s",
+    meaning="record time at which the command starts",
+    source="the test stand",
+    default=0.0,
+)
+RECORD_DECLARATIONS = (TIME_OFFSET,)
+"""The parameters that each record has of its own, ``record.<name>.<key>``."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CampaignRecord:
+    """One test run: how it was commanded, and what was measured.
+
+    Parameters
+    ----------
+    name : str
+        Of letters, digits, ``_`` and ``-``; it becomes a file name.
+    use : {"estimate", "validate"}
+        Whether it is fitted, or only compared.
+    command : Command
+    spec : RecordSpec
+        What of the file is read.
+    file : Path or None
+        The measured file; None where the campaign names none.
+    offset, drift : bool
+        Whether an offset and a linear drift of the torque are projected out.
+    parameters : tuple of Parameter
+        One for each of `RECORD_DECLARATIONS`.
+    data : Record or None
+        What the file holds, where it was read.
+    """
+
+    name: str
+    use: Use
+    command: Command
+    spec: RecordSpec
+    file: Path | None = None
+    offset: bool = True
+    drift: bool = True
+    parameters: tuple[Parameter, ...] = ()
+    data: Record | None = None
+
+    def parameter(self, key: str) -> Parameter:
+        """Return the record's own parameter of a key, e.g. ``"time_offset_s"``."""
+        name = record_parameter_name(self.name, key)
+        return next(q for q in self.parameters if q.name == name)
+
+    @property
+    def time_offset(self) -> Parameter:
+        """Record time in s at which the command starts."""
+        return self.parameter(TIME_OFFSET.key)
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One stage of the search as the user asks for it.
+
+    Parameters
+    ----------
+    records : tuple of str
+        Names of the records it fits.
+    window_s : (float, float) or None
+        Record time in s from and to which they count; None is all of them.
+    free : tuple of str
+        Dotted names of the parameters it moves.
+    """
+
+    records: tuple[str, ...]
+    window_s: tuple[float, float] | None
+    free: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Campaign:
+    """Records, mechanism and stages that belong together.
+
+    Parameters
+    ----------
+    path, mechanism_path : Path
+        The files they were read from.
+    mechanism : Mechanism
+    records : tuple of CampaignRecord
+        In the order of the file.
+    stages : tuple of Stage
+        Empty where mechid is to plan them.
+    warnings : tuple of str
+        What is odd and yet usable, one line each.
+    """
+
+    path: Path
+    mechanism_path: Path
+    mechanism: Mechanism
+    records: tuple[CampaignRecord, ...]
+    stages: tuple[Stage, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def record(self, name: str) -> CampaignRecord:
+        """Return the record of a name; UsageError where there is none."""
+        by_name = {record.name: record for record in self.records}
+        if name not in by_name:
+            near = did_you_mean(name, by_name) or "; there are " + ", ".join(by_name)
+            raise UsageError(f'{self.path.name}: no record "{name}"{near}')
+        return by_name[name]
+
+    @property
+    def estimated(self) -> tuple[CampaignRecord, ...]:
+        """The records that are fitted."""
+        return tuple(record for record in self.records if record.use == "estimate")
+
+    @property
+    def validated(self) -> tuple[CampaignRecord, ...]:
+        """The records that are only compared."""
+        return tuple(record for record in self.records if record.use == "validate")
+
+    @cached_property
+    def parameters(self) -> dict[str, Parameter]:
+        """The mechanism's parameters, then those of each record, by dotted name."""
+        return parameters_of(self.mechanism, self.records)
+
+    @property
+    def free(self) -> tuple[Parameter, ...]:
+        """Parameters the fit may move, those of records included."""
+        return tuple(q for q in self.parameters.values() if q.is_free)
+
+
+def parameters_of(mechanism: Mechanism, records: tuple[CampaignRecord, ...]) -> dict[str, Parameter]:
+    """Return all parameters by dotted name."""
+    own = {q.name: q for record in records for q in record.parameters}
+    return {**mechanism.parameters, **own}
+
+
+def record_parameter_name(record: str, key: str) -> str:
+    """Return the dotted name of a record's own parameter."""
+    return f"record.{record}.{key}"

@@ -1,0 +1,102 @@
+"""The campaign file: it names records, mechanism and stages, and they are read and joined here."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
+from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
+from mechid.campaign.record_entry import read_records as read_record_entries
+from mechid.campaign.record_warnings import record_warnings, same_file_warnings
+from mechid.campaign.stage_entry import read_stages
+from mechid.campaign.toml_file import read_toml
+from mechid.command.entry import is_table
+from mechid.errors import InputFileError
+from mechid.records import read_record
+
+FILE_NAME = "campaign.toml"
+KEYS = ("mechanism", "identify", "record", "stage")
+IDENTIFY_OPTIONS: tuple[str, ...] = ()
+"""Keys of the ``[identify]`` table; there are none yet."""
+MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
+
+
+def load_campaign(path: Path | str, *, read_records: bool = True) -> Campaign:
+    """Return the campaign that a file describes, its records read.
+
+    Parameters
+    ----------
+    path : Path
+        The campaign file, or the folder that holds ``campaign.toml``.
+    read_records : bool
+        False leaves the records' files unread, and lets records without a file pass: enough to
+        simulate or to plan.
+
+    Raises
+    ------
+    InputFileError
+        The campaign or mechanism file is missing or wrong.
+    RecordError
+        A record's file is missing or cannot be used.
+    """
+    file = _campaign_file(Path(path))
+    table, place = read_toml(file), Place(file.name)
+    _refuse_unknown(table, place)
+    mechanism_path = file.parent / _mechanism(table, place)
+    records = read_record_entries(table, place, file.parent, need_files=read_records)
+    mechanism = read_mechanism(mechanism_path)
+    if read_records:
+        read_stages(table, place, mechanism, records)  # before the files: they take their time
+        records = tuple(map(_with_data, records))
+    return Campaign(
+        path=file,
+        mechanism_path=mechanism_path,
+        mechanism=mechanism,
+        records=records,
+        stages=read_stages(table, place, mechanism, records),
+        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, place)),
+    )
+
+
+def _campaign_file(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    if not (path / FILE_NAME).is_file():
+        raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
+    return path / FILE_NAME
+
+
+def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:
+    refuse_unknown_keys(table, KEYS, place)
+    options = table.get("identify", {})
+    if not is_table(options):
+        raise place.key("identify").error(f"{found(options)}; write a table, [identify]")
+    for key in options:
+        if key not in IDENTIFY_OPTIONS:
+            raise (
+                place.key("identify")
+                .key(key)
+                .error("unknown key; [identify] has no options yet, leave it out")
+            )
+
+
+def _mechanism(table: Mapping[str, Any], place: Place) -> str:
+    entry = required(table, "mechanism", place, MECHANISM_REMEDY)
+    return text(entry, place.key("mechanism"), MECHANISM_REMEDY)
+
+
+def _with_data(record: CampaignRecord) -> CampaignRecord:
+    return replace(record, data=read_record(record.file, record.spec)) if record.file else record
+
+
+def _warnings(records: Iterable[CampaignRecord], place: Place) -> tuple[str, ...]:
+    each = [
+        line
+        for index, record in enumerate(records)
+        for line in record_warnings(record, place.key("record").item(index))
+    ]
+    return (*each, *same_file_warnings(tuple(records)))

@@ -1,0 +1,91 @@
+"""The ``channels`` of a record: which column is which quantity, in which unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.campaign.place import (
+    Place,
+    found,
+    is_table_list,
+    number,
+    one_of,
+    refuse_unknown_keys,
+    required,
+    text,
+)
+from mechid.command.entry import is_whole
+from mechid.errors import RecordError
+from mechid.records import ChannelSpec, Role
+from mechid.units import SI_UNIT, to_si_factor
+
+KEYS = ("quantity", "column", "unit", "gain", "role")
+QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
+TORQUE = "torque"
+EXAMPLE = '{ quantity = "torque", column = "Mz" }'
+MOST_COLUMNS = 2**31 - 1
+
+
+def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
+    """Return the channels that a record's ``channels`` name; none where there is no such entry.
+
+    Raises
+    ------
+    InputFileError
+        One is wrong, or none of them is a measured torque.
+    """
+    if entry is None:
+        return ()
+    if not is_table_list(entry) or not entry:
+        raise place.error(f"{found(entry)}; write a list of tables, as [{EXAMPLE}]")
+    channels = tuple(_channel(table, place.item(index)) for index, table in enumerate(entry))
+    if all(channel.quantity != TORQUE for channel in channels):
+        raise place.error(f"no torque; only torque records can be identified at present: add {EXAMPLE}")
+    return channels
+
+
+def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
+    refuse_unknown_keys(table, KEYS, place)
+    quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
+    quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
+    return ChannelSpec(
+        quantity=quantity,
+        column=_column(required(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
+        unit=_unit(table, quantity, place.key("unit")),
+        gain=_gain(table.get("gain", 1.0), place.key("gain")),
+        role=_role(table, place.key("role")),
+    )
+
+
+def _column(entry: Any, place: Place) -> str | int:
+    if is_whole(entry, 0, MOST_COLUMNS):
+        return int(entry)
+    return text(entry, place, "write the column's header, or its index from 0")
+
+
+def _unit(table: Mapping[str, Any], quantity: str, place: Place) -> str | None:
+    if "unit" not in table:
+        return None
+    unit = text(table["unit"], place, f'write the unit as a text, as unit = "{SI_UNIT[quantity]}"')
+    try:
+        to_si_factor(unit, quantity)
+    except RecordError as error:
+        raise place.error(str(error)) from error
+    return unit
+
+
+def _gain(entry: Any, place: Place) -> float:
+    gain = number(entry, place, "1")
+    if gain == 0.0:
+        raise place.error("found 0; it would erase the channel, write -1.0 to reverse its sign")
+    return gain
+
+
+def _role(table: Mapping[str, Any], place: Place) -> Role:
+    role = Role(one_of(table.get("role", "output"), tuple(Role), place))
+    if role is Role.INPUT:
+        raise place.error(
+            'found "input"; no assembly is driven by a measured channel at present: leave it out'
+        )
+    return role

@@ -1,0 +1,92 @@
+"""A mechanism written down as a file that reads back to the same values, each line with its meaning."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+
+from mechid.campaign.mechanism_structure import ASSEMBLY, DETENT_TABLE
+from mechid.campaign.toml_file import toml_number, toml_text, write_whole
+from mechid.parameter import Parameter, Status
+from mechid.plant.mechanism import Mechanism
+
+TITLES: Mapping[str, str] = {
+    "stepper": "two-phase stepper motor and the voltage that drives it",
+    DETENT_TABLE: "one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)",
+    "friction": "dry and viscous friction of the rotor",
+    "gear": "gear, a spring and a damper seen from the output",
+    "load": "test mass on the output",
+    "housing": "resonance of the housing; without this table the housing is rigid",
+}
+"""What a reader of the file is told of each table."""
+
+
+def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
+    """Write a mechanism file that `read_mechanism` reads back to equal values; whole or not at all.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        What was free is written as a table with its bounds and sigma, also where the fit froze it.
+    path : Path
+        An earlier file is replaced.
+    header_comment : str
+        Comes first, each of its lines as a comment.
+    """
+    write_whole(Path(path), mechanism_text(mechanism, header_comment))
+
+
+def mechanism_text(mechanism: Mechanism, header_comment: str = "") -> str:
+    """Return the file's text."""
+    lines = [f"# {line}".rstrip() for line in header_comment.splitlines()]
+    lines += [""] if lines else []
+    lines.append(f"{ASSEMBLY} = {toml_text(mechanism.options[ASSEMBLY])}")
+    for table, parameters in _by_table(mechanism).items():
+        lines += ["", *_table(table, parameters, mechanism)]
+    return "\n".join(lines) + "\n"
+
+
+def _by_table(mechanism: Mechanism) -> dict[str, list[Parameter]]:
+    """Group the parameters: a table's own keys have to stand before its tables of detents."""
+    grouped: dict[str, list[Parameter]] = {}
+    for name, parameter in mechanism.parameters.items():
+        grouped.setdefault(name.rpartition(".")[0], []).append(parameter)
+    return grouped
+
+
+def _table(table: str, parameters: Iterable[Parameter], mechanism: Mechanism) -> Iterator[str]:
+    is_detent = table.startswith(f"{DETENT_TABLE}.")
+    plain = DETENT_TABLE if is_detent else table
+    title = TITLES.get(plain, "")
+    yield (f"[[{plain}]]" if is_detent else f"[{plain}]") + (f"  # {title}" if title else "")
+    for option, value in mechanism.options.items():
+        if option.rpartition(".")[0] == table and "." in option:
+            yield f"{option.rpartition('.')[2]} = {toml_text(value)}"
+    pairs = [(_entry(q, mechanism.value(q.name)), _comment(q)) for q in parameters]
+    width = max(len(entry) for entry, _ in pairs)
+    yield from (f"{entry:<{width}}  # {comment}" for entry, comment in pairs)
+
+
+def _entry(q: Parameter, value: float) -> str:
+    key = q.name.rpartition(".")[2]
+    if q.status is Status.TIED:
+        return f"# {key} = {toml_number(value)}"
+    if q.status is Status.KNOWN:
+        return f"{key} = {_known(q)}"
+    numbers = {"value": q.value, "min": q.min, "max": q.max, "sigma": q.sigma}
+    written = {k: v for k, v in numbers.items() if v is not None and math.isfinite(v)}
+    return f"{key} = {{ {', '.join(f'{k} = {toml_number(v)}' for k, v in written.items())} }}"
+
+
+def _known(q: Parameter) -> str:
+    """Return a known value; a count without a decimal point."""
+    is_count = q.declaration.unit == "1" and q.value.is_integer() and abs(q.value) < 1e15
+    return str(int(q.value)) if is_count else toml_number(q.value)
+
+
+def _comment(q: Parameter) -> str:
+    d = q.declaration
+    unit = "" if d.unit == "1" else f", {d.unit}"
+    tied = f"; left out, it follows {q.tied_to}" if q.status is Status.TIED else ""
+    return f"{d.symbol}{unit}: {d.meaning}{tied}"

@@ -1,0 +1,144 @@
+"""One ``[[record]]`` of a campaign file: its file, channels, command and parameters of its own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.campaign import RECORD_DECLARATIONS, USES, CampaignRecord, record_parameter_name
+from mechid.campaign.channel_entry import read_channels
+from mechid.campaign.parameter_entry import read_parameter
+from mechid.campaign.place import (
+    Place,
+    flag,
+    found,
+    number,
+    one_of,
+    refuse_unknown_keys,
+    required,
+    tables,
+    text,
+)
+from mechid.command import Command
+from mechid.parameter import Declaration, Parameter
+from mechid.records import RecordSpec
+
+NAME = re.compile(r"[A-Za-z0-9_-]+")
+OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
+KEYS = ("name", "file", "use", "command", "sample_rate_hz", "channels", "offset", "drift", *OWN_KEYS)
+TOP_KEYS = ("mechanism", "identify", "stage")
+COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
+
+
+def read_records(
+    table: Mapping[str, Any], place: Place, folder: Path, *, need_files: bool
+) -> tuple[CampaignRecord, ...]:
+    """Return the records that a campaign file names, their files unread.
+
+    Parameters
+    ----------
+    table : Mapping
+        The campaign file.
+    place : Place
+        Of the file.
+    folder : Path
+        Folder against which relative paths are taken.
+    need_files : bool
+        Whether a record without a file is refused.
+
+    Raises
+    ------
+    InputFileError
+        There is no record, or one is wrong.
+    """
+    entries = tables(table.get("record", []), place.key("record"))
+    if not entries:
+        raise place.error("no record; write one [[record]] table for each measured file")
+    places = [place.key("record").item(index) for index in range(len(entries))]
+    pairs = zip(entries, places, strict=True)
+    records = tuple(_record(entry, at, folder, need_file=need_files) for entry, at in pairs)
+    _refuse_same_names(records, places)
+    return records
+
+
+def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: bool) -> CampaignRecord:
+    _refuse_unknown(table, place)
+    name = _name(required(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
+    file = _file(table, place, needed=need_file)
+    command = required(table, "command", place, COMMAND_REMEDY)
+    use = one_of(table.get("use", "estimate"), USES, place.key("use"))
+    return CampaignRecord(
+        name=name,
+        use="estimate" if use == "estimate" else "validate",
+        command=Command.from_table(command, str(place.key("command")), folder),
+        spec=_spec(table, name, file or "", place),
+        file=folder / file if file else None,
+        offset=flag(table.get("offset", True), place.key("offset")),
+        drift=flag(table.get("drift", True), place.key("drift")),
+        parameters=tuple(_own_parameter(table, name, d, place) for d in RECORD_DECLARATIONS),
+    )
+
+
+def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:
+    """Refuse unknown keys; one of the file's own got here by standing below a ``[[record]]``."""
+    for key in TOP_KEYS:
+        if key in table:
+            raise place.key(key).error(f"{key} is no key of a record; write it above the first [[record]]")
+    refuse_unknown_keys(table, KEYS, place)
+
+
+def _name(entry: Any, place: Place) -> str:
+    remedy = "write letters, digits, _ and - only: it becomes a file name"
+    name = text(entry, place, remedy)
+    if not NAME.fullmatch(name):
+        raise place.error(f"{found(name)}; {remedy}")
+    return name
+
+
+def _file(table: Mapping[str, Any], place: Place, *, needed: bool) -> str | None:
+    if "file" in table or needed:
+        remedy = 'write the name of the measured file, as file = "full_46.csv"'
+        return text(required(table, "file", place, remedy), place.key("file"), remedy)
+    return None
+
+
+def _spec(table: Mapping[str, Any], name: str, file: str, place: Place) -> RecordSpec:
+    return RecordSpec(
+        name=name,
+        path=file,
+        sample_rate_hz=_rate(table, place.key("sample_rate_hz")),
+        channels=read_channels(table.get("channels"), place.key("channels")),
+    )
+
+
+def _rate(table: Mapping[str, Any], place: Place) -> float | None:
+    if "sample_rate_hz" not in table:
+        return None
+    rate = number(table["sample_rate_hz"], place, "Hz")
+    if rate <= 0.0:
+        raise place.error(f"found {rate:.9g}; write the samples per second, above 0")
+    return rate
+
+
+def _own_parameter(
+    table: Mapping[str, Any], record: str, declaration: Declaration, place: Place
+) -> Parameter:
+    entry = table.get(declaration.key, declaration.default)
+    name = record_parameter_name(record, declaration.key)
+    return read_parameter(entry, name, declaration, place.key(declaration.key))
+
+
+def _refuse_same_names(records: tuple[CampaignRecord, ...], places: list[Place]) -> None:
+    """Refuse names that are one file name, on some systems also where only the case differs."""
+    seen: dict[str, int] = {}
+    for index, record in enumerate(records):
+        earlier = seen.setdefault(record.name.casefold(), index)
+        if earlier != index:
+            how = "also" if records[earlier].name == record.name else "but for the case also"
+            raise (
+                places[index]
+                .key("name")
+                .error(f'"{record.name}" is {how} the name of record[{earlier}]; give each record its own')
+            )

@@ -1,0 +1,82 @@
+"""What is odd about a record under its command and yet usable, one line each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.place import Place
+from mechid.errors import UsageError
+from mechid.records import Record
+
+SLACK_SAMPLES = 1.5
+"""A record of a command's own length ends one sample interval before the command does."""
+
+
+def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
+    """Yield the warnings of one record; none but that of its channels where its file was not read.
+
+    Parameters
+    ----------
+    record : CampaignRecord
+    place : Place
+        Of its table in the campaign file.
+
+    Raises
+    ------
+    InputFileError
+        Its command makes more steps than can be held.
+    """
+    lines = [*_unused_channels(record)]
+    if record.data is not None:
+        lines += [*record.data.warnings, *_start(record, record.data)]
+        lines += [*_end(record, record.data), *_dense_edges(record, record.data, place)]
+    yield from (f'record "{record.name}": {line}' for line in lines)
+
+
+def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
+    """Yield a warning for each record whose file is one that an earlier record reads too."""
+    seen: dict[str, str] = {}
+    for record in records:
+        digest = record.data.digest if record.data else None
+        if digest is None:
+            continue
+        earlier = seen.setdefault(digest, record.name)
+        if earlier != record.name:
+            yield f'record "{record.name}": {record.spec.path} is the same file as that of "{earlier}"; is that meant?'
+
+
+def _unused_channels(record: CampaignRecord) -> Iterator[str]:
+    others = [channel.quantity for channel in record.spec.channels if channel.quantity != "torque"]
+    if others:
+        yield f"{', '.join(others)}: not used at present, only the torque is identified from"
+
+
+def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
+    """Warn where the command runs before the first sample: a recorder's own clock is often the reason."""
+    offset = record.time_offset.value
+    if data.time_start_s - offset > SLACK_SAMPLES * data.sample_interval_s:
+        yield (
+            f"the command starts {data.time_start_s - offset:.6g} s before the first sample; "
+            f"if they start together, write time_offset_s = {data.time_start_s:.9g}"
+        )
+
+
+def _end(record: CampaignRecord, data: Record) -> Iterator[str]:
+    """Warn where a profile goes on after the last sample."""
+    end = data.time_start_s + data.duration_s - record.time_offset.value
+    last = record.command.rate.times_s[-1]
+    if end <= 0.0:
+        yield "the record ends before its command starts; check time_offset_s"
+    elif last - end > SLACK_SAMPLES * data.sample_interval_s:
+        yield f"the record ends at {end:.6g} s of a command that goes on to {last:.6g} s; is it whole?"
+
+
+def _dense_edges(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
+    duration = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
+    try:
+        most = record.command.max_edges_per_sample(data.sample_interval_s, duration)
+    except UsageError as error:
+        raise place.key("command").error(str(error)) from error
+    if most > 1:
+        yield f"up to {most} steps fall between two samples; they are simulated exactly, check the rate"

@@ -1,0 +1,183 @@
+"""New files to fill in: a mechanism of catalogue values, and a campaign with a record per file."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mechid.campaign.campaign import RECORD_DECLARATIONS, USES
+from mechid.campaign.campaign_file import FILE_NAME
+from mechid.campaign.catalogue import catalogue_mechanism
+from mechid.campaign.channel_entry import QUANTITIES
+from mechid.campaign.mechanism_text import mechanism_text
+from mechid.campaign.toml_file import toml_text, write_whole
+from mechid.command.entry import quoted
+from mechid.command.stepping import STARTS, STEPPINGS
+from mechid.command.waveform import WAVEFORMS
+from mechid.errors import UsageError
+
+MECHANISM_NAME = "mechanism.toml"
+NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
+COMMAND = '{ stepping = "full", rate = 46.0, start_angle_deg = 0.0 }'
+FILL_IN = "  # an example: write how this record was driven"
+
+MECHANISM_GUIDE = """\
+What is believed of the mechanism. The numbers are an example, the catalogue of the mechanism in
+Kornienko, Wuseni, Specht (IFAC ACA 2013): write your supplier's in their place.
+
+A bare number is known. A table { value, min, max } is to be estimated, starting at value; a start on
+a bound is legal. sigma = ... in the table is the standard deviation of a prior on the value.
+Units are SI; a key that is not SI says so (_deg). Behind each number: symbol, unit, meaning."""
+
+CAMPAIGN_GUIDE = f"""\
+What was recorded, and how the motor was driven. Paths are relative to this file.
+
+Each [[record]] has
+  name     letters, digits, _ and -
+  file     csv with one header line, time_s,torque_Nm; another unit in the header is converted
+  command  a table of
+             stepping         {quoted(STEPPINGS)}; "micro" needs microsteps = 16 or the like
+             rate             full steps/s; instead of it rate_profile = [[0.0, 0.0], [60.0, 120.0]],
+                              times in s and full steps/s, or rate_table = "rate.csv", columns time_s,rate
+             start_angle_deg  electrical angle that the coils hold before the first step, 0 by default
+             waveform         {quoted(WAVEFORMS)}; the first is the default
+             start            {quoted(STARTS)}; the first is the default
+and may have
+  use            {quoted(USES)}: fitted, the default, or only compared
+  offset, drift  true, the default: constant and linear part of the torque are removed
+{{own}}
+  sample_rate_hz where the file has no time column
+  channels       [{{{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}}}]; without it the
+                 torque is the second column, or the first where sample_rate_hz is given
+                 quantities: {", ".join(QUANTITIES[:6])},
+                 {", ".join(QUANTITIES[6:])}"""
+
+STAGE_GUIDE = """\
+Without stages mechid plans its own. To steer it:
+
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.3]                                        # of record time; left out, all of it
+free = ["stepper.torque_constant", "gear.stiffness"]         # the others are held"""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordDraft:
+    """A ``[[record]]`` to be written.
+
+    Parameters
+    ----------
+    name : str
+    file : str
+        As the campaign file is to name it.
+    command : str
+        The command as TOML writes it; the default is an example to be replaced.
+    use : str
+        One of `USES`.
+    """
+
+    name: str
+    file: str
+    command: str = COMMAND + FILL_IN
+    use: str = "estimate"
+
+
+def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[Path]:
+    """Write a mechanism and a campaign file, commented, to be filled in.
+
+    Parameters
+    ----------
+    folder : Path
+        Made with its parents where it is missing.
+    files : sequence of Path
+        Measured files; each becomes a record. Without any, an example stands there as a comment.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    UsageError
+        One of the files is there already, or the folder cannot be written to.
+    """
+    folder = Path(folder)
+    texts = {folder / MECHANISM_NAME: new_mechanism_text(), folder / FILE_NAME: _new_text(folder, files)}
+    for path in texts:
+        if path.exists():
+            raise UsageError(f"{path}: is there already; give another folder, or move it away")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for path, content in texts.items():
+            write_whole(path, content)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
+    return list(texts)
+
+
+def new_mechanism_text() -> str:
+    """Return a mechanism file to start from."""
+    return mechanism_text(catalogue_mechanism(), MECHANISM_GUIDE)
+
+
+def campaign_text(
+    records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME
+) -> str:
+    """Return a campaign file of these records."""
+    lines = [*_comment(header_comment), f"mechanism = {toml_text(mechanism)}"]
+    for record in records:
+        lines += ["", *_record(record)]
+    return "\n".join(lines) + "\n"
+
+
+def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
+    """Return a record for each file, named for it, each name once."""
+    taken: set[str] = set()
+    return [RecordDraft(name=_name(Path(file), taken), file=_relative(Path(file), folder)) for file in files]
+
+
+def _new_text(folder: Path, files: Sequence[Path | str]) -> str:
+    guide = CAMPAIGN_GUIDE.format(own="\n".join(map(_own, RECORD_DECLARATIONS)))
+    example = [] if files else [RecordDraft(name="full_46", file="full_46.csv", command=COMMAND)]
+    commented = [line for record in example for line in ("", *_comment("\n".join(_record(record))))]
+    ending = "\n".join([*commented, "", *_comment(STAGE_GUIDE)])
+    return campaign_text(drafts(folder, files), guide) + ending + "\n"
+
+
+def _own(declaration) -> str:
+    return f"  {declaration.key:<14} {declaration.meaning}, {declaration.unit}; a number, or {{ value, min, max }} to estimate it"
+
+
+def _record(record: RecordDraft) -> Iterator[str]:
+    yield "[[record]]"
+    yield f"name = {toml_text(record.name)}"
+    yield f"file = {toml_text(record.file)}"
+    if record.use != USES[0]:
+        yield f"use = {toml_text(record.use)}"
+    yield f"command = {record.command}"
+
+
+def _comment(text: str) -> list[str]:
+    return [f"# {line}".rstrip() for line in text.splitlines()]
+
+
+def _name(file: Path, taken: set[str]) -> str:
+    """Return a record's name for a file, other than those taken, and take it."""
+    plain = NOT_IN_NAMES.sub("_", file.stem).strip("_") or "record"
+    name, count = plain, 2
+    while name.casefold() in taken:
+        name, count = f"{plain}_{count}", count + 1
+    taken.add(name.casefold())
+    return name
+
+
+def _relative(file: Path, folder: Path) -> str:
+    """Return the file as seen from the folder; whole where there is no way, as between drives."""
+    try:
+        return Path(os.path.relpath(file, folder)).as_posix()
+    except ValueError:
+        return file.absolute().as_posix()

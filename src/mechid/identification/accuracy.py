@@ -1,0 +1,35 @@
+"""How many integration steps a sample needs for the promised accuracy."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.problem import Problem, Windows
+from dataclasses import replace
+
+FloatArray = NDArray[np.float64]
+PROMISE = 1e-5
+MOST_SUBSTEPS = 8
+
+
+def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
+    """Return the least of 1, 2, 4, 8 steps a sample that keeps every record within the promise at `q`.
+
+    Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
+    The promise is an RMS error of 1e-5 of the record's RMS torque.
+    """
+    substeps = problem.substeps
+    coarse = _predictions(replace(problem, substeps=substeps), q, windows)
+    while substeps < MOST_SUBSTEPS:
+        fine = _predictions(replace(problem, substeps=2 * substeps), q, windows)
+        errors = [np.sqrt(np.mean((c - f) ** 2) / max(np.mean(f**2), 1e-300)) for c, f in zip(coarse, fine, strict=True)]
+        if max(errors) <= PROMISE:
+            break
+        substeps, coarse = 2 * substeps, fine
+    return substeps
+
+
+def _predictions(problem: Problem, q: FloatArray, windows: Windows) -> list[FloatArray]:
+    used = [t for t in problem.targets if t.name in windows]
+    return [problem.predict(t, q, windows[t.name][1]) for t in used]

@@ -1,0 +1,186 @@
+"""What an identification returns: values with their uncertainty, records, stages, outcome, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+FORMAT = "mechid-estimate/1"
+
+
+class FitOutcome(Enum):
+    """How a fit ended; the value is the sentence its reader sees."""
+
+    CONVERGED = "All records are followed to their ends and the joint fit has converged."
+    STAGES_DONE = "The stages of the campaign file have been worked through."
+    HORIZON = (
+        "The model does not follow all records to their ends from any start found; the values are those "
+        "of the part that it follows."
+    )
+    NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
+    FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
+    INTERRUPTED = "Interrupted by the user; the values are the best found so far."
+
+    @property
+    def good(self) -> bool:
+        """Whether the values may be used."""
+        return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
+
+    @property
+    def code(self) -> str:
+        """Short name for programs."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
+
+    `std_error` is robust to coloured residuals, `std_error_white` assumes white ones; both are None
+    unless the parameter is free.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    std_error: float | None
+    std_error_white: float | None
+    start: float
+    min: float | None
+    max: float | None
+    status: str
+    reason: str = ""
+
+    @property
+    def ci95(self) -> tuple[float, float] | None:
+        """95 % interval from the standard error, or None."""
+        if self.std_error is None:
+            return None
+        return self.value - 1.959964 * self.std_error, self.value + 1.959964 * self.std_error
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordFit:
+    """How well one record is predicted.
+
+    Attributes
+    ----------
+    fit_percent : float
+        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
+    residual_rms, noise_sigma : float
+        N m. The noise is that of the record itself, from its high-frequency floor.
+    offset, drift : float or None
+        N m at the first sample, and N m/s: measured = model + offset + drift t. None where not removed.
+    samples : int
+        Samples used.
+    horizon_s : float
+        How far the model follows the record, s from its first sample.
+    """
+
+    name: str
+    use: str
+    samples: int
+    fit_percent: float
+    residual_rms: float
+    noise_sigma: float
+    offset: float | None
+    drift: float | None
+    horizon_s: float
+    channels: tuple[str, ...] = ("torque",)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageReport:
+    """One stage of the search: what it used, what it moved, and what that did to the cost."""
+
+    name: str
+    records: Mapping[str, float]
+    free: tuple[str, ...]
+    cost: float
+    evaluations: int
+    seconds: float
+    note: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """The result of an identification; `estimate.json` holds the same values.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        With the estimated values.
+    parameters : mapping of dotted name to ParameterEstimate
+    correlation_names : tuple of str, (n,)
+        The free parameters.
+    correlation, covariance : (n, n)
+        In the file's coordinates and units; the covariance is the one robust to colour.
+    records : mapping of name to RecordFit
+    stages : tuple of StageReport
+    outcome : FitOutcome
+    warnings : tuple of str
+        What may spoil the result, each with its remedy.
+    notes : tuple of str
+        What records of this kind can never tell.
+    provenance : mapping
+        Versions, digests of the inputs, seed, wall time.
+    """
+
+    mechanism: Mechanism
+    parameters: Mapping[str, ParameterEstimate]
+    correlation_names: tuple[str, ...]
+    correlation: FloatArray
+    covariance: FloatArray
+    records: Mapping[str, RecordFit]
+    stages: tuple[StageReport, ...]
+    outcome: FitOutcome
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    provenance: Mapping[str, object]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the content of estimate.json."""
+        return {
+            "format": FORMAT,
+            "outcome": {"code": self.outcome.code, "message": self.outcome.value},
+            "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
+            "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
+            "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
+            "records": {name: _record_dict(r) for name, r in self.records.items()},
+            "stages": [_stage_dict(s) for s in self.stages],
+            "warnings": list(self.warnings),
+            "notes": list(self.notes),
+            "provenance": dict(self.provenance),
+        }
+
+
+def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
+    interval = p.ci95
+    return {
+        "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
+        "std_error_white": p.std_error_white, "ci95": list(interval) if interval else None,
+        "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
+    }  # fmt: skip
+
+
+def _record_dict(r: RecordFit) -> dict[str, object]:
+    return {
+        "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
+        "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
+        "channels": list(r.channels),
+    }  # fmt: skip
+
+
+def _stage_dict(s: StageReport) -> dict[str, object]:
+    return {
+        "name": s.name, "records": dict(s.records), "free": list(s.free), "cost": s.cost,
+        "evaluations": s.evaluations, "seconds": s.seconds, "note": s.note,
+    }  # fmt: skip

@@ -1,0 +1,209 @@
+"""Identify: from a campaign to a fit, by the user's stages or by the plan made without them."""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign, Stage
+from mechid.errors import FitError
+from mechid.identification.accuracy import enough_substeps
+from mechid.identification.conclude import Ending, conclude
+from mechid.identification.fit import Fit, FitOutcome, StageReport
+from mechid.identification.gates import Growth, grow
+from mechid.identification.multistart import REFINED, Candidate, multistart, refine
+from mechid.identification.noise import released_sigmas
+from mechid.identification.parallel import mapped
+from mechid.identification.problem import Problem, Target
+from mechid.identification.progress import Listener, Progress, silent
+from mechid.identification.solve import Solution, solve
+from mechid.identification.space import SearchSpace
+from mechid.identification.target import target_of
+
+FloatArray = NDArray[np.float64]
+TRIED_CANDIDATES = 12
+
+
+@dataclass
+class Trail:
+    """The search in progress: best point so far, what has been done, whom to tell."""
+
+    problem: Problem
+    listener: Listener
+    total: int
+    q: FloatArray
+    windows: dict[str, tuple[int, int]]
+    outcome: FitOutcome = FitOutcome.FAILED
+    stages: list[StageReport] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    moved: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    began: float = field(default_factory=time.perf_counter)
+    stage_began: float = field(default_factory=time.perf_counter)
+
+    def tell(self, stage: str, line: str, cost: float | None = None) -> None:
+        """Report progress of the stage at work."""
+        number = min(len(self.stages) + 1, self.total)
+        self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
+
+    def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
+        """Note a finished stage."""
+        now = time.perf_counter()
+        rates = {t.name: t.base.sample_rate_hz for t in self.problem.targets}
+        used = {name: (w[1] - w[0]) / rates[name] for name, w in self.windows.items()}
+        self.stages.append(StageReport(name=name, records=used, free=free, cost=cost, evaluations=evaluations,
+                                       seconds=now - self.stage_began, note=note))  # fmt: skip
+        self.stage_began = now
+
+
+def identify(
+    campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent
+) -> Fit:
+    """Identify the free parameters of a campaign's mechanism from its records.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    seed : int
+        Of the search; equal seeds give equal results.
+    workers : int or None
+        Threads; None takes one per core.
+    listener : callable
+        Told of progress.
+
+    Returns
+    -------
+    Fit
+        Also where the fit did not succeed or was interrupted: its `outcome` says so.
+
+    Raises
+    ------
+    FitError
+        If nothing is free, or no record is to be estimated from.
+    """
+    problem = make_problem(campaign, workers or os.cpu_count() or 1)
+    plan = _follow_stages if campaign.stages else _follow_plan
+    trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole(),
+                  moved=np.zeros(problem.size, dtype=bool))  # fmt: skip
+    try:
+        plan(trail, campaign, seed)
+    except KeyboardInterrupt:
+        trail.outcome = FitOutcome.INTERRUPTED
+    ending = Ending(trail.problem, trail.q, trail.windows, trail.outcome, tuple(trail.stages), tuple(trail.warnings),
+                    trail.moved, seed, time.perf_counter() - trail.began)  # fmt: skip
+    return conclude(campaign, ending)
+
+
+def make_problem(campaign: Campaign, workers: int) -> Problem:
+    """Return the output-error problem of the records that are to be estimated from."""
+    if not campaign.mechanism.free:
+        raise FitError(
+            f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
+            "give those to be estimated as { value, min, max }"
+        )
+    targets = tuple(target_of(r) for r in campaign.estimated)
+    if not targets:
+        raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
+    return Problem(SearchSpace(campaign.mechanism), targets, workers=workers)
+
+
+def _follow_stages(trail: Trail, campaign: Campaign, seed: int) -> None:
+    """Work through the user's stages in order; each starts where the one before ended."""
+    del seed
+    for number, stage in enumerate(campaign.stages, 1):
+        problem = replace(trail.problem.only(stage.records), targets=trail.problem.targets)
+        trail.windows = {t.name: _window(t, stage) for t in problem.targets if t.name in stage.records}
+        free = np.array([name in stage.free for name in problem.names])
+        name = f"stage {number}"
+        solution = solve(problem, trail.q, trail.windows, free=free,
+                         progress=lambda cost, name=name: trail.tell(name, "", cost))  # fmt: skip
+        trail.q = solution.q
+        trail.moved = trail.moved | free
+        trail.close(name, stage.free, solution.triangle.cost, solution.evaluations, solution.message)
+        if not solution.converged:
+            trail.warnings.append(f"{name}: stopped at its limit of steps before it converged")
+    trail.outcome = FitOutcome.STAGES_DONE
+
+
+def _window(target: Target, stage: Stage) -> tuple[int, int]:
+    if stage.window_s is None:
+        return 0, target.samples
+    first, last = ((s - target.base.start_s) * target.base.sample_rate_hz for s in stage.window_s)
+    return max(0, math.ceil(first - 1e-6)), min(target.samples, math.floor(last + 1e-6) + 1)
+
+
+def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
+    """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
+    names = tuple(p.name for p in campaign.mechanism.free)
+    trail.moved = np.ones(trail.problem.size, dtype=bool)
+    candidates = _candidates(trail, seed)
+    trail.close("multi-start", names, candidates[0].cost if candidates else math.inf, len(candidates))
+    if not candidates:
+        return
+    growth = _grow_best(trail, candidates, seed)
+    trail.q = growth.q
+    trail.windows = {name: (0, n) for name, n in growth.horizons.items()}
+    followed = "all records followed to their ends" if growth.complete else "not all records followed"
+    trail.close("gated growth", names, math.nan, growth.rounds, followed)
+    trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
+    _joint_fit(trail, "joint fit", names)
+    trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
+    _joint_fit(trail, "noise released", names)
+
+
+def _joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> Solution:
+    solution = solve(trail.problem, trail.q, trail.windows,
+                     progress=lambda cost: trail.tell(name, f"{trail.problem.substeps} steps a sample", cost))  # fmt: skip
+    trail.q = solution.q
+    outside = trail.problem.space.outside_disc(solution.q)
+    if outside:
+        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+        return _joint_fit(trail, name, free)
+    trail.close(name, free, solution.triangle.cost, solution.evaluations, solution.message)
+    if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
+        trail.outcome = FitOutcome.NOT_CONVERGED
+    return solution
+
+
+def _candidates(trail: Trail, seed: int) -> list[Candidate]:
+    """Return refined candidates in order of cost."""
+    workers = trail.problem.workers
+
+    def told(done: int, total: int) -> None:
+        trail.tell("multi-start", f"{done} of {total} starts")
+
+    found = multistart(trail.problem, seed, workers, told)[:REFINED]
+    refined = mapped(lambda c: refine(trail.problem, c), found, workers)
+    best = sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
+    if best:
+        trail.q = best[0].q
+        trail.tell("multi-start", f"{len(best)} refined", best[0].cost)
+    return best
+
+
+def _grow_best(trail: Trail, candidates: list[Candidate], seed: int) -> Growth:
+    """Grow from one candidate after another until one follows all records; else return the furthest."""
+    total = sum(t.samples for t in trail.problem.targets)
+    best: Growth | None = None
+    for number, candidate in enumerate(candidates[:TRIED_CANDIDATES], 1):
+
+        def told(gates: Mapping[str, int], number: int = number) -> None:
+            share = 100.0 * sum(gates.values()) / total
+            trail.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")
+
+        growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
+        if best is None or growth.reached(trail.problem) > best.reached(trail.problem):
+            best, trail.q = growth, growth.q
+            trail.windows = {name: (0, n) for name, n in growth.horizons.items()}
+        if best.complete:
+            break
+    assert best is not None
+    return best
+
+

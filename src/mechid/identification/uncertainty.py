@@ -1,0 +1,88 @@
+"""Covariance of the estimate: for white residuals, and robust to their colour.
+
+White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1 with S the variance that the score has under
+the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2015). The autocovariance
+comes from an autoregressive model of each record's residual, S from a second streamed pass in which the
+Jacobian runs through that model: memory does not grow with the record.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.reduction import Triangle
+from mechid.identification.solve import covariance
+from mechid.signal.autoregression import Autoregression, fit_autoregression
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Uncertainty:
+    """Covariances in search coordinates, (n, n), and the residual model of each record."""
+
+    white: FloatArray
+    robust: FloatArray
+    colour: dict[str, Autoregression]
+
+
+def uncertainty(
+    problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle, seen: NDArray[np.bool_]
+) -> Uncertainty:
+    """Return both covariances at `q`; coordinates that are not `seen` get zeros.
+
+    Sigmas of the targets are taken as they are: the caller has released them to the residuals.
+    """
+    used = [t for t in problem.targets if t.name in windows]
+    inverse = np.zeros((problem.size, problem.size))
+    inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
+    colour = {t.name: fit_autoregression(residual(problem, t, q, windows[t.name])) for t in used}
+    score = np.zeros_like(inverse)
+    for t in used:
+        score += _score_variance(problem, t, q, windows[t.name], colour[t.name])
+    return Uncertainty(inverse, inverse @ score @ inverse, colour)
+
+
+def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
+    """Return measured minus model minus offset and drift over a window, (n,) N m."""
+    r = target.measured[window[0] : window[1]] - problem.predict(target, q, window[1])[window[0] :]
+    return np.asarray(r - linear_part(r, target.linear)[0], dtype=np.float64)
+
+
+def linear_part(r: FloatArray, terms: int) -> tuple[FloatArray, float | None, float | None]:
+    """Return the fitted offset and drift over the samples, (n,), the offset at the first, the drift per sample."""
+    if terms == 0:
+        return np.zeros(r.size), None, None
+    k = np.arange(r.size, dtype=float)
+    fitted = np.polynomial.Polynomial.fit(k, r, terms - 1).convert()
+    slope = float(fitted.coef[1]) if fitted.coef.size > 1 else 0.0
+    return fitted(k), float(fitted.coef[0]), slope if terms > 1 else None
+
+
+def _score_variance(
+    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: Autoregression
+) -> FloatArray:
+    """Return J^T C J / sigma^4 with C the residual's covariance, by filtering J through 1/A."""
+    chain, linear = problem.chain(q), target.linear
+    R, _ = problem.reduced(target, q, window, jacobian=True)
+    projection = np.linalg.solve(R[:linear, :linear], R[:linear, linear + 1 :]) if linear else np.zeros((0, 1))
+    memory = np.zeros((colour.order, problem.size))
+    total = np.zeros((problem.size, problem.size))
+    for block in problem.run(target, q, window[1], jacobian=True).blocks():
+        n = block.stop - max(block.start, window[0])
+        if n <= 0:
+            continue
+        J = problem.jacobian_block(target, block, chain, n) / target.sigma
+        if linear:
+            rows = np.zeros((linear, n))
+            problem.linear_rows(rows, target, window, block.stop - n, n)
+            J = J - rows.T @ projection
+        if colour.order:
+            J, memory = lfilter([1.0], colour.coefficients, J, axis=0, zi=memory)
+        total += J.T @ J
+    return total * (colour.sigma / target.sigma) ** 2

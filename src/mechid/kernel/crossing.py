@@ -1,0 +1,62 @@
+"""Where a margin, known as a function over one step, first reaches zero; for the slow twin."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq, minimize_scalar
+
+FloatArray = NDArray[np.float64]
+Margin = Callable[[FloatArray], FloatArray]
+
+CHECKS = 16
+"""So many times within a step the margin is looked at."""
+
+
+def first_zero(margin: Margin, begin: float, end: float, armed: bool) -> tuple[float | None, bool]:
+    """Return the first instant in [begin, end] at which a margin reaches zero, or None.
+
+    A margin that is not armed stands at zero since its mode began: it may fire only after it has
+    been above zero, or at once where it falls below without having been there.
+
+    Returns
+    -------
+    instant : float or None
+    armed : bool
+        Whether the margin has been above zero by the end of the step.
+    """
+    times = np.linspace(begin, end, CHECKS + 1)
+    values = margin(times)
+    above = np.flatnonzero(values > 0.0)
+    if not armed and not above.size:
+        return (begin if np.any(values < 0.0) else None), False
+    first = 0 if armed else int(above[0])
+    for k in range(first + 1, CHECKS + 1):
+        if values[k] <= 0.0:
+            return _root(margin, times[k - 1], times[k]), True
+        if k < CHECKS and values[k] < values[k - 1] and values[k] < values[k + 1]:
+            lowest = _lowest(margin, times[k - 1], times[k + 1])
+            if margin(np.array([lowest]))[0] <= 0.0:
+                return _root(margin, times[k - 1], lowest), True
+    return None, True
+
+
+def _root(margin: Margin, above: float, below: float) -> float:
+    def value(t: float) -> float:
+        return float(margin(np.array([t]))[0])
+
+    if value(above) <= 0.0:
+        return float(above)
+    return float(brentq(value, above, below, xtol=1e-18, rtol=4 * np.finfo(float).eps))
+
+
+def _lowest(margin: Margin, begin: float, end: float) -> float:
+    found = minimize_scalar(
+        lambda t: float(margin(np.array([t]))[0]),
+        bounds=(begin, end),
+        method="bounded",
+        options={"xatol": 1e-3 * (end - begin)},
+    )
+    return float(found.x)

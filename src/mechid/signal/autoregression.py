@@ -1,0 +1,63 @@
+"""Autoregressive models of coloured residuals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_toeplitz
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Autoregression:
+    """r_k + a_1 r_(k-1) + ... + a_n r_(k-n) = e_k, e white with standard deviation `sigma`.
+
+    `coefficients` is (n + 1,) with the leading one; order 0 means that the series is white already.
+    """
+
+    coefficients: FloatArray
+    sigma: float
+
+    @property
+    def order(self) -> int:
+        """Number of past samples that matter."""
+        return self.coefficients.size - 1
+
+
+def autocovariance(series: FloatArray, lags: int) -> FloatArray:
+    """Return the biased autocovariance at lags 0 to `lags`, (lags + 1,), of a zero-mean series."""
+    n = series.size
+    size = 1 << int(np.ceil(np.log2(2 * n)))
+    power = np.abs(np.fft.rfft(series, size)) ** 2
+    return np.asarray(np.fft.irfft(power, size)[: lags + 1] / n, dtype=np.float64)
+
+
+def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
+    """Return the Yule-Walker model whose order, up to `most`, minimises the Bayesian criterion.
+
+    Parameters
+    ----------
+    series : (n,)
+        Residual without offset and drift.
+    most : int
+        Highest order tried.
+    """
+    most = min(most, max(series.size // 20, 0))
+    covariance = autocovariance(series - series.mean(), most)
+    if covariance[0] <= 0.0:
+        return Autoregression(np.ones(1), 0.0)
+    orders = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40]
+    models = [_yule_walker(covariance, order) for order in orders if order <= most]
+    n = series.size
+    return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
+
+
+def _yule_walker(covariance: FloatArray, order: int) -> Autoregression:
+    if order == 0:
+        return Autoregression(np.ones(1), float(np.sqrt(covariance[0])))
+    a = -solve_toeplitz(covariance[:order], covariance[1 : order + 1])
+    variance = covariance[0] + a @ covariance[1 : order + 1]
+    return Autoregression(np.concatenate([[1.0], a]), float(np.sqrt(max(variance, 0.0))))
