@@ -33,11 +33,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+from scipy.integrate import RK45
+from scipy.integrate._ivp import dop853_coefficients
+
 from bench_sweep import RESULTS, machine
 from peers import reference_c
 from peers.problem import LIGHTLY_DAMPED, PAPER, Mechanism, Problem, constant_rate, sweep
-from scipy.integrate import RK45
-from scipy.integrate._ivp import dop853_coefficients
 
 SOURCE = Path(__file__).parent / "study_time_step"
 
@@ -81,7 +82,7 @@ TSITOURAS5 = (  # Tsitouras (2011)
 
 TABLEAUS = {
     "RK4": RK4,
-    "DP5": (RK45.A, RK45.B),
+    "DP5": (RK45.A, RK45.B, RK45.P),
     "TSIT5": TSITOURAS5,
     "RK6": BUTCHER6,
     "DOP8": (dop853_coefficients.A[:12], dop853_coefficients.B),
@@ -108,6 +109,7 @@ METHODS = (
     ("rk4_hermite", "(b) RK4, 6 + housing, Hermite", (1, 2, 4)),
     ("dp5_plain", "(c) Dormand-Prince 5, 8 states", (1, 2, 4)),
     ("dp5_hermite", "(c) Dormand-Prince 5, 6 + housing, Hermite", (1, 2)),
+    ("dp5_dense", "(c) Dormand-Prince 5, 6 + housing, dense output", (1, 2)),
     ("tsit5_hermite", "(c) Tsitouras 5, 6 + housing, Hermite", (1, 2)),
     ("rk6_plain", "(c) Butcher 6, 8 states", (1, 2)),
     ("rk6_hermite", "(c) Butcher 6, 6 + housing, Hermite", (1, 2)),
@@ -158,12 +160,17 @@ def compiled() -> ctypes.CDLL:
         return ctypes.CDLL(target)
 
 
-def tableau(name: str, a: list, b: list) -> str:
-    """Return one Butcher tableau as C."""
-    rows = ["{" + ", ".join(repr(float(x)) for x in row[: len(b)]) + "}" for row in a]
-    weights = ", ".join(repr(float(x)) for x in b)
-    body = ", ".join(row if row != "{}" else "{0}" for row in rows)
-    return f"static const Tableau {name} = {{{len(b)}, {{{body}}}, {{{weights}}}}};\n"
+def tableau(name: str, a: list, b: list, dense: list = ()) -> str:
+    """Return one Butcher tableau, and its dense output where it is used, as C."""
+    stages = len(b)
+    table = ", ".join(braced(row[:stages]) for row in a)
+    parts = f"{stages}, {{{table}}}, {braced(b)}, {{{', '.join(map(braced, dense)) or 0}}}"
+    return f"static const Tableau {name} = {{{parts}}};\n"
+
+
+def braced(numbers: list) -> str:
+    """Return numbers as a C initialiser."""
+    return "{" + (", ".join(repr(float(x)) for x in numbers) or "0") + "}"
 
 
 def studied(library: ctypes.CDLL, problem: Problem, repetitions: int) -> list[dict]:

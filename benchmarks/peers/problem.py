@@ -77,9 +77,7 @@ class Mechanism:
 
     def constants(self) -> np.ndarray:
         """Return p/2, J_rot, G and J_m, shape (4,)."""
-        return np.array(
-            [self.poles / 2, self.rotor_inertia, self.gear_ratio, self.load_inertia], float
-        )
+        return np.array([self.poles / 2, self.rotor_inertia, self.gear_ratio, self.load_inertia], float)
 
 
 PAPER = Mechanism(

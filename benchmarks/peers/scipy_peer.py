@@ -8,6 +8,7 @@ Jacobian is by forward differences, one run more for each parameter.
 from __future__ import annotations
 
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -17,9 +18,10 @@ from . import reference_c
 from .problem import SAMPLE_TIME, Output, Problem, Run, first_seconds, start_state
 
 NAME = "SciPy LSODA, Numba right-hand side"
-REMARK = (
-    "rtol 1e-6, split at edges and switches; forward differences; on the window 29.5 s to 30.5 s"
-)
+REMARK = "rtol 1e-6, split at edges and switches; forward differences; on the window 29.5 s to 30.5 s"
+
+R, L, K_M, T_FRS, D1C, D1S, D2C, D2S, T_FRD, T_VISC, K_S, D, K_RES, W0, ZETA = range(15)
+HALF_POLES, J_ROT, RATIO, J_M = range(4)
 
 WINDOW = (295_000, 305_000)
 """First and last sample of the window: there the edges come at their mean rate, 960 a second."""
@@ -39,9 +41,7 @@ def prepare(problem: Problem, *, jacobian: bool, keep_jacobian: bool = False) ->
     first, last = WINDOW
     before = reference_c.simulate(first_seconds(problem, first * SAMPLE_TIME), n_substeps=4)
     estimated = problem.mechanism.estimated()
-    window = partial(
-        integrate, problem, state=before.final, mode=before.mode, first=first, last=last
-    )
+    window = partial(integrate, problem, state=before.final, mode=before.mode, first=first, last=last)
 
     def run() -> Output:
         torque = window(estimated)
@@ -62,9 +62,7 @@ def from_the_start(problem: Problem, *, method: str, rtol: float) -> np.ndarray:
     state, estimated = start_state(problem), problem.mechanism.estimated()
     mode = _mode_after(1, state, estimated, problem.mechanism.constants())
     last = problem.n_samples - 1
-    return integrate(
-        problem, estimated, state=state, mode=mode, first=0, last=last, method=method, rtol=rtol
-    )
+    return integrate(problem, estimated, state=state, mode=mode, first=0, last=last, method=method, rtol=rtol)
 
 
 def integrate(
@@ -101,7 +99,7 @@ def integrate(
     borders = [samples[0], *problem.edge_times[inside], samples[-1]]
     held = int(np.searchsorted(problem.edge_times, samples[0], side="right"))
     states = [state[:, None]]
-    for piece, (start, stop) in enumerate(zip(borders[:-1], borders[1:], strict=True)):
+    for piece, (start, stop) in enumerate(pairwise(borders)):
         wanted = samples[(samples > start) & (samples <= stop)]
         voltages = problem.voltages[held + piece]
         args = (voltages, estimated, constants)
@@ -147,13 +145,13 @@ def _held(
 
 def _mode_after(mode: int, state: np.ndarray, p: np.ndarray, constants: np.ndarray) -> int:
     tau = _drive(state, p, constants)
-    return 0 if mode != 0 and abs(tau) <= p[3] else int(np.sign(tau))
+    return 0 if mode != 0 and abs(tau) <= p[T_FRS] else int(np.sign(tau))
 
 
 def _switch(t: float, x: np.ndarray, mode: float, u, p, constants) -> float:
     if mode != 0.0:
         return mode * x[3]
-    return p[3] - abs(_drive(x, p, constants))
+    return p[T_FRS] - abs(_drive(x, p, constants))
 
 
 _switch.terminal = True
@@ -163,36 +161,38 @@ _switch.direction = -1.0
 @njit
 def _drive(x, p, constants):
     """Torque on the rotor before friction, T_mot - T_rg, in N m."""
-    R, L, k_m, T_frs, d1c, d1s, d2c, d2s, T_frd, T_visc, K_s, D, K_res, w0, zeta = p
-    half_poles, J_rot, G, J_m = constants
-    angle = half_poles * x[2]
-    T_AB = k_m * (x[0] * np.sin(angle) + x[1] * np.cos(angle))
-    T_D = d1c * np.sin(4 * angle) + d1s * np.cos(4 * angle)
-    T_D += d2c * np.sin(2 * angle) + d2s * np.cos(2 * angle)
-    return T_AB - T_D - (K_s * (x[2] - G * x[4]) + D * (x[3] - G * x[5])) / G**2
+    angle = constants[HALF_POLES] * x[2]
+    T_AB = p[K_M] * (x[0] * np.sin(angle) + x[1] * np.cos(angle))
+    T_D = p[D1C] * np.sin(4 * angle) + p[D1S] * np.cos(4 * angle)
+    T_D += p[D2C] * np.sin(2 * angle) + p[D2S] * np.cos(2 * angle)
+    return T_AB - T_D - _gear(x, p, constants)
+
+
+@njit
+def _gear(x, p, constants):
+    """Torque of the gear on the rotor, T_rg, in N m."""
+    G = constants[RATIO]
+    return (p[K_S] * (x[2] - G * x[4]) + p[D] * (x[3] - G * x[5])) / G**2
 
 
 @njit
 def _rates(t, x, mode, u, p, constants):
-    R, L, k_m, T_frs, d1c, d1s, d2c, d2s, T_frd, T_visc, K_s, D, K_res, w0, zeta = p
-    half_poles, J_rot, G, J_m = constants
-    s, c = np.sin(half_poles * x[2]), np.cos(half_poles * x[2])
+    angle = constants[HALF_POLES] * x[2]
     T_res = 0.0
     if mode != 0.0:
-        T_res = _drive(x, p, constants) - mode * T_frd - T_visc * x[3]
-    T_rg = (K_s * (x[2] - G * x[4]) + D * (x[3] - G * x[5])) / G**2
+        T_res = _drive(x, p, constants) - mode * p[T_FRD] - p[T_VISC] * x[3]
     rates = np.empty(8)
-    rates[0] = (u[0] - R * x[0] - k_m * x[3] * s) / L
-    rates[1] = (u[1] - R * x[1] - k_m * x[3] * c) / L
+    rates[0] = (u[0] - p[R] * x[0] - p[K_M] * x[3] * np.sin(angle)) / p[L]
+    rates[1] = (u[1] - p[R] * x[1] - p[K_M] * x[3] * np.cos(angle)) / p[L]
     rates[2] = x[3] if mode != 0.0 else 0.0
-    rates[3] = T_res / J_rot
+    rates[3] = T_res / constants[J_ROT]
     rates[4] = x[5]
-    rates[5] = G * T_rg / J_m
+    rates[5] = constants[RATIO] * _gear(x, p, constants) / constants[J_M]
     rates[6] = x[7]
-    rates[7] = w0**2 * (K_res * T_res - x[6]) - 2 * zeta * w0 * x[7]
+    rates[7] = p[W0] ** 2 * (p[K_RES] * T_res - x[6]) - 2 * p[ZETA] * p[W0] * x[7]
     return rates
 
 
 def _torque(x: np.ndarray, p: np.ndarray, constants: np.ndarray) -> np.ndarray:
-    K_s, D, G = p[10], p[11], constants[2]
-    return -(x[6] + (K_s * (x[2] - G * x[4]) + D * (x[3] - G * x[5])) / G)
+    G = constants[RATIO]
+    return -(x[6] + (p[K_S] * (x[2] - G * x[4]) + p[D] * (x[3] - G * x[5])) / G)

@@ -1,11 +1,12 @@
 /* Explicit Runge-Kutta methods, on all states or with the housing mode in closed form. */
 
 enum { PLAIN = STATES, CLOSED = Z }; /* states that the method carries */
-enum { NO_FEED, PARABOLA, HERMITE }; /* how T_res feeds the closed form: see derivatives() */
+enum { NO_FEED, PARABOLA, HERMITE, DENSE }; /* how T_res feeds the closed form: see derivatives() */
 
 typedef struct {
     int stages;
     double a[12][12], b[12];
+    double dense[13][4]; /* of the stages and the end, by powers 1 to 4 of the step's fraction */
 } Tableau;
 
 #include "tableaus.h" /* written by study_time_step.py */
@@ -45,19 +46,35 @@ INLINE void fed(const Plant *p, const Mode *m, const double *q, double *x)
  * PARABOLA: through T_res at the start, the middle and the end; the middle is the mean of RK4's two
  * middle stages, whose errors of second order cancel. HERMITE: the cubic with the value and the
  * rate of T_res at both ends; it asks nothing of the stages, so it serves every method.
- * x, s, c, d: state, angle and rates of the step's end. */
+ * DENSE: the rate of the method's own dense output for the integral of T_res, linear in the stages'
+ * T_res; so their sensitivities feed those of the mode with the same weights, without second
+ * derivatives.
+ * x, s, c: state and angle of the step's end. */
 INLINE void derivatives(
-    const Plant *p, const State *at, double h, int feed, const double *T, const double *d_start,
-    const double *x, double s, double c, double *q)
+    const Plant *p, const State *at, double h, int feed, const Tableau *t, const double *T,
+    const double *d_start, const double *x, double s, double c, double *q)
 {
     double d[STATES];
     const double end = rates(p, at, CLOSED, x, s, c, d), jump = (end - T[0]) / h;
     q[0] = T[0];
-    if (feed == PARABOLA) {
+    if (h < 1e-8) { /* the rounding of T_res, over powers of h, would outweigh what is left out */
+        q[1] = jump;
+        q[2] = q[3] = 0;
+    } else if (feed == PARABOLA) {
         const double middle = 0.5 * (T[1] + T[2]);
         q[1] = (4 * middle - 3 * T[0] - end) / h;
         q[2] = 4 * (T[0] - 2 * middle + end) / (h * h);
         q[3] = 0;
+    } else if (feed == DENSE) {
+        const double scale[4] = {1, 2 / h, 6 / (h * h), 24 / (h * h * h)};
+#pragma GCC unroll 4
+        for (int k = 0; k < 4; ++k) {
+            double sum = t->dense[t->stages][k] * end;
+#pragma GCC unroll 12
+            for (int j = 0; j < t->stages; ++j)
+                sum += t->dense[j][k] * T[j];
+            q[k] = scale[k] * sum;
+        }
     } else {
         const double rate_end = T_res_rate(p, at->sign, x, s, c, d);
         q[1] = T_res_rate(p, at->sign, at->x, at->s, at->c, d_start);
@@ -88,7 +105,7 @@ INLINE void runge_kutta(
     }
     turned(p, at, end[ALPHA], &s, &c);
     if (feed != NO_FEED) {
-        derivatives(p, at, h, feed, T, k[0], end, s, c, q);
+        derivatives(p, at, h, feed, t, T, k[0], end, s, c, q);
         fed(p, mode, q, end);
     }
     memcpy(at->x, end, sizeof end);

@@ -77,11 +77,8 @@ def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:
         raise place.key("identify").error(f"{found(options)}; write a table, [identify]")
     for key in options:
         if key not in IDENTIFY_OPTIONS:
-            raise (
-                place.key("identify")
-                .key(key)
-                .error("unknown key; [identify] has no options yet, leave it out")
-            )
+            at = place.key("identify").key(key)
+            raise at.error("unknown key; [identify] has no options yet, leave it out")
 
 
 def _mechanism(table: Mapping[str, Any], place: Place) -> str:

@@ -109,15 +109,13 @@ def _sigma(table: Mapping[str, Any], declaration: Declaration, place: Place) -> 
 
 def _limited(entry: Any, declaration: Declaration, place: Place) -> float:
     """Return a number within the physical limits of its parameter."""
-    value, unit = number(entry, place, declaration.unit), in_unit(declaration.unit)
-    if value < declaration.lower:
-        least = f"{declaration.meaning} cannot be below {declaration.lower:.9g}{unit}"
-        raise place.error(f"found {value:.9g}; {least}")
-    if value > declaration.upper:
-        raise place.error(
-            f"found {value:.9g}; {declaration.meaning} cannot be above {declaration.upper:.9g}{unit}"
-        )
-    return value
+    value = number(entry, place, declaration.unit)
+    if declaration.lower <= value <= declaration.upper:
+        return value
+    low = value < declaration.lower
+    limit = f"below {declaration.lower:.9g}" if low else f"above {declaration.upper:.9g}"
+    reason = f"{declaration.meaning} cannot be {limit}{in_unit(declaration.unit)}"
+    raise place.error(f"found {value:.9g}; {reason}")
 
 
 def _refuse_outside(parameter: Parameter, place: Place) -> None:

@@ -43,7 +43,8 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
             continue
         earlier = seen.setdefault(digest, record.name)
         if earlier != record.name:
-            yield f'record "{record.name}": {record.spec.path} is the same file as that of "{earlier}"; is that meant?'
+            same = f'{record.spec.path} is the same file as that of "{earlier}"'
+            yield f'record "{record.name}": {same}; is that meant?'
 
 
 def _unused_channels(record: CampaignRecord) -> Iterator[str]:

@@ -73,7 +73,7 @@ def _records(table: Mapping[str, Any], place: Place, known: _Known) -> tuple[str
 def _refuse_not_free(name: str, records: tuple[str, ...], known: _Known, place: Place) -> None:
     free = [other for other, q in known.parameters.items() if q.is_free]
     if name not in known.parameters:
-        near = did_you_mean(name, known.parameters) or f"; free are {', '.join(free)}"
+        near = did_you_mean(name, known.parameters) or f"; free are: {', '.join(free) or 'none'}"
         raise place.error(f'unknown parameter "{name}"{near}')
     parameter = known.parameters[name]
     if parameter.status is Status.TIED:

@@ -13,11 +13,13 @@ from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.channel_entry import QUANTITIES
 from mechid.campaign.mechanism_text import mechanism_text
+from mechid.campaign.place import in_unit
 from mechid.campaign.toml_file import toml_text, write_whole
 from mechid.command.entry import quoted
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import UsageError
+from mechid.parameter import Declaration
 
 MECHANISM_NAME = "mechanism.toml"
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
@@ -32,36 +34,13 @@ A bare number is known. A table { value, min, max } is to be estimated, starting
 a bound is legal. sigma = ... in the table is the standard deviation of a prior on the value.
 Units are SI; a key that is not SI says so (_deg). Behind each number: symbol, unit, meaning."""
 
-CAMPAIGN_GUIDE = f"""\
-What was recorded, and how the motor was driven. Paths are relative to this file.
-
-Each [[record]] has
-  name     letters, digits, _ and -
-  file     csv with one header line, time_s,torque_Nm; another unit in the header is converted
-  command  a table of
-             stepping         {quoted(STEPPINGS)}; "micro" needs microsteps = 16 or the like
-             rate             full steps/s; instead of it rate_profile = [[0.0, 0.0], [60.0, 120.0]],
-                              times in s and full steps/s, or rate_table = "rate.csv", columns time_s,rate
-             start_angle_deg  electrical angle that the coils hold before the first step, 0 by default
-             waveform         {quoted(WAVEFORMS)}; the first is the default
-             start            {quoted(STARTS)}; the first is the default
-and may have
-  use            {quoted(USES)}: fitted, the default, or only compared
-  offset, drift  true, the default: constant and linear part of the torque are removed
-{{own}}
-  sample_rate_hz where the file has no time column
-  channels       [{{{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}}}]; without it the
-                 torque is the second column, or the first where sample_rate_hz is given
-                 quantities: {", ".join(QUANTITIES[:6])},
-                 {", ".join(QUANTITIES[6:])}"""
-
 STAGE_GUIDE = """\
 Without stages mechid plans its own. To steer it:
 
 [[stage]]
 records = ["full_46"]
-window_s = [0.0, 0.3]                                        # of record time; left out, all of it
-free = ["stepper.torque_constant", "gear.stiffness"]         # the others are held"""
+window_s = [0.0, 0.3]                                 # s of record time; without it all of it
+free = ["stepper.torque_constant", "gear.stiffness"]  # the others are held"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,7 +107,8 @@ def campaign_text(
     records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME
 ) -> str:
     """Return a campaign file of these records."""
-    lines = [*_comment(header_comment), f"mechanism = {toml_text(mechanism)}"]
+    header = [*_comment(header_comment), ""] if header_comment else []
+    lines = [*header, f"mechanism = {toml_text(mechanism)}"]
     for record in records:
         lines += ["", *_record(record)]
     return "\n".join(lines) + "\n"
@@ -141,15 +121,43 @@ def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
 
 
 def _new_text(folder: Path, files: Sequence[Path | str]) -> str:
-    guide = CAMPAIGN_GUIDE.format(own="\n".join(map(_own, RECORD_DECLARATIONS)))
     example = [] if files else [RecordDraft(name="full_46", file="full_46.csv", command=COMMAND)]
     commented = [line for record in example for line in ("", *_comment("\n".join(_record(record))))]
     ending = "\n".join([*commented, "", *_comment(STAGE_GUIDE)])
-    return campaign_text(drafts(folder, files), guide) + ending + "\n"
+    return campaign_text(drafts(folder, files), _campaign_guide()) + ending + "\n"
 
 
-def _own(declaration) -> str:
-    return f"  {declaration.key:<14} {declaration.meaning}, {declaration.unit}; a number, or {{ value, min, max }} to estimate it"
+def _campaign_guide() -> str:
+    own = "\n".join(map(_own_line, RECORD_DECLARATIONS))
+    return f"""\
+What was recorded, and how the motor was driven. Paths are relative to this file.
+
+Each [[record]] has
+  name           letters, digits, _ and -
+  file           csv with one header line, time_s,torque_Nm; another unit in the header is converted
+  command        a table of
+    stepping         {quoted(STEPPINGS)}; the last needs microsteps = 16 or the like
+    rate             full steps/s, negative steps back; or instead of it
+    rate_profile     [[0.0, 0.0], [60.0, 120.0]], times in s and full steps/s, or
+    rate_table       "rate.csv", a file with the columns time_s,rate
+    start_angle_deg  electrical angle that the coils hold before the first step; without it 0.0
+    waveform         {quoted(WAVEFORMS)}; without it the first
+    start            {quoted(STARTS)}; without it the first
+and may have
+  use            {quoted(USES)}: to be fitted, or only compared; without it the first
+  offset         false keeps a constant part of the torque, which is removed otherwise
+  drift          false keeps a linear part of the torque, which is removed otherwise
+{own}
+  sample_rate_hz where the file has no time column
+  channels       [{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}]; without it
+                 the torque is the second column, or the first where sample_rate_hz is given; quantities:
+                 {", ".join(QUANTITIES[:6])},
+                 {", ".join(QUANTITIES[6:])}"""
+
+
+def _own_line(declaration: Declaration) -> str:
+    unit = in_unit(declaration.unit)
+    return f"  {declaration.key:<15}{declaration.meaning},{unit}; {{ value, min, max }} to estimate it"
 
 
 def _record(record: RecordDraft) -> Iterator[str]:

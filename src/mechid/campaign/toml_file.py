@@ -40,13 +40,7 @@ def write_whole(path: Path, content: str) -> None:
 
 
 def toml_text(value: str) -> str:
-    """Return a text as TOML writes it, in double quotes.
-
-    Examples
-    --------
-    >>> print(toml_text('the "long" run'))
-    "the \\"long\\" run"
-    """
+    """Return a text as TOML writes it, in double quotes."""
     return '"' + "".join(map(_escaped, value)) + '"'
 
 
@@ -91,4 +85,6 @@ def _syntax(message: str, content: str) -> str:
 def _remedy(line: str) -> str:
     if line.count("{") > line.count("}"):
         return "a table in { } has to stand on one line"
+    if "\\" in line:
+        return 'write paths with /, as "data/run.csv"'
     return "write name = value, a number without unit and a text in double quotes"

@@ -1,0 +1,471 @@
+"""The campaign file: what it may say, and a message for each way it can be wrong."""
+
+import re
+
+import pytest
+
+from mechid.campaign import Stage, load_campaign
+from mechid.command import Command, RateProfile
+from mechid.errors import InputFileError, RecordError, UsageError
+from mechid.parameter import Status
+from mechid.records import ChannelSpec
+
+
+@pytest.mark.parametrize(("name", "free"), [("exact", 0), ("noisy", 15)])
+def test_the_independent_campaigns_load_without_a_warning(name, free, campaign_folder):
+    campaign = load_campaign(campaign_folder / name)
+    names = ["full_res", "full_half", "full_slow", "micro_res", "micro_2res", "sweep"]
+    assert [record.name for record in campaign.estimated] == names
+    assert [record.data.samples for record in campaign.records] == [10001, 10001, 15001, 10001, 10001, 200001]
+    assert len(campaign.free) == free
+    assert (campaign.stages, campaign.warnings) == ((), ())
+
+
+def test_a_campaign(folder):
+    campaign = load_campaign(folder / "campaign.toml")
+    first, second = campaign.records
+    assert (campaign.path, campaign.mechanism_path) == (folder / "campaign.toml", folder / "mechanism.toml")
+    assert (first.use, first.offset, first.drift, first.file) == (
+        "estimate",
+        True,
+        True,
+        folder / "full_46.csv",
+    )
+    rate = RateProfile.constant(46.0)
+    assert first.command == Command(stepping="full", microsteps=1, rate=rate, start_angle_deg=45.0)
+    assert (first.time_offset.value, first.time_offset.status) == (0.0, Status.KNOWN)
+    assert (second.use, second.time_offset.name) == ("validate", "record.sweep.time_offset_s")
+    assert (second.time_offset.min, second.time_offset.max) == (-0.002, 0.002)
+    assert campaign.estimated == (first,)
+    assert campaign.validated == (second,)
+    assert campaign.record("sweep") is second
+    assert campaign.warnings == ()
+
+
+def test_free_parameters_of_records_follow_those_of_the_mechanism(folder):
+    campaign = load_campaign(folder)
+    assert [q.name for q in campaign.free] == [
+        *(q.name for q in campaign.mechanism.free), "record.sweep.time_offset_s"
+    ]  # fmt: skip
+    assert len(campaign.parameters) == len(campaign.mechanism.parameters) + 2
+
+
+def test_an_unknown_record_of_a_campaign(folder):
+    message = 'campaign.toml: no record "swep"; did you mean "sweep"?'
+    with pytest.raises(UsageError, match=f"^{re.escape(message)}$"):
+        load_campaign(folder).record("swep")
+
+
+def test_options_of_a_record(changed):
+    more = """offset = false
+drift = false
+sample_rate_hz = 1000
+channels = [
+  { quantity = "current_phase_a", column = 0, unit = "mA" },
+  { quantity = "torque", column = "torque", unit = "N*m", gain = -2 },
+]
+command"""
+    record = load_campaign(changed("campaign.toml", "command", more)).record("full_46")
+    assert (record.offset, record.drift, record.spec.sample_rate_hz) == (False, False, 1000.0)
+    assert record.spec.channels == (
+        ChannelSpec(quantity="current_phase_a", column=0, unit="mA"),
+        ChannelSpec(quantity="torque", column="torque", unit="N*m", gain=-2.0),
+    )
+
+
+def test_files_are_relative_to_the_campaign(folder, monkeypatch):
+    (folder / "data").mkdir()
+    (folder / "full_46.csv").rename(folder / "data" / "full_46.csv")
+    content = (folder / "campaign.toml").read_text()
+    (folder / "campaign.toml").write_text(content.replace('"full_46.csv"', '"data/full_46.csv"'))
+    monkeypatch.chdir(folder / "data")
+    assert load_campaign("../campaign.toml").record("full_46").data.samples == 1001
+
+
+def test_records_may_be_left_unread(changed, folder):
+    """Truth: simulation and planning need no measured files."""
+    path = changed("campaign.toml", 'file = "full_46.csv"\n', "")
+    (folder / "sweep.csv").unlink()
+    campaign = load_campaign(path, read_records=False)
+    assert [record.file for record in campaign.records] == [None, folder / "sweep.csv"]
+    assert [record.data for record in campaign.records] == [None, None]
+
+
+def test_a_file_that_is_missing_is_the_records_fault(folder):
+    (folder / "sweep.csv").unlink()
+    with pytest.raises(RecordError, match=r"^sweep\.csv: there is no such file") as caught:
+        load_campaign(folder)
+    assert caught.value.exit_code == 4
+
+
+def test_a_folder_without_a_campaign(tmp_path):
+    message = f'{tmp_path}: no campaign.toml in this folder; "mechid new {tmp_path}" writes one'
+    with pytest.raises(InputFileError, match=f"^{re.escape(message)}$"):
+        load_campaign(tmp_path)
+
+
+def test_the_mechanisms_faults_are_the_campaigns(changed, folder):
+    changed("mechanism.toml", "stiffness =", "stifness =")
+    with pytest.raises(InputFileError, match=r"^mechanism\.toml: gear\.stifness: unknown key"):
+        load_campaign(folder)
+
+
+NAME = 'name = "full_46"'
+COMMAND = 'command = { stepping = "full", rate = 46.0, start_angle_deg = 45.0 }'
+TORQUE = '{ quantity = "torque", column = "Mz" }'
+
+REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
+    "unknown table": ("[[record]]", "[[records]]", 'records: unknown key; did you mean "record"?'),
+    "backslash": (
+        '"full_46.csv"',
+        '"data\\xfull_46.csv"',
+        "line 5, column ",
+    ),
+    "no mechanism": (
+        'mechanism = "mechanism.toml"',
+        "",
+        'mechanism: missing; write the name of the mechanism file, as mechanism = "mechanism.toml"',
+    ),
+    "mechanism of a wrong type": (
+        'mechanism = "mechanism.toml"',
+        "mechanism = 1",
+        'mechanism: found 1; write the name of the mechanism file, as mechanism = "mechanism.toml"',
+    ),
+    "mechanism below a record": (
+        NAME,
+        f'{NAME}\nmechanism = "mechanism.toml"',
+        "record[0].mechanism: mechanism is no key of a record; write it above the first [[record]]",
+    ),
+    "option": (
+        "[[record]]",
+        "[identify]\nworkers = 2\n[[record]]",
+        "identify.workers: unknown key; [identify] has no options yet, leave it out",
+    ),
+    "options of a wrong type": (
+        "[[record]]",
+        "identify = 1\n[[record]]",
+        "identify: found 1; write a table, [identify]",
+    ),
+    "unknown key": (NAME, f"{NAME}\nofset = false", 'record[0].ofset: unknown key; did you mean "offset"?'),
+    "no name": (NAME, "", 'record[0].name: missing; write a name, as name = "full_46"'),
+    "name that is no file name": (
+        NAME,
+        'name = "full 46/1"',
+        'record[0].name: found "full 46/1"; write letters, digits, _ and - only: it becomes a file name',
+    ),
+    "name of a wrong type": (
+        NAME,
+        "name = 46",
+        "record[0].name: found 46; write letters, digits, _ and - only: it becomes a file name",
+    ),
+    "same name": (
+        NAME,
+        'name = "sweep"',
+        'record[1].name: "sweep" is also the name of record[0]; give each record its own',
+    ),
+    "same name but for the case": (
+        NAME,
+        'name = "Sweep"',
+        'record[1].name: "sweep" is but for the case also the name of record[0]; give each record its own',
+    ),
+    "no file": (
+        'file = "full_46.csv"',
+        "",
+        'record[0].file: missing; write the name of the measured file, as file = "full_46.csv"',
+    ),
+    "file of a wrong type": (
+        'file = "full_46.csv"',
+        "file = true",
+        'record[0].file: found true; write the name of the measured file, as file = "full_46.csv"',
+    ),
+    "no command": (
+        COMMAND,
+        "",
+        "record[0].command: missing; write how the motor was driven, as "
+        'command = { stepping = "full", rate = 46.0 }',
+    ),
+    "fault of a command": (
+        "rate = 46.0",
+        "rte = 46.0",
+        'record[0].command.rte: unknown key; did you mean "rate"?',
+    ),
+    "too many steps": (
+        "rate = 46.0",
+        "rate = 1e12",
+        "record[0].command: 1e+12 steps in 1.0 s, more than 20000000; check the rate (full steps/s)",
+    ),
+    "unknown use": (
+        '"validate"',
+        '"validation"',
+        'record[1].use: found "validation"; did you mean "validate"?',
+    ),
+    "use of a wrong type": (
+        '"validate"',
+        "true",
+        'record[1].use: found true; write one of "estimate", "validate"',
+    ),
+    "offset that is no boolean": (
+        NAME,
+        f"{NAME}\noffset = 0.1",
+        "record[0].offset: found 0.1; write true or false",
+    ),
+    "drift that is no boolean": (
+        NAME,
+        f'{NAME}\ndrift = "no"',
+        'record[0].drift: found "no"; write true or false',
+    ),
+    "rate of zero": (
+        NAME,
+        f"{NAME}\nsample_rate_hz = 0",
+        "record[0].sample_rate_hz: found 0; write the samples per second, above 0",
+    ),
+    "rate with a unit": (
+        NAME,
+        f'{NAME}\nsample_rate_hz = "10 kHz"',
+        'record[0].sample_rate_hz: found "10 kHz"; write the number alone in Hz, without quotes',
+    ),
+    "time offset without bounds": (
+        "{ value = 0.0, min = -0.002, max = 0.002 }",
+        "{ value = 0.0 }",
+        "record[1].time_offset_s.min: missing, and record time at which the command starts "
+        "has no physical limit there; write { value = ..., min = ..., max = ... }",
+    ),
+    "channels of a wrong type": (
+        NAME,
+        f'{NAME}\nchannels = "Mz"',
+        f'record[0].channels: found "Mz"; write a list of tables, as [{TORQUE}]',
+    ),
+    "no channels": (
+        NAME,
+        f"{NAME}\nchannels = []",
+        f"record[0].channels: found []; write a list of tables, as [{TORQUE}]",
+    ),
+    "unknown quantity": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torqe", column = "Mz" }}]',
+        'record[0].channels[0].quantity: found "torqe"; did you mean "torque"?',
+    ),
+    "time as a channel": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "time", column = "t" }}]',
+        'record[0].channels[0].quantity: found "time"; write one of "torque", ',
+    ),
+    "no quantity": (
+        NAME,
+        f'{NAME}\nchannels = [{{ column = "Mz" }}]',
+        'record[0].channels[0].quantity: missing; write what it is, as quantity = "torque"',
+    ),
+    "no column": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque" }}]',
+        f"record[0].channels[0].column: missing; write {TORQUE}",
+    ),
+    "column of a wrong type": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = -1 }}]',
+        "record[0].channels[0].column: found -1; write the column's header, or its index from 0",
+    ),
+    "unit of something else": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", unit = "V" }}]',
+        'record[0].channels[0].unit: unit "V" does not measure torque; expected N*m or a multiple of it',
+    ),
+    "gain of zero": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", gain = 0.0 }}]',
+        "record[0].channels[0].gain: found 0; it would erase the channel, write -1.0 to reverse its sign",
+    ),
+    "gain that is not finite": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", gain = inf }}]',
+        "record[0].channels[0].gain: found inf; write a finite number",
+    ),
+    "unknown role": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", role = "outptu" }}]',
+        'record[0].channels[0].role: found "outptu"; did you mean "output"?',
+    ),
+    "input": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", role = "input" }}]',
+        'record[0].channels[0].role: found "input"; no assembly is driven by a measured channel at present',
+    ),
+    "no torque": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "force", column = "Fz" }}]',
+        "record[0].channels: no torque; only torque records can be identified at present: "
+        f"add {TORQUE}",
+    ),
+    "no toml": ("[[record]]", "[[record]", "line 3, column "),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_wrong_file_says_where_what_and_the_remedy(name, changed):
+    old, new, message = REFUSED[name]
+    path = changed("campaign.toml", old, new)
+    with pytest.raises(InputFileError, match=f"^{re.escape(f'campaign.toml: {message}')}") as caught:
+        load_campaign(path)
+    assert "\n" not in str(caught.value)
+    assert caught.value.exit_code == 3
+
+
+WHOLE_FILES_REFUSED = {
+    "no record": (
+        'mechanism = "mechanism.toml"\n',
+        "no record; write one [[record]] table for each measured file",
+    ),
+    "record in single brackets": (
+        'mechanism = "mechanism.toml"\n[record]\nname = "a"\n',
+        "record: found a table; write each as a table under [[record]]",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", WHOLE_FILES_REFUSED)
+def test_a_file_without_records(name, folder):
+    content, message = WHOLE_FILES_REFUSED[name]
+    (folder / "campaign.toml").write_text(content)
+    with pytest.raises(InputFileError, match=f"^{re.escape(f'campaign.toml: {message}')}$"):
+        load_campaign(folder)
+
+
+STAGE = """
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.3]
+free = ["gear.stiffness", "stepper.coil_resistance"]
+"""
+
+
+def with_stage(folder, old="", new=""):
+    path = folder / "campaign.toml"
+    assert old in STAGE
+    path.write_text(
+        path.read_text().replace('use = "validate"\n', "") + STAGE.replace(old, new, 1 if old else 0)
+    )
+    return path
+
+
+def test_a_stage(folder):
+    stage = Stage(("full_46",), (0.0, 0.3), ("gear.stiffness", "stepper.coil_resistance"))
+    assert load_campaign(with_stage(folder)).stages == (stage,)
+
+
+def test_a_stage_without_window_and_records_takes_all_that_are_estimated(folder):
+    path = folder / "campaign.toml"
+    path.write_text(path.read_text() + '[[stage]]\nfree = ["gear.stiffness"]\n')
+    assert load_campaign(path).stages == (Stage(("full_46",), None, ("gear.stiffness",)),)
+
+
+def test_a_stage_may_move_a_records_own_parameter(folder):
+    path = with_stage(folder, 'records = ["full_46"]', 'records = ["full_46", "sweep"]')
+    path.write_text(path.read_text().replace('"gear.stiffness"', '"record.sweep.time_offset_s"'))
+    assert load_campaign(path).stages[0].free[0] == "record.sweep.time_offset_s"
+
+
+def test_a_stage_does_not_fit_a_record_for_validation(folder):
+    path = with_stage(folder, '["full_46"]', '["sweep"]')
+    path.write_text(path.read_text().replace('file = "sweep.csv"', 'file = "sweep.csv"\nuse = "validate"'))
+    message = '"sweep" is for validation; take it out, or give that record use = "estimate"'
+    with pytest.raises(InputFileError, match=re.escape(f"stage[0].records[0]: {message}")):
+        load_campaign(path)
+
+
+STAGES_REFUSED = {
+    "unknown parameter": (
+        '"gear.stiffness"',
+        '"gear.stifness"',
+        'free[0]: unknown parameter "gear.stifness"; did you mean "gear.stiffness"?',
+    ),
+    "strange parameter": (
+        '"gear.stiffness"',
+        '"q"',
+        'free[0]: unknown parameter "q"; free are: stepper.coil_resistance, stepper.detent.0.amplitude, ',
+    ),
+    "known parameter": (
+        '"gear.stiffness"',
+        '"gear.damping"',
+        'free[0]: "gear.damping" is known, not free; to free it, write { value = ..., ',
+    ),
+    "tied parameter": (
+        '"gear.stiffness"',
+        '"stepper.back_emf_constant"',
+        'free[0]: "stepper.back_emf_constant" is tied to stepper.torque_constant; free that one, or ',
+    ),
+    "parameter of another record": (
+        '"gear.stiffness"',
+        '"record.sweep.time_offset_s"',
+        'free[0]: "record.sweep.time_offset_s" belongs to a record that is not in this stage; add "sweep"',
+    ),
+    "parameter twice": (
+        '"gear.stiffness", "stepper.coil_resistance"',
+        '"gear.stiffness", "gear.stiffness"',
+        'free[1]: "gear.stiffness" stands here twice; keep one',
+    ),
+    "nothing free": (
+        '["gear.stiffness", "stepper.coil_resistance"]',
+        "[]",
+        'free: found []; write names of parameters to move, as free = ["gear.stiffness"]',
+    ),
+    "no entry for free": (
+        'free = ["gear.stiffness", "stepper.coil_resistance"]',
+        "",
+        'free: missing; write names of parameters to move, as free = ["gear.stiffness"]',
+    ),
+    "unknown record": (
+        '["full_46"]',
+        '["full_64x"]',
+        'records[0]: unknown record "full_64x"; did you mean "full_46"?',
+    ),
+    "strange record": (
+        '["full_46"]',
+        '["q"]',
+        'records[0]: unknown record "q"; there are full_46, sweep',
+    ),
+    "record that is no text": (
+        '["full_46"]',
+        "[1]",
+        'records[0]: found 1; write names of records, as records = ["full_46"]',
+    ),
+    "records of a wrong type": (
+        '["full_46"]',
+        '"full_46"',
+        'records: found "full_46"; write names of records, as records = ["full_46"]',
+    ),
+    "window reversed": (
+        "[0.0, 0.3]",
+        "[0.3, 0.0]",
+        "window_s: from 0.3 s to 0 s is no window; put the earlier time first",
+    ),
+    "window outside": (
+        "[0.0, 0.3]",
+        "[1.5, 2.0]",
+        'window_s: 1.5 s to 2 s is outside; record "full_46" goes from 0 s to 1 s',
+    ),
+    "window of a wrong type": (
+        "[0.0, 0.3]",
+        "0.3",
+        "window_s: found 0.3; write from and to in s of record time, as window_s = [0.0, 0.3]",
+    ),
+    "window of texts": (
+        "[0.0, 0.3]",
+        '[0.0, "0.3 s"]',
+        'window_s[1]: found "0.3 s"; write the number alone in s, without quotes',
+    ),
+    "unknown key": ("window_s", "window", 'window: unknown key; did you mean "window_s"?'),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", STAGES_REFUSED)
+def test_a_wrong_stage_says_where_what_and_the_remedy(name, folder):
+    old, new, message = STAGES_REFUSED[name]
+    path = with_stage(folder, old, new)
+    with pytest.raises(InputFileError, match=f"^{re.escape(f'campaign.toml: stage[0].{message}')}"):
+        load_campaign(path)
+
+
+def test_a_path_with_backslashes_is_said_to_need_slashes(changed):
+    path = changed("campaign.toml", '"full_46.csv"', '"data\\xfull_46.csv"')
+    with pytest.raises(InputFileError, match=r"; write paths with /, as \"data/run\.csv\"$"):
+        load_campaign(path)

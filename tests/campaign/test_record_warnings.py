@@ -1,0 +1,76 @@
+"""What is odd about a record and yet usable is said, and names the record."""
+
+import pytest
+
+from mechid.campaign import load_campaign
+
+FULL = 'record "full_46": '
+SWEEP = 'record "sweep": '
+
+
+def test_more_than_one_step_between_two_samples(changed):
+    """Truth: at 2500 full steps/s and 1 kHz, at most three edges 0.4 ms apart fit into 1 ms."""
+    path = changed("campaign.toml", "rate = 46.0", "rate = 2500.0")
+    warning = f"{FULL}up to 3 steps fall between two samples; they are simulated exactly, check the rate"
+    assert load_campaign(path).warnings == (warning,)
+
+
+@pytest.mark.parametrize(("end", "warned"), [("1.0", False), ("1.0014", False), ("1.01", True)])
+def test_a_record_shorter_than_its_command(changed, end, warned):
+    """Truth: the record has samples from 0 s to 1 s; one sample interval is forgiven."""
+    path = changed("campaign.toml", "[1.0, 20.0]", f"[{end}, 20.0]")
+    warning = f"{SWEEP}the record ends at 1 s of a command that goes on to 1.01 s; is it whole?"
+    assert load_campaign(path).warnings == ((warning,) if warned else ())
+
+
+def test_a_command_delayed_beyond_the_record(changed):
+    path = changed("campaign.toml", "{ value = 0.0, min = -0.002, max = 0.002 }", "2.0")
+    assert load_campaign(path).warnings == (
+        f"{SWEEP}the record ends before its command starts; check time_offset_s",
+    )
+
+
+def test_a_recorder_with_a_clock_of_its_own(folder, write_record):
+    (folder / "full_46.csv").write_text(write_record(start_s=3600.0))
+    assert load_campaign(folder).warnings == (
+        f"{FULL}the command starts 3600 s before the first sample; "
+        "if they start together, write time_offset_s = 3600",
+    )
+
+
+def test_a_time_offset_answers_it(folder, changed, write_record):
+    (folder / "full_46.csv").write_text(write_record(start_s=3600.0))
+    changed("campaign.toml", 'file = "full_46.csv"', 'file = "full_46.csv"\ntime_offset_s = 3600.0')
+    assert load_campaign(folder).warnings == ()
+
+
+def test_two_records_of_one_file(changed):
+    path = changed("campaign.toml", '"sweep.csv"', '"full_46.csv"')
+    warning = f'{SWEEP}full_46.csv is the same file as that of "full_46"; is that meant?'
+    assert load_campaign(path).warnings == (warning,)
+
+
+def test_what_the_reader_found_odd(folder):
+    rows = [f"{k / 1000:.3f},{min(max((k % 100 - 50) / 25, -1.0), 1.0)}" for k in range(1001)]
+    (folder / "full_46.csv").write_text("\n".join(["time_s,torque_Nm", *rows]))
+    (warning,) = load_campaign(folder).warnings
+    assert warning.startswith(f"{FULL}full_46.csv: line ")
+    assert "clipped" in warning
+
+
+def test_a_channel_that_is_not_used(changed):
+    channels = (
+        '[{ quantity = "torque", column = 1 }, { quantity = "output_angle", column = 0, unit = "rad" }]'
+    )
+    path = changed("campaign.toml", 'file = "full_46.csv"', f'file = "full_46.csv"\nchannels = {channels}')
+    campaign = load_campaign(path, read_records=False)
+    assert campaign.warnings == (
+        f"{FULL}output_angle: not used at present, only the torque is identified from",
+    )
+
+
+def test_a_frequency_in_hertz(changed, folder):
+    changed("mechanism.toml", "{ value = 5000.0, min = 2500.0, max = 9000.0 }", "888.0")
+    assert load_campaign(folder).warnings == (
+        "mechanism.toml: housing.frequency = 888: is this in Hz? it is read in rad/s",
+    )
