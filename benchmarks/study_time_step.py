@@ -1,10 +1,11 @@
-"""Which time step: methods and substeps compared for accuracy and cost, before the kernel is written.
+"""Which time step: methods and substeps compared for accuracy and cost.
 
 Candidates, each at 1, 2 or 4 steps a sample of 0.1 ms:
 
 * plain Runge-Kutta on all 8 states: RK4, Dormand-Prince 5, Butcher 6 (7 stages), DOP853's 8th order;
 * Runge-Kutta on 6 states, with the housing mode in closed form, fed by T_res as a parabola (RK4
-  only) or as a cubic Hermite polynomial (any method);
+  only), as a cubic Hermite polynomial (any method), or as the rate of the method's own dense output
+  (Dormand-Prince 5);
 * the whole linear part in closed form (coils, gear, viscous friction, housing): exponential RK4 of
   Cox and Matthews, and Strang splitting.
 
@@ -136,7 +137,7 @@ def main() -> None:
     print(tables(rows))
     path = arguments.out or RESULTS / f"time-step-{datetime.now(UTC):%Y%m%dT%H%M%S}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({"machine": machine() | {"core": core}, "rows": rows}, indent=1))
+    path.write_text(json.dumps({"machine": machine() | {"core": core}, "rows": rows}, indent=1) + "\n")
     print(f"written: {path}")
 
 

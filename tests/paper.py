@@ -1,7 +1,5 @@
 """The paper's mechanism and records, as the tests use them: values of DESIGN 1, table and text."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from types import MappingProxyType
 
@@ -10,7 +8,7 @@ from mechid.parameter import Parameter
 from mechid.plant.assembly import stepper_gear_mass
 from mechid.plant.mechanism import Mechanism
 
-ESTIMATED: Mapping[str, float] = MappingProxyType({
+ESTIMATED = MappingProxyType({
     "stepper.peak_voltage": 5.7,
     "stepper.poles": 100.0,
     "stepper.coil_resistance": 9.9,
@@ -36,41 +34,56 @@ ESTIMATED: Mapping[str, float] = MappingProxyType({
     "housing.frequency": 5578.0,
     "housing.damping": 0.095,
 })  # fmt: skip
-"""The paper's estimates; U = 0.6 A x 9.5 ohm, and the detent phases of the demo, which it had not."""
+"""The paper's estimates; U = 0.6 A x 9.5 ohm and the detents' phases, which it had not, as in the demo."""
 
-SENSITIVE = ("R", "L", "k_m", "k_v", "a_1", "b_1", "a_2", "b_2", "T_frs", "T_frd", "T_visc", "K_s", "D")
-"""Kernel parameters that are estimated; with a housing those of `HOUSING` too."""
-HOUSING = ("K_res", "omega_0", "zeta")
+SENSITIVE = (
+    "R", "L", "k_m", "k_v", "a_1", "b_1", "a_2", "b_2",
+    "T_frs", "T_frd", "T_visc", "K_s", "D", "K_res", "omega_0", "zeta",
+)  # fmt: skip
+"""The kernel's parameters that are estimated, and k_v."""
 
 
-def mechanism(housing: str | None = "paper", **changes: float) -> Mechanism:
-    """Return the paper's mechanism; `changes` by name with ``__`` for the dot, as ``gear__damping=0.2``."""
-    plant = stepper_gear_mass((4, 2), housing)
-    values = {**ESTIMATED, **{name.replace("__", "."): v for name, v in changes.items()}}
-    parameters = {name: Parameter(name=name, value=values[name], declaration=d) for name, d in plant.declarations.items()}
+def mechanism(housing: str | None = "paper", orders=(4, 2), changes: Mapping[str, float] | None = None) -> Mechanism:
+    """Return the paper's mechanism, with some values changed."""
+    plant = stepper_gear_mass(orders, housing)
+    values = {**ESTIMATED, **(changes or {})}
+    parameters = {
+        name: Parameter(name=name, value=values[name], declaration=declaration)
+        for name, declaration in plant.declarations.items()
+    }
     return Mechanism(plant, parameters, {})
 
 
-def indices(mechanism: Mechanism, names: tuple[str, ...]) -> list[int]:
-    """Return the positions of kernel parameters that the plant has."""
+def without_detent_phases(changes: Mapping[str, float] | None = None) -> Mechanism:
+    """Return the paper's mechanism as published: the detents have no phases."""
+    phases = {"stepper.detent.0.phase_deg": 0.0, "stepper.detent.1.phase_deg": 0.0}
+    return mechanism(changes={**phases, **(changes or {})})
+
+
+def indices(mechanism: Mechanism, names=SENSITIVE) -> tuple[int, ...]:
+    """Return the positions of those kernel parameters that the plant has."""
     known = list(map(str, mechanism.plant.parameters))
-    return [known.index(name) for name in names if name in known]
+    return tuple(known.index(name) for name in names if name in known)
 
 
 def constant(rate: float, *, microsteps: int = 1, start_angle_deg: float = 45.0) -> Command:
-    """Return the command of one rate, full stepping or microstepping."""
+    """Return the command of one rate, in full steps or microsteps."""
     return Command(
-        stepping="full" if microsteps == 1 else "micro", microsteps=microsteps,
-        rate=RateProfile.constant(rate), start_angle_deg=start_angle_deg,
-    )  # fmt: skip
+        stepping="full" if microsteps == 1 else "micro",
+        microsteps=microsteps,
+        rate=RateProfile.constant(rate),
+        start_angle_deg=start_angle_deg,
+    )
 
 
-SWEEP = Command(
-    stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (60.0, 120.0)])
-)
+SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (60.0, 120.0)]))
 """The 60 s sweep from 0 to 120 steps/s."""
 
-RECORDS: Mapping[str, Command] = MappingProxyType({
-    "full_5": constant(5.0), "full_23": constant(23.0), "full_46": constant(46.0),
-    "full_92": constant(92.0), "micro_46": constant(46.0, microsteps=16, start_angle_deg=0.0), "sweep": SWEEP,
+RECORDS = MappingProxyType({
+    "full_5": constant(5.0),
+    "full_23": constant(23.0),
+    "full_46": constant(46.0),
+    "full_92": constant(92.0),
+    "micro_46": constant(46.0, microsteps=16),
+    "sweep": SWEEP,
 })  # fmt: skip

@@ -25,7 +25,9 @@ IDENTIFY_OPTIONS: tuple[str, ...] = ()
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
-def load_campaign(path: Path | str, *, read_records: bool = True) -> Campaign:
+def load_campaign(
+    path: Path | str, *, read_records: bool = True, need_files: bool | None = None
+) -> Campaign:
     """Return the campaign that a file describes, its records read.
 
     Parameters
@@ -35,6 +37,8 @@ def load_campaign(path: Path | str, *, read_records: bool = True) -> Campaign:
     read_records : bool
         False leaves the records' files unread, and lets records without a file pass: enough to
         simulate or to plan.
+    need_files : bool or None
+        Whether a record without a file is refused; None refuses it where records are read.
 
     Raises
     ------
@@ -47,7 +51,8 @@ def load_campaign(path: Path | str, *, read_records: bool = True) -> Campaign:
     table, place = read_toml(file), Place(file.name)
     _refuse_unknown(table, place)
     mechanism_path = file.parent / _mechanism(table, place)
-    records = read_record_entries(table, place, file.parent, need_files=read_records)
+    need_files = read_records if need_files is None else need_files
+    records = read_record_entries(table, place, file.parent, need_files=need_files)
     mechanism = read_mechanism(mechanism_path)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time

@@ -52,18 +52,21 @@ def cache_folder() -> Path:
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
-@lru_cache(maxsize=64)
-def kernel_for(plant: Plant, sensitivities: int) -> Kernel:
+def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
     """Return the compiled kernel of a plant, from the cache where it has been compiled before.
 
     Parameters
     ----------
     plant : Plant
     sensitivities : int
-        Number of parameters whose sensitivities ride along; 0 for none.
+        Number of parameters whose sensitivities a run may ask for.
     """
+    return _kernel(plant, lanes_for(sensitivities))
+
+
+@lru_cache(maxsize=64)
+def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
-    lanes = lanes_for(sensitivities)
     source, path = _stored_source(plant, lanes)
     module = _imported(path)
     known = sum(1 for _ in path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
@@ -101,10 +104,10 @@ def _imported(path: Path) -> ModuleType:
 
 def _compile(module: ModuleType, plant: Plant, source: Source) -> None:
     """Call both entry points once on empty work, so that later calls find them compiled."""
-    b = allocate(plant, source, samples=0, events=0)
+    b = allocate(plant, source, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
     module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, b.discrete, b.w)
-    module.run(p, b.lane, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
+    module.run(p, b.lane, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
 
 
 @dataclass(frozen=True)
@@ -118,23 +121,23 @@ class Buffers:
     y_dot: FloatArray
     J: FloatArray
     events: FloatArray
-    pairs: tuple[FloatArray, FloatArray, FloatArray]
     outputs: int
     lanes: int
+    sensitive: bool
 
     def run_arguments(self, samples: int) -> tuple[NDArray[np.float64] | NDArray[np.int64], ...]:
         """Return what `run` takes behind the excitation, for a block of so many samples."""
         n = samples * self.outputs
-        rows = n if self.lanes else 0
+        rows = n if self.sensitive else 0
         block = (self.y[:n], self.y_dot[:rows], self.J[: rows * self.lanes])
-        return (self.discrete, self.w, *block, self.events, *self.pairs)
+        return (self.discrete, self.w, *block, self.events)
 
 
-def allocate(plant: Plant, source: Source, *, samples: int, events: int) -> Buffers:
-    """Return zeroed buffers for blocks of up to `samples` and a log of `events` switches."""
+def allocate(plant: Plant, source: Source, *, samples: int, events: int, sensitive: bool) -> Buffers:
+    """Return zeroed buffers for blocks of up to `samples`, with sensitivities or without."""
     n_y, lanes, n_s = len(plant.outputs), source.lanes, len(plant.switches)
     armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
-    rows = samples if lanes else 0
+    rows = samples if sensitive else 0
     return Buffers(
         lane=np.full(len(plant.parameters), max(lanes - 1, 0), dtype=np.int64),
         discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
@@ -143,9 +146,9 @@ def allocate(plant: Plant, source: Source, *, samples: int, events: int) -> Buff
         y_dot=np.zeros(rows * n_y),
         J=np.zeros(rows * n_y * lanes),
         events=np.zeros(events * (5 + lanes)),
-        pairs=(np.zeros(2 * n_y), np.zeros(2 * n_y * lanes), np.zeros(2 * n_y)),
         outputs=n_y,
         lanes=lanes,
+        sensitive=sensitive,
     )
 
 

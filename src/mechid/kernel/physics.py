@@ -18,6 +18,7 @@ from mechid.plant.plant import START_ANGLE, Plant
 
 _PLACES = {
     "x": "w_[x_at + {}]", "k": "w_[k_at + {}]", "new": "w_[new_at + {}]", "mid": "w_[mid_at + {}]",
+    "g": "w_[g_at + {}]",
     "z": "w_[AT_Z + {}]", "u": "w_[AT_U + {}]", "m": "w_[AT_M + {}]", "c": "w_[AT_C + {}]",
     "x_p": "w_[AT_X_P + {}]", "g_x": "w_[AT_G_X + {}]", "g_p": "w_[AT_G_P + {}]", "pinned": "w_[AT_PINNED + {}]",
     "y_x": "w_[AT_Y_X + {}]", "y_p": "w_[AT_Y_P + {}]", "A": "w_[AT_A + {}]", "B": "w_[AT_B + {}]",
@@ -50,6 +51,17 @@ class Writer:
     def mode_symbols(self) -> tuple[sp.Symbol, ...]:
         values = [next(iter(s.modes.values())) for s in self.plant.switches]
         return tuple(m for v in values for m in v)
+
+    @property
+    def held_arguments(self) -> list[str]:
+        """Inputs and mode symbols as arguments: constant over a step."""
+        inputs = [f"u[{i}]" for i in range(len(self.plant.inputs))]
+        return inputs + [f"m[{i}]" for i in range(len(self.mode_symbols))]
+
+    @property
+    def unpacked(self) -> str:
+        """All scalar arguments of the rates, read from the workspace."""
+        return ", ".join([f"x[{i}]" for i in range(len(self.plant.states))] + self.held_arguments)
 
     def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
         """Return the lines that compute `wanted` ({target: expression}).
@@ -128,12 +140,7 @@ def rates(writer: Writer) -> list[str]:
     names = ", ".join(name for name, _ in wanted)
     lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
     arguments = ", ".join(map(str, scalars))
-    unpack = ", ".join(
-        [f"x[{i}]" for i in range(len(plant.states))]
-        + [f"u[{i}]" for i in range(len(plant.inputs))]
-        + [f"m[{i}]" for i in range(len(writer.mode_symbols))]
-    )
-    fill = [f"{names} = rates_of({unpack}, w_)"]
+    fill = [f"{names} = rates_of({writer.unpacked}, w_)"]
     fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
     return [
         function("rates_of", f"{arguments}, w_", "Rates of the states, then inputs of the filter.", lines, inline=True),
@@ -142,76 +149,94 @@ def rates(writer: Writer) -> list[str]:
 
 
 def step(writer: Writer) -> str:
-    """One classical Runge-Kutta step, unrolled over the states."""
+    """One classical Runge-Kutta step: its first rates are known, the other three stages are a loop."""
     states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
-    head = [f"{s} = x[{i}]" for i, s in enumerate(states)] + [f"a_{s} = k[{i}]" for i, s in enumerate(states)]
-    shared = [f"u[{i}]" for i in range(len(writer.plant.inputs))]
-    shared += [f"m[{i}]" for i in range(len(writer.mode_symbols))]
-
-    def stage(new: str, old: str, factor: str) -> str:
-        results = ", ".join([f"{new}_{s}" for s in states] + [f"{new}_v{j}" for j in range(n_fed)])
-        at = ", ".join([f"{s} + {factor} * {old}_{s}" for s in states] + shared)
-        return f"{results} = rates_of({at}, w_)"
-
-    lines = ["half = 0.5 * h", *head, stage("b", "a", "half"), stage("d", "b", "half"), stage("e", "d", "h")]
-    lines += ["sixth = h / 6.0"]
-    lines += [
-        f"new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+    at = ", ".join([f"{s} + f * k_{s}" for s in states] + writer.held_arguments)
+    results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)])
+    body = [
+        "f = h if stage == 2 else 0.5 * h",
+        "weight = 1.0 if stage == 2 else 2.0",
+        "half_share = 0.0 if stage == 2 else 0.5",
+        f"{results} = rates_of({at}, w_)",
+        *(f"acc_{s} += weight * k_{s}" for s in states),
+        *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
     ]
-    lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
+    lines = [f"{s} = x[{i}]" for i, s in enumerate(states)]
+    lines += [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
+    lines += [f"acc_{s} = k_{s}" for s in states] + [f"mid_{j} = 0.0" for j in range(n_fed)]
+    lines += ["for stage in range(3):", *(f"    {line}" for line in body)]
+    lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
+    lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
     doc = "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at."
     return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 
 
 def guards(writer: Writer) -> list[str]:
-    """Margins of all guards by number, their rates and gradients; entry rules; mode symbols."""
-    plant, program = writer.plant, writer.program
-    margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
-    value = [[*writer.body([("margin", e)]), "return margin"] for e in margins]
-    slopes = [program.partial_x(e) for e in margins]
-    rate = [_flow_lines(writer, g_x) for g_x in slopes]
-    gradient = []
-    for e, g_x in zip(margins, slopes, strict=True):
-        wanted = [(f"g_x[{i}]", d) for i, d in enumerate(g_x)]
-        wanted += [(f"g_p[{i}]", d) for i, d in enumerate(program.partial_p(e))]
-        gradient.append([*writer.body(wanted, share=True), "return 0.0"])
+    """Margins of all guards mode by mode, their rates and gradients; entry rules; mode symbols."""
+    margins, slopes, gradients = [], [], []
+    for switch in writer.plant.switches:
+        for mode in switch.modes:
+            expressions = [guard.margin for guard in switch.guards.get(mode, ())]
+            margins.append(writer.body([(f"g[{i}]", e) for i, e in enumerate(expressions)]))
+            slopes.append(_slope_lines(writer, expressions))
+            gradients.append(_gradient_lines(writer, expressions))
+    modes = [len(s.modes) for s in writer.plant.switches]
     return [
-        *_by_number("guard_margin", "w_, x_at", "Margin of guard g; its mode holds while positive.", value),
-        *_by_number("guard_rate", "w_, x_at, k_at", "Time derivative of a margin along the flow k.", rate),
-        *_by_number("guard_gradient", "w_, x_at", "Gradient of a margin.", gradient),
+        *_by_mode("margins", "w_, x_at, g_at", "Margins of the guards of a mode; it holds while all are positive.",
+                  margins, modes),
+        *_by_mode("slopes", "w_, x_at, k_at, g_at", "Time derivatives of the margins along the flow k.", slopes, modes),
+        *_by_mode("gradients", "w_, x_at", "Gradients of the margins to states and parameters; zeros stand already.",
+                  gradients, modes),
         _entry(writer),
         _mode_symbols(writer),
         _resets(writer),
-    ]
+    ]  # fmt: skip
 
 
-def _flow_lines(writer: Writer, g_x: Sequence[sp.Expr]) -> list[str]:
-    rates = [sp.Symbol(f"k_{i}") for i in range(len(g_x))]
-    flow = sp.Add(*(d * k for d, k in zip(g_x, rates, strict=True)))
-    read = [f"{k} = k[{i}]" for i, k in enumerate(rates) if flow.has(k)]
-    return [*read, *writer.body([("flow", flow)], scalars=rates), "return flow"]
+def _slope_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
+    rates = [sp.Symbol(f"k_{i}") for i in range(len(writer.plant.states))]
+    flows = []
+    for e in margins:
+        g_x = writer.program.partial_x(e)
+        flows.append(sp.Add(*(d * k for d, k in zip(g_x, rates, strict=True))))
+    read = [f"{k} = k[{i}]" for i, k in enumerate(rates) if any(e.has(k) for e in flows)]
+    wanted = [(f"g[{i}]", e) for i, e in enumerate(flows)]
+    return [*read, *writer.body(wanted, scalars=rates, share=True)]
 
 
-def _by_number(name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]]) -> list[str]:
-    """Write one function that chooses by guard number; a long body becomes a function of its own."""
+def _gradient_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
+    wanted: list[tuple[str, sp.Expr]] = []
+    for n, e in enumerate(margins):
+        g_x, g_p = writer.program.partial_x(e), writer.program.partial_p(e)
+        wanted += [(f"g_x[{n * len(g_x) + i}]", d) for i, d in enumerate(g_x) if d != 0]
+        wanted += [(f"g_p[{n * len(g_p) + i}]", d) for i, d in enumerate(g_p) if d != 0]
+    return writer.body(wanted, share=True)
+
+
+def _by_mode(
+    name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]], modes: Sequence[int]
+) -> list[str]:
+    """Write one function that chooses by switch and mode; a long body becomes a function of its own."""
     functions, lines = [], []
-    for g, body in enumerate(bodies):
+    places = [(s, mode) for s, count in enumerate(modes) for mode in range(count)]
+    for (s, mode), body in zip(places, bodies, strict=True):
         if len(body) > 4:
-            functions.append(function(f"{name}_{g}", arguments, doc, body))
-            body = [f"return {name}_{g}({arguments})"]
-        lines += [f"if g == {g}:", *(f"    {line}" for line in body)]
-    return [*functions, function(name, f"g, {arguments}", doc, [*lines, "return 1.0"], inline=True)]
+            functions.append(function(f"{name}_{s}_{mode}", arguments, doc, body))
+            body = [f"{name}_{s}_{mode}({arguments})"]
+        if body:
+            lines += [f"if s == {s} and mode == {mode}:", *(f"    {line}" for line in body)]
+    return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"], inline=True)]
 
 
 def _entry(writer: Writer) -> str:
     lines: list[str] = []
     for i, switch in enumerate(writer.plant.switches):
         modes = list(switch.modes)
-        lines.append(f"if s == {i}:")
-        for e, mode in switch.entry:
-            inner = [*writer.body([("rule", e)]), "if rule > 0.0:", f"    return {modes.index(mode)}"]
-            lines += [f"    {line}" for line in inner]
-        lines.append(f"    return {modes.index(switch.otherwise)}")
+        rules = [(f"rule_{n}", e) for n, (e, _) in enumerate(switch.entry)]
+        inner = writer.body(rules, share=True)
+        for n, (_, mode) in enumerate(switch.entry):
+            inner += [f"if rule_{n} > 0.0:", f"    return {modes.index(mode)}"]
+        lines += [f"if s == {i}:", *(f"    {line}" for line in inner), f"    return {modes.index(switch.otherwise)}"]
     return function("entry_mode", "s, w_, x_at", "Mode that switch s takes at x.", [*lines, "return 0"])
 
 
@@ -262,14 +287,14 @@ def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
 def outputs(writer: Writer) -> list[str]:
     """Outputs, and their gradients to states, filter states and parameters."""
     plant, program = writer.plant, writer.program
-    wanted = [(f"y[row * NY + {j}]", e) for j, e in enumerate(plant.outputs.values())]
+    wanted = [(f"y[at + {j}]", e) for j, e in enumerate(plant.outputs.values())]
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
     for j, node in enumerate(program.measured):
         gradient += [(f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
         gradient += [(f"y_p[{j * len(plant.parameters) + k}]", d) for k, q in enumerate(plant.parameters) if (d := node.outer.get(q))]
     return [
-        function("outputs", "w_, x_at, y_, row", "Measured quantities.", [*writer.body(wanted), "return"],
+        function("outputs", "w_, x_at, y_, at", "Measured quantities.", [*writer.body(wanted), "return"],
                  inline=True),
         function("output_gradient", "w_, x_at", "Their gradients; y_p holds zeros elsewhere.",
                  [*writer.body(gradient, share=True), "return"], inline=True),

@@ -47,33 +47,30 @@ class Source:
 
 
 def lanes_for(parameters: int) -> int:
-    """Return the lane count for so many parameters: one spare, rounded up to a whole vector."""
-    return -(-(parameters + 1) // LANE_WIDTH) * LANE_WIDTH if parameters else 0
+    """Return the lane count for so many parameters: one spare, whole vectors, at least two of them."""
+    return max(-(-(parameters + 1) // LANE_WIDTH), 2) * LANE_WIDTH
 
 
 def generate(plant: Plant, lanes: int) -> Source:
-    """Return the module of a plant with `lanes` sensitivities (0: none; else see `lanes_for`)."""
+    """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
     functions = [*physics.rates(writer), physics.step(writer), *physics.guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
-    if lanes:
-        functions += lane_writer.functions()
+    functions += lane_writer.functions()
     functions.append(physics.constants(writer))
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
-    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers)
+    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
-    body = "\n\n".join(functions) + "\n\n" + _loop_text(bool(lanes))
+    body = "\n\n".join(functions) + "\n\n" + _loop_text()
     text = "\n".join([*sizes, *_guard_tables(plant), *_output_table(writer)]) + "\n\n" + SINCOS + body
     digest = hashlib.sha256(text.encode()).hexdigest()
     return Source(_header(plant, lanes, digest, body) + text, digest, lanes, sum(parts.values()))
 
 
-def _loop_text(with_lanes: bool) -> str:
-    text = resources.files("mechid.kernel").joinpath("loop.py.in").read_text(encoding="utf-8")
-    dropped = "# plain" if with_lanes else "# lanes"
-    return "\n".join(line for line in text.splitlines() if not line.endswith(dropped)) + "\n"
+def _loop_text() -> str:
+    return resources.files("mechid.kernel").joinpath("loop.py.in").read_text(encoding="utf-8")
 
 
 def _header(plant: Plant, lanes: int, digest: str, body: str) -> str:
@@ -101,7 +98,7 @@ def _numbers(plant: Plant, lanes: int, writer: physics.Writer) -> dict[str, int]
     }  # fmt: skip
 
 
-def _work_parts(n: dict[str, int]) -> dict[str, int]:
+def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
     """Return the size of each part of the workspace behind the lanes, in order."""
     both, width = n["NX"] + n["NV"], n["NF"] + 3 * n["NV"]
     square, prop = (1 + n["NPF"]) * n["NF"] ** 2, (1 + n["NPF"]) * n["NF"] * width
@@ -112,7 +109,9 @@ def _work_parts(n: dict[str, int]) -> dict[str, int]:
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
         "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
-        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"], "G_X": n["NX"], "G_P": n["NP"],
+        "G_OLD": guards, "G_NEW": guards, "G_SLOPE": guards, "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
+        "J_PAIR": 2 * n["NY"] * n["NL"],
+        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"], "G_X": guards * n["NX"], "G_P": guards * n["NP"],
     }  # fmt: skip
 
 
@@ -131,6 +130,10 @@ def _output_table(writer: physics.Writer) -> list[str]:
     return [f"N_OUTPUT_P = {len(measured)}", f"OUTPUT_P = np.array({measured or [0]})"]
 
 
+def _most_guards(plant: Plant) -> int:
+    return max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
+
+
 def _guard_tables(plant: Plant) -> list[str]:
     """Return the numbering of guards as text: first and count by switch and mode, targets by guard."""
     switches = plant.switches
@@ -144,7 +147,7 @@ def _guard_tables(plant: Plant) -> list[str]:
             first[i, j], count[i, j] = len(targets), len(guards)
             targets += [modes.index(g.target) if g.target else -1 for g in guards]
     return [
-        f"MOST_GUARDS = {int(count.max())}",
+        f"MOST_GUARDS = {_most_guards(plant)}",
         f"GUARD_FIRST = np.array({first.tolist()})",
         f"GUARD_COUNT = np.array({count.tolist()})",
         f"GUARD_TARGET = np.array({targets or [-1]})",

@@ -30,9 +30,8 @@ class Layout:
     def rows(self) -> dict[str, int]:
         """First row of each part, and the total under ``"END"``."""
         sizes = {
-            "S": self.states, "SZ": self.filter_states, "K1": self.states, "K": self.states,
-            "ACC": self.states, "SZ_NEW": self.filter_states, "V0": self.fed, "VM": self.fed, "V1": self.fed,
-            "Q": self.seeds, "DTAU": 1,
+            "S": self.states, "SZ": self.filter_states, "K": self.states, "ACC": self.states,
+            "V0": self.fed, "VM": self.fed, "V1": self.fed, "Q": self.seeds, "DTAU": 1,
         }  # fmt: skip
         first, out = 0, {}
         for name, size in sizes.items():
@@ -123,66 +122,59 @@ class LaneWriter:
         source = self.writer.program.filter_inputs[j]
         return f"t_{source}" if source in self.writer.program.shared else f"t_v_{j}"
 
-    def _loop(self, at: str, after: list[str]) -> list[str]:
-        rows, states = self.layout.rows, self.writer.plant.states
-        lines = ["for l in range(NL):"]
-        for i, s in enumerate(states):
-            text = f"y_{s} = w[{rows['S'] + i} * NL + l]"
-            lines.append(text + (f" + {at.format(row=rows['K1'] + i, again=rows['K'] + i)}" if at else ""))
-        lines += self._flow_lines()
-        return [lines[0], *(f"    {line}" for line in lines[1:] + after)]
+    def _row(self, part: str, index: int) -> str:
+        return f"w[{self.layout.rows[part] + index} * NL + l]"
+
+    def _loop(self, displaced: bool, after: list[str]) -> list[str]:
+        """One pass over the lanes: ``y_<state>`` from S (displaced by f K), tangents, and what follows."""
+        lines = []
+        for i, s in enumerate(self.writer.plant.states):
+            lines.append(f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else ""))
+        lines += self._flow_lines() + after
+        return ["for l in range(NL):", *(f"    {line}" for line in lines)]
 
     def _step_lanes(self) -> str:
-        plant, rows = self.writer.plant, self.layout.rows
-        states, n_fed = plant.states, self.layout.fed
-        shared = [f"u[{i}]" for i in range(len(plant.inputs))]
-        shared += [f"m[{i}]" for i in range(len(self.writer.mode_symbols))]
-
-        def at(old: str, factor: str) -> str:
-            return ", ".join([f"{s} + {factor} * {old}_{s}" for s in states] + shared)
-
-        def store(patterns: list[str]) -> list[str]:
-            out = []
-            for i, s in enumerate(states):
-                places = {name: f"w[{rows[name] + i} * NL + l]" for name in ("S", "K1", "K", "ACC")}
-                out += [p.format(t=f"t_k_{s}", **places) for p in patterns]
-            return out
-
-        mid = [f"w[{rows['VM'] + j} * NL + l] = 0.5 * {self._fed_tangent(j)}" for j in range(n_fed)]
-        mid_again = [line.replace("] = 0.5", "] += 0.5") for line in mid]
-        lines = ["half = 0.5 * h", "sixth = h / 6.0"]
-        lines += [f"{s} = x[{i}]" for i, s in enumerate(states)]
-        lines += [f"a_{s} = k[{i}]" for i, s in enumerate(states)]
-        lines += self._constant_loads()
-        lines += [f"{self._results('b')} = linearise_of({at('a', 'half')}, w_)", *self._seed_lines()]
-        lines += self._loop("half * w[{row} * NL + l]", store(["{K} = {t}", "{ACC} = {K1} + 2.0 * {t}"]) + mid)
-        lines += [f"{self._results('d')} = linearise_of({at('b', 'half')}, w_)", *self._seed_lines()]
-        lines += self._loop(
-            "half * w[{again} * NL + l]", store(["{K} = {t}", "{ACC} += 2.0 * {t}"]) + mid_again
-        )
-        lines += [f"{self._results('e')} = linearise_of({at('d', 'h')}, w_)", *self._seed_lines()]
-        lines += self._loop("h * w[{again} * NL + l]", store(["{ACC} = {S} + sixth * ({ACC} + {t})"]))
-        lines += [
-            f"new[{i}] = {s} + sixth * (a_{s} + 2.0 * (b_{s} + d_{s}) + e_{s})" for i, s in enumerate(states)
+        """Write the three inner stages of a step as one loop."""
+        states, n_fed = self.writer.plant.states, self.layout.fed
+        at = ", ".join([f"{s} + f * k_{s}" for s in states] + self.writer.held_arguments)
+        results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients))
+        after = []
+        for i, s in enumerate(states):
+            after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} += weight * t_k_{s}"]
+        after += [f"{self._row('VM', j)} = share * {self._row('VM', j)} + half_share * {self._fed_tangent(j)}"
+                  for j in range(n_fed)]  # fmt: skip
+        body = [
+            "f = h if stage == 2 else 0.5 * h",
+            "weight = 1.0 if stage == 2 else 2.0",
+            "share = 1.0 if stage > 0 else 0.0",
+            "half_share = 0.0 if stage == 2 else 0.5",
+            f"{results} = linearise_of({at}, w_)",
+            *self._seed_lines(),
+            *self._loop(True, after),
+            *(f"acc_{s} += weight * k_{s}" for s in states),
+            *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
         ]
-        lines += [f"mid[{j}] = 0.5 * (b_v{j} + d_v{j})" for j in range(n_fed)]
-        doc = "As `step`, and the lanes' new states into ACC, their filter inputs half way into VM."
+        lines = [f"{s} = x[{i}]" for i, s in enumerate(states)]
+        lines += [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
+        lines += [f"acc_{s} = k_{s}" for s in states] + [f"mid_{j} = 0.0" for j in range(n_fed)]
+        lines += [*self._constant_loads(), "for stage in range(3):", *(f"    {line}" for line in body)]
+        lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
+        lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
+        doc = "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
         return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 
     def _evaluate_lanes(self) -> str:
-        plant, rows = self.writer.plant, self.layout.rows
-        unpack = ", ".join(
-            [f"x[{i}]" for i in range(len(plant.states))]
-            + [f"u[{i}]" for i in range(len(plant.inputs))]
-            + [f"m[{i}]" for i in range(len(self.writer.mode_symbols))]
-        )
-        lines = [*self._constant_loads(), f"{self._results('e')} = linearise_of({unpack}, w_)", *self._seed_lines()]
-        after = [f"w[{rows['K1'] + i} * NL + l] = t_k_{s}" for i, s in enumerate(plant.states)]
-        after += [f"w[{rows['V1'] + j} * NL + l] = {self._fed_tangent(j)}" for j in range(self.layout.fed)]
-        lines += self._loop("", after)
-        lines += [f"k[{i}] = e_{s}" for i, s in enumerate(plant.states)]
-        lines += [f"k[{len(plant.states) + j}] = e_v{j}" for j in range(self.layout.fed)]
-        doc = "Rates k and filter inputs at x, and those of the lanes into K1 and V1."
+        states = self.writer.plant.states
+        lines = [*self._constant_loads()]
+        lines += [f"{self._results('e')} = linearise_of({self.writer.unpacked}, w_)", *self._seed_lines()]
+        after = []
+        for i, s in enumerate(states):
+            after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} = t_k_{s}"]
+        after += [f"{self._row('V1', j)} = {self._fed_tangent(j)}" for j in range(self.layout.fed)]
+        lines += self._loop(False, after)
+        lines += [f"k[{i}] = e_{s}" for i, s in enumerate(states)]
+        lines += [f"k[{len(states) + j}] = e_v{j}" for j in range(self.layout.fed)]
+        doc = "Rates k and filter inputs at x; those of the lanes into K (and ACC) and V1."
         return function("evaluate_lanes", "w_, lane_, x_at, k_at", doc, lines)
 
     def _advance_filter_lanes(self) -> str:

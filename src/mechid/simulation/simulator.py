@@ -18,6 +18,8 @@ FloatArray = NDArray[np.float64]
 
 BLOCK = 1024
 """Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
+EVENTS = 1024
+"""Switches a run remembers."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
@@ -110,9 +112,11 @@ class Run:
         self, simulator: Simulator, p: FloatArray, time_offset_s: float, substeps: int, block: int
     ) -> None:
         self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
+        self.substeps = substeps
         base, kernel = simulator.base, simulator.kernel
         self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
-        self.buffers: Buffers = allocate(simulator.plant, kernel.source, samples=self.block, events=1024)
+        self.buffers: Buffers = allocate(simulator.plant, kernel.source, samples=self.block,
+                                         events=EVENTS, sensitive=bool(simulator.sensitive))  # fmt: skip
         self.buffers.lane[list(simulator.sensitive)] = np.arange(len(simulator.sensitive))
         excitation, command = simulator.excitation, simulator.command
         kernel.begin(
@@ -150,14 +154,14 @@ class Run:
             buffers.y[:] = np.nan
             return
         status = simulator.kernel.run(
-            self.p, buffers.lane, self.grid, simulator.excitation.times, simulator._edge_values,
+            self.p, buffers.lane, int(buffers.sensitive), self.grid, simulator.excitation.times, simulator._edge_values,
             *buffers.run_arguments(count),
         )  # fmt: skip
         self.outcome = _OUTCOMES.get(int(status), SimulationOutcome.COMPLETE)
 
     def _block(self, start: int, count: int) -> Block:
         b, lanes = self.buffers, self.buffers.lanes
-        rows = count if lanes else 0
+        rows = count if b.sensitive else 0
         return Block(
             start,
             start + count,
@@ -195,4 +199,5 @@ def simulate_run(run: Run) -> Trajectory:
         parameters=tuple(str(simulator.plant.parameters[i]) for i in simulator.sensitive),
         switching=run.switching,
         outcome=run.outcome,
+        substeps=run.substeps,
     )

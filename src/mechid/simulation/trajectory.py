@@ -62,6 +62,10 @@ class Trajectory:
     parameters : tuple of str
     switching : Switching
     outcome : SimulationOutcome
+    substeps : int
+        Integration steps a sample.
+    difference : float or None
+        RMS difference to half as many steps, relative to the RMS torque, where that was looked at.
     """
 
     time: FloatArray
@@ -71,6 +75,14 @@ class Trajectory:
     parameters: tuple[str, ...]
     switching: Switching
     outcome: SimulationOutcome
+    substeps: int = 1
+    difference: float | None = None
+
+    @property
+    def lost_from_s(self) -> float | None:
+        """Record time in s of the first sample that is lost, None where there is none."""
+        lost = np.flatnonzero(~np.isfinite(next(iter(self.values.values()))))
+        return float(self.time[lost[0]]) if lost.size else None
 
     @property
     def torque(self) -> FloatArray:

@@ -1,0 +1,120 @@
+"""What the mechanism as written would do under a record's command."""
+
+from __future__ import annotations
+
+import math
+
+from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.errors import InputFileError, UsageError
+from mechid.records import Record, read_record
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.simulation.trajectory import Trajectory
+
+MOST_SAMPLES = 200_000_000
+"""More samples than this are taken for a mistake in rate or duration; they would fill a computer's memory."""
+
+
+def simulate(
+    campaign: Campaign,
+    record: str | None = None,
+    *,
+    sample_rate_hz: float | None = None,
+    duration_s: float | None = None,
+    substeps: int | None = None,
+) -> Trajectory:
+    """Simulate the command of one record at the mechanism's values, without noise, offset or drift.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    record : str or None
+        Name of the record; None where there is but one.
+    sample_rate_hz, duration_s : float or None
+        None takes those of the record's file, which is read where it has not been; both are needed where
+        the record has none.
+    substeps : int or None
+        Integration steps a sample; None takes as many as the promised accuracy needs.
+
+    Returns
+    -------
+    Trajectory
+        On the record's time base; also where the mechanism diverged, as its `outcome` says.
+
+    Raises
+    ------
+    UsageError
+        No such record, or no time base for it.
+    RecordError
+        Its file is missing or cannot be used.
+    InputFileError
+        Its command makes more steps than can be held.
+
+    Examples
+    --------
+    >>> from mechid.campaign import load_campaign
+    >>> trajectory = simulate(load_campaign("bench"), "full_46")  # doctest: +SKIP
+    """
+    chosen = campaign.record(record) if record is not None else _only_record(campaign)
+    base = _time_base(chosen, sample_rate_hz, duration_s)
+    offset = chosen.time_offset.value
+    simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=abs(offset))
+    try:
+        _ = simulator.excitation
+    except UsageError as error:
+        raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
+    p = campaign.mechanism.kernel_values()
+    if substeps is None:
+        return simulate_accurately(simulator, p, time_offset_s=offset)
+    if substeps < 1:
+        raise UsageError(f"substeps: found {substeps}; write 1 or more, or leave it out")
+    return simulate_run(simulator.run(p, time_offset_s=offset, substeps=substeps))
+
+
+def simulate_all(
+    campaign: Campaign, *, sample_rate_hz: float | None = None, duration_s: float | None = None
+) -> dict[str, Trajectory]:
+    """Simulate every record as `simulate` does, by name.
+
+    A record with a file keeps that file's time base; `sample_rate_hz` and `duration_s` are for those without.
+    """
+    asked = {"sample_rate_hz": sample_rate_hz, "duration_s": duration_s}
+    return {r.name: simulate(campaign, r.name, **({} if r.file else asked)) for r in campaign.records}
+
+
+def _only_record(campaign: Campaign) -> CampaignRecord:
+    if len(campaign.records) != 1:
+        names = ", ".join(record.name for record in campaign.records)
+        raise UsageError(f"{campaign.path.name}: name one of its records: {names}")
+    return campaign.records[0]
+
+
+def _time_base(record: CampaignRecord, rate_hz: float | None, duration_s: float | None) -> TimeBase:
+    """Return what is asked for, the rest as the file has it."""
+    data = record.data if rate_hz is not None and duration_s is not None else _data(record)
+    start_s = data.time_start_s if data else 0.0
+    if data and rate_hz is None and duration_s is None:
+        return TimeBase(data.sample_rate_hz, data.samples, start_s)
+    rate_hz = rate_hz if rate_hz is not None else data.sample_rate_hz if data else record.spec.sample_rate_hz
+    duration_s = data.duration_s if data and duration_s is None else duration_s
+    if rate_hz is None or duration_s is None:
+        raise UsageError(f'record "{record.name}" has no file; give both a sample rate and a duration for it')
+    return TimeBase(rate_hz, _samples(rate_hz, duration_s), start_s)
+
+
+def _data(record: CampaignRecord) -> Record | None:
+    if record.data is None and record.file is not None:
+        return read_record(record.file, record.spec)
+    return record.data
+
+
+def _samples(rate_hz: float, duration_s: float) -> int:
+    """Return the number of samples from 0 to the duration, both included."""
+    if not (math.isfinite(rate_hz) and rate_hz > 0.0):
+        raise UsageError(f"sample rate: found {rate_hz:.9g}; write the samples per second, above 0")
+    if not (math.isfinite(duration_s) and duration_s >= 0.0):
+        raise UsageError(f"duration: found {duration_s:.9g}; write a time in s, 0 or more")
+    count = rate_hz * duration_s + 1.0
+    if count > MOST_SAMPLES:
+        raise UsageError(f"{count:.3g} samples, more than {MOST_SAMPLES}; check sample rate and duration")
+    return math.floor(count * (1.0 + 1e-12))

@@ -1,0 +1,75 @@
+"""Simulated records as files that `mechid` and others read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign.toml_file import write_whole
+from mechid.errors import FitError, UsageError
+from mechid.simulation.trajectory import SimulationOutcome, Trajectory
+
+HEADER = "time_s,torque_Nm"
+TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
+
+
+def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | str) -> dict[str, Path]:
+    """Write each trajectory as ``<name>.csv``, one header line; whole or not at all.
+
+    Parameters
+    ----------
+    trajectories : mapping of str to Trajectory
+        By record name.
+    folder : Path
+        Made with its parents where it is missing; earlier files of the names are replaced.
+
+    Returns
+    -------
+    dict of str to Path
+        The files written.
+
+    Raises
+    ------
+    FitError
+        One of them is not complete; then none is written.
+    UsageError
+        The folder cannot be written to.
+    """
+    refuse_lost(trajectories)
+    files = {name: Path(folder) / f"{name}.csv" for name in trajectories}
+    try:
+        Path(folder).mkdir(parents=True, exist_ok=True)
+        for name, path in files.items():
+            trajectory = trajectories[name]
+            write_whole(path, record_text(trajectory.time, trajectory.torque))
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
+    return files
+
+
+def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
+    """Raise FitError for the first trajectory that was not simulated to its end."""
+    for name, trajectory in trajectories.items():
+        if trajectory.outcome is not SimulationOutcome.COMPLETE:
+            at = "" if trajectory.lost_from_s is None else f" at {trajectory.lost_from_s:.9g} s"
+            raise FitError(
+                f'record "{name}"{at}: {trajectory.outcome.value} '
+                "Check the mechanism file: an inertia or inductance too small, or a damping too large, is too "
+                "fast for the sample rate"
+            )
+
+
+def record_text(
+    time: NDArray[np.float64],
+    torque: NDArray[np.float64],
+    *,
+    time_format: str = TIME_FORMAT,
+    torque_format: str = TORQUE_FORMAT,
+) -> str:
+    """Return a record as text: a header line, then time in s and torque in N m, each (n,)."""
+    row = f"{time_format},{torque_format}"
+    rows = (row % pair for pair in zip(time.tolist(), torque.tolist(), strict=True))
+    return "\n".join((HEADER, *rows)) + "\n"

@@ -1,0 +1,66 @@
+"""Which free parameters any record can see at all.
+
+A parameter whose column of the Jacobian is exactly zero at the start and at points around it changes no
+sample: no record of the campaign tells anything of it, and a search over it would only wander.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.multistart import sample_box
+from mechid.identification.problem import Problem, Target
+from mechid.identification.space import SearchSpace
+from mechid.identification.target import target_of
+
+FloatArray = NDArray[np.float64]
+
+LOOK_S = 1.0
+"""How much of each record is looked at."""
+POINTS = 8
+"""Points of the multi-start's box that are looked at, the file's own values first; a power of two."""
+REMEDY = "no record sees it; add a record that does, or give it as a known number"
+
+
+def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
+    """Return the dotted names of the free parameters that no record of use "estimate" sees."""
+    targets = tuple(target_of(record) for record in campaign.estimated if record.data is not None)
+    if not campaign.mechanism.free or not targets:
+        return ()
+    problem = Problem(SearchSpace(campaign.mechanism), targets)
+    seen = seen_coordinates(problem)
+    visible = {name for name, is_seen in zip(problem.names, seen, strict=True) if is_seen}
+    partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
+    own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
+    asked = [q.name for q in campaign.free if q in campaign.mechanism.free or q.name in own]
+    return tuple(name for name in asked if partners.get(name, name) not in visible)
+
+
+def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> NDArray[np.bool_]:
+    """Return for each search coordinate whether any record changes with it, (n,).
+
+    Looked at are the first `seconds` of each record, at the values of the file and, for those not seen
+    there, at further points of the box in which the search starts.
+    """
+    seen = np.zeros(problem.size, dtype=bool)
+    offsets = problem.start[problem.space.size :]
+    for point in sample_box(problem.space, POINTS, seed):
+        q = np.concatenate([point, offsets])
+        for target in problem.targets:
+            if seen.all():
+                return seen
+            seen |= _changes(problem, target, q, seconds)
+    return seen
+
+
+def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
+    """Return which coordinates change any sample that was simulated, (n,)."""
+    stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
+    chain, moved = problem.chain(q), np.zeros(problem.size, dtype=bool)
+    for block in problem.run(target, q, stop, jacobian=True).blocks():
+        finite = np.isfinite(block.y[:, 0])
+        J = problem.jacobian_block(target, block, chain, block.stop - block.start)[finite]
+        moved |= np.any(np.isfinite(J) & (J != 0.0), axis=0)
+    return moved

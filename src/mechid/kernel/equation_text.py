@@ -1,0 +1,107 @@
+"""A plant's equations for a reader: as plain text or as LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+
+import sympy as sp
+
+from mechid.plant.block import Switch
+from mechid.plant.plant import Plant
+
+
+@dataclass(frozen=True)
+class Section:
+    """A heading and its lines, each a left-hand and a right-hand side with a sign between."""
+
+    title: str
+    lines: tuple[tuple[str, str], ...]
+    sign: str = "="
+
+
+@dataclass(frozen=True)
+class Style:
+    """How expressions, time derivatives, initial values and words are written."""
+
+    expression: Callable[[sp.Basic], str]
+    rate: str
+    initial: str
+    word: str
+    separator: str = ", "
+
+
+def _latex(expression: sp.Basic) -> str:
+    """Return LaTeX in which a word is set upright, not as a product of its letters."""
+    words = {}
+    for symbol in expression.free_symbols:
+        base, _, index = str(symbol).partition("_")
+        if len(base) > 1 and str(sp.latex(sp.Symbol(base))) == base:
+            words[symbol] = rf"\mathrm{{{base}}}" + (f"_{{{index}}}" if index else "")
+    return str(sp.latex(expression, symbol_names=words))
+
+
+TEXT = Style(sp.sstr, "d{}/dt", "{}(0)", "{}")
+LATEX = Style(_latex, r"\dot{{{}}}", "{}(0)", r"\text{{{}}}", r",\ ")
+
+
+def equations_text(plant: Plant) -> str:
+    """Return the equations as text, one a line."""
+    return "\n\n".join(map(_text_section, [*_sections(plant, TEXT), _declared(plant)])) + "\n"
+
+
+def equations_latex(plant: Plant) -> str:
+    """Return the equations as LaTeX, an ``align*`` a section (package amsmath)."""
+    return "\n\n".join(map(_latex_section, _sections(plant, LATEX))) + "\n"
+
+
+def _sections(plant: Plant, style: Style) -> Iterator[Section]:
+    show, filtered = style.expression, plant.filter
+    yield Section("Terms", tuple((show(s), show(e)) for s, e in plant.terms))
+    yield Section("Rates", tuple(_rates(zip(plant.states, plant.rates, strict=True), style)))
+    if filtered.states:
+        flow = filtered.A * sp.Matrix(filtered.states) + filtered.B * sp.Matrix(filtered.inputs)
+        yield Section(
+            "Rates of the linear part, solved in closed form",
+            tuple(_rates(zip(filtered.states, flow, strict=True), style)),
+        )
+    yield Section("Measured", tuple((style.word.format(q), show(e)) for q, e in plant.outputs.items()))
+    for switch in plant.switches:
+        yield Section(f"Modes of {switch.name}", tuple(_modes(switch, style)), ":")
+    starts = zip(plant.states, plant.initial, strict=True)
+    yield Section("Start", tuple((style.initial.format(show(s)), show(e)) for s, e in starts))
+    own = {s: e for s, e in plant.coordinates.items() if s != e}
+    yield Section("From the values of the file", tuple((show(s), show(e)) for s, e in own.items()))
+
+
+def _rates(pairs: Iterable[tuple[sp.Symbol, sp.Expr]], style: Style) -> Iterator[tuple[str, str]]:
+    for state, rate in pairs:
+        yield style.rate.format(style.expression(state)), style.expression(rate)
+
+
+def _modes(switch: Switch, style: Style) -> Iterator[tuple[str, str]]:
+    """Yield for each mode the values it sets, and until when it holds."""
+    for mode, values in switch.modes.items():
+        held = [f"{style.expression(s)} = {v:g}" for s, v in values.items()]
+        margins = [f"{style.expression(g.margin)} > 0" for g in switch.guards.get(mode, ())]
+        until = style.word.format(" while ") + style.separator.join(margins) if margins else ""
+        yield style.word.format(mode), style.separator.join(held) + until
+
+
+def _declared(plant: Plant) -> Section:
+    """List what the symbols of the file are."""
+    return Section(
+        "Parameters",
+        tuple((d.symbol, f"{name} [{d.unit}], {d.meaning}") for name, d in plant.declarations.items()),
+        ":",
+    )
+
+
+def _text_section(section: Section) -> str:
+    width = max((len(left) for left, _ in section.lines), default=0)
+    return "\n".join([section.title, *(f"  {left:<{width}} {section.sign} {right}" for left, right in section.lines)])
+
+
+def _latex_section(section: Section) -> str:
+    rows = " \\\\\n".join(f"  {left} &{section.sign} {right}" for left, right in section.lines)
+    return f"% {section.title}\n\\begin{{align*}}\n{rows}\n\\end{{align*}}"
