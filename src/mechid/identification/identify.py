@@ -17,7 +17,7 @@ from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import Ending, conclude
 from mechid.identification.fit import Fit, FitOutcome, StageReport
 from mechid.identification.gates import Growth, grow
-from mechid.identification.multistart import REFINED, Candidate, multistart, refine
+from mechid.identification.multistart import Candidate, multistart, refine
 from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem, Target
@@ -178,7 +178,7 @@ def _candidates(trail: Trail, seed: int) -> list[Candidate]:
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
-    found = multistart(trail.problem, seed, workers, told)[:REFINED]
+    found = multistart(trail.problem, seed, workers, told)
     refined = mapped(lambda c: refine(trail.problem, c), found, workers)
     best = sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
     if best:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 import sympy as sp
@@ -19,7 +20,7 @@ from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem
+from mechid.identification.problem import Problem, Target
 from mechid.identification.space import Coordinate, SearchSpace
 
 FloatArray = NDArray[np.float64]
@@ -74,10 +75,21 @@ def _within_spread(space: SearchSpace, c: Coordinate, u: float) -> float:
 
 def _scales(space: SearchSpace, q: FloatArray) -> dict[str, float]:
     """Return the value of every scale expression at a point."""
-    mechanism = space.at(q)
-    values = {d.symbol: mechanism.value(name) for name, d in mechanism.plant.declarations.items()}
-    texts = {d.typical[0] for c in space.coordinates if (d := _declared(space, c)).typical}
-    return {text: float(sp.sympify(text, locals={k: sp.Float(v) for k, v in values.items()})) for text in texts}
+    mechanism = space.mechanism
+    values = {**{name: mechanism.value(name) for name in mechanism.parameters}, **space.values(q)}
+    masters = [mechanism.parameters[name].tied_to or name for name in mechanism.parameters]
+    texts = tuple(sorted({d.typical[0] for c in space.coordinates if (d := _declared(space, c)).typical}))
+    symbols = tuple(p.declaration.symbol for p in mechanism.parameters.values())
+    return dict(zip(texts, _scale_function(symbols, texts)(*(values[name] for name in masters)), strict=True))
+
+
+@lru_cache(maxsize=8)
+def _scale_function(symbols: tuple[str, ...], texts: tuple[str, ...]) -> Callable[..., list[float]]:
+    named = {name: sp.Symbol(name) for name in symbols}
+    compiled: Callable[..., list[float]] = sp.lambdify(
+        list(named.values()), [sp.sympify(text, locals=named) for text in texts], modules="math"
+    )
+    return compiled
 
 
 def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[str, float]) -> float:
@@ -92,14 +104,16 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
     return math.log(value) if c.kind == "log" else value
 
 
-def robust_residual(problem: Problem, q: FloatArray, *, window_s: float = WINDOW_S) -> FloatArray:
-    """Return the residuals of all targets over the first window, in sigmas, each without its median."""
-    parts = []
-    for target in problem.targets:
-        stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
-        r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
-        parts.append(r - np.median(r) if target.linear else r)
-    return np.concatenate(parts)
+def first_residual(problem: Problem, target: Target, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
+    """Return a target's residuals over the first window, in sigmas, without their median."""
+    stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
+    r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
+    return r - np.median(r) if target.linear else r
+
+
+def robust_residual(problem: Problem, q: FloatArray) -> FloatArray:
+    """Return the residuals of all targets over the first window, in sigmas."""
+    return np.concatenate([first_residual(problem, target, q) for target in problem.targets])
 
 
 def robust_cost(residual: FloatArray) -> float:
@@ -109,10 +123,20 @@ def robust_cost(residual: FloatArray) -> float:
     return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
 
 
-def robust_jacobian(problem: Problem, q: FloatArray, *, window_s: float = WINDOW_S) -> FloatArray:
+def capped_cost(problem: Problem, q: FloatArray, cap: float) -> float:
+    """Return the robust cost at `q`, or inf as soon as it is known to exceed `cap`."""
+    total = 0.0
+    for target in problem.targets:
+        total += robust_cost(first_residual(problem, target, q))
+        if total > cap:
+            return math.inf
+    return total
+
+
+def robust_jacobian(problem: Problem, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
     """Return the derivative of `robust_residual`, (n, problem.size); the median held as the mean's."""
     parts = []
-    chain = problem.space.kernel_jacobian(q[: problem.space.size])[list(problem.sensitive)]
+    chain = problem.chain(q).T
     for target in problem.targets:
         stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
         J = np.zeros((stop, problem.size))
@@ -129,17 +153,18 @@ def robust_jacobian(problem: Problem, q: FloatArray, *, window_s: float = WINDOW
 def multistart(
     problem: Problem, seed: int, workers: int, progress: Callable[[int, int], None] = lambda done, total: None
 ) -> list[Candidate]:
-    """Return all sampled points in order of robust cost, not yet refined."""
+    """Return the best of all sampled points in order of robust cost, not yet refined."""
     mechanism_points = sample_box(problem.space, POINTS, seed)
     tail = problem.start[problem.space.size :]
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
     for first in range(0, POINTS, 256):
         some = points[first : first + 256]
-        costs += mapped(lambda q: robust_cost(robust_residual(problem, q)), some, workers)
+        cap = sorted(costs)[REFINED - 1] if len(costs) >= REFINED else math.inf
+        costs += mapped(lambda q, cap=cap: capped_cost(problem, q, cap), some, workers)
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
-    return [Candidate(points[i], costs[i]) for i in order if math.isfinite(costs[i])]
+    return [Candidate(points[i], costs[i]) for i in order[:REFINED] if math.isfinite(costs[i])]
 
 
 def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:

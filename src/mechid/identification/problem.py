@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from mechid.command import Command
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
+from mechid.kernel.compiled import kernel_for
 from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -114,10 +115,24 @@ class Problem:
         return self.space.size + len(self.delayed_targets)
 
     @cached_property
-    def sensitive(self) -> tuple[int, ...]:
-        """Indices of the kernel's parameters that any coordinate moves."""
+    def sensitive(self) -> tuple[tuple[int, ...], ...]:
+        """Kernel parameters that any coordinate moves; tied ones together where the kernel allows."""
         moved = np.abs(self.space.kernel_jacobian(self._somewhere)).sum(axis=1) > 0.0
-        return tuple(int(i) for i in np.flatnonzero(moved))
+        kernel = kernel_for(self.space.mechanism.plant)
+        groups: list[tuple[int, ...]] = []
+        for i in np.flatnonzero(moved).tolist():
+            home = next((g for g in groups if self._tied(g[0], i) and kernel.may_share(g[0], i)), None)
+            groups = [(*g, i) if g is home else g for g in groups] if home else [*groups, (i,)]
+        return tuple(groups)
+
+    def _tied(self, i: int, j: int) -> bool:
+        """Whether two kernel parameters always move by the same amount."""
+        slopes = self.space.kernel_jacobian(self._somewhere)
+        return bool(np.array_equal(slopes[i], slopes[j]))
+
+    @cached_property
+    def _representatives(self) -> list[int]:
+        return [group[0] for group in self.sensitive]
 
     @cached_property
     def _somewhere(self) -> FloatArray:
@@ -145,15 +160,15 @@ class Problem:
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`."""
         simulator = self._simulator(target, stop, jacobian)
-        p = self.space.kernel(q[: self.space.size])
-        return simulator.run(p, time_offset_s=self.time_offset(target, q), substeps=self.substeps)
+        return simulator.run(self.space.kernel(q[: self.space.size]), time_offset_s=self.time_offset(target, q), substeps=self.substeps)
 
     def _simulator(self, target: Target, stop: int, jacobian: bool) -> Simulator:
         key = (target.name, stop, jacobian)
         if key not in self._simulators:
             sensitive = self.sensitive if jacobian else ()
             self._simulators[key] = Simulator(
-                self.space.mechanism.plant, target.command, target.base.first(stop), sensitive, target.latest_s
+                self.space.mechanism.plant, target.command, target.base.first(stop), sensitive, target.latest_s,
+                capacity=len(self.sensitive),
             )
         return self._simulators[key]
 
@@ -219,7 +234,7 @@ class Problem:
 
     def chain(self, q: FloatArray) -> FloatArray:
         """Return (dp/dq)^T of the sensitive parameters, (n, m)."""
-        slopes = self.space.kernel_jacobian(q[: self.space.size])[list(self.sensitive)]
+        slopes = self.space.kernel_jacobian(q[: self.space.size])[self._representatives]
         return np.ascontiguousarray(slopes.T)
 
     @staticmethod

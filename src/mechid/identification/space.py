@@ -163,7 +163,7 @@ class SearchSpace:
 
     def kernel(self, q: FloatArray) -> FloatArray:
         """Return the kernel's parameters, (NP,), at `q`."""
-        return self.at(q).kernel_values()
+        return self.mechanism.kernel_values(self.values(q))
 
     def kernel_jacobian(self, q: FloatArray) -> FloatArray:
         """Return dp/dq, (NP, n)."""

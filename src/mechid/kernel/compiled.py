@@ -18,7 +18,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
-from mechid.kernel.source import Source, generate, lanes_for
+from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
@@ -33,8 +33,8 @@ class Kernel:
     """
 
     plant: Plant
-    source: Source
     path: Path
+    module: ModuleType
     begin: Callable[..., None]
     run: Callable[..., int]
     seconds: float
@@ -43,7 +43,16 @@ class Kernel:
     @property
     def lanes(self) -> int:
         """Number of sensitivity lanes; the last is a spare."""
-        return self.source.lanes
+        return int(self.module.NL)
+
+    def may_share(self, i: int, j: int) -> bool:
+        """Whether parameters i and j, tied to each other, can ride in one lane."""
+        return not any(i in row and j in row for row in self.module.SEEDED)
+
+    @property
+    def text(self) -> str:
+        """Source of the kernel."""
+        return self.path.read_text(encoding="utf-8")
 
 
 def cache_folder() -> Path:
@@ -67,19 +76,13 @@ def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
 @lru_cache(maxsize=64)
 def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
-    source, path = _stored_source(plant, lanes)
-    module = _imported(path)
-    known = sum(1 for _ in path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
-    _compile(module, plant, source)
-    return Kernel(plant, source, path, module.begin, module.run, time.perf_counter() - began, known > 0)
-
-
-def _stored_source(plant: Plant, lanes: int) -> tuple[Source, Path]:
-    source = generate(plant, lanes)
-    path = cache_folder() / f"v{version('mechid')}" / f"kernel_{source.digest[:24]}.py"
+    path = cache_folder() / f"v{version('mechid')}" / f"kernel_{fingerprint(plant, lanes)}.py"
     if not path.exists():
-        _write_whole(path, source.text)
-    return source, path
+        _write_whole(path, generate(plant, lanes))
+    module = _imported(path)
+    cached = any(path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
+    _compile(module, plant)
+    return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
 
 
 def _write_whole(path: Path, text: str) -> None:
@@ -102,9 +105,9 @@ def _imported(path: Path) -> ModuleType:
     return module
 
 
-def _compile(module: ModuleType, plant: Plant, source: Source) -> None:
+def _compile(module: ModuleType, plant: Plant) -> None:
     """Call both entry points once on empty work, so that later calls find them compiled."""
-    b = allocate(plant, source, samples=0, events=0, sensitive=False)
+    b = allocate(plant, module, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
     module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, b.discrete, b.w)
     module.run(p, b.lane, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
@@ -133,15 +136,15 @@ class Buffers:
         return (self.discrete, self.w, *block, self.events)
 
 
-def allocate(plant: Plant, source: Source, *, samples: int, events: int, sensitive: bool) -> Buffers:
+def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sensitive: bool) -> Buffers:
     """Return zeroed buffers for blocks of up to `samples`, with sensitivities or without."""
-    n_y, lanes, n_s = len(plant.outputs), source.lanes, len(plant.switches)
+    n_y, lanes, n_s = len(plant.outputs), int(module.NL), len(plant.switches)
     armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
     rows = samples if sensitive else 0
     return Buffers(
         lane=np.full(len(plant.parameters), max(lanes - 1, 0), dtype=np.int64),
         discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
-        w=_aligned(source.work),
+        w=_aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),
         y_dot=np.zeros(rows * n_y),
         J=np.zeros(rows * n_y * lanes),

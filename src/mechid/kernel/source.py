@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from importlib import resources
 
 import numpy as np
@@ -36,44 +35,41 @@ def sincos(angle):
 '''
 
 
-@dataclass(frozen=True)
-class Source:
-    """A generated module its lanes, and the size of its workspace."""
-
-    text: str
-    digest: str
-    lanes: int
-    work: int
-
-
 def lanes_for(parameters: int) -> int:
     """Return the lane count for so many parameters: one spare, whole vectors, at least two of them."""
     return max(-(-(parameters + 1) // LANE_WIDTH), 2) * LANE_WIDTH
 
 
-def generate(plant: Plant, lanes: int) -> Source:
+def fingerprint(plant: Plant, lanes: int) -> str:
+    """Return the name of a plant's kernel: its structure, the lanes, and mechid's own generator."""
+    generator = "".join(
+        resources.files("mechid.kernel").joinpath(name).read_text(encoding="utf-8")
+        for name in ("source.py", "physics.py", "tangents.py", "program.py", "expressions.py", "loop.py.in")
+    )
+    return hashlib.sha256(f"{plant.digest} {lanes} {generator}".encode()).hexdigest()[:24]
+
+
+def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
     functions = [*physics.rates(writer), physics.step(writer), *physics.guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
-    functions += lane_writer.functions()
-    functions.append(physics.constants(writer))
+    functions += [*lane_writer.functions(), physics.constants(writer)]
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
+    tables = [*_guard_tables(plant), *_output_table(writer), f"SEEDED = {lane_writer.seeded_together}"]
     body = "\n\n".join(functions) + "\n\n" + _loop_text()
-    text = "\n".join([*sizes, *_guard_tables(plant), *_output_table(writer)]) + "\n\n" + SINCOS + body
-    digest = hashlib.sha256(text.encode()).hexdigest()
-    return Source(_header(plant, lanes, digest, body) + text, digest, lanes, sum(parts.values()))
+    return _header(plant, lanes, body) + "\n".join([*sizes, *tables]) + "\n\n" + SINCOS + body
 
 
 def _loop_text() -> str:
     return resources.files("mechid.kernel").joinpath("loop.py.in").read_text(encoding="utf-8")
 
 
-def _header(plant: Plant, lanes: int, digest: str, body: str) -> str:
+def _header(plant: Plant, lanes: int, body: str) -> str:
     operations = sum(body.count(sign) for sign in (" * ", "*", " + ", " - "))
     names = {
         "states": plant.states, "filter states": plant.filter.states, "inputs": plant.inputs,
@@ -82,7 +78,7 @@ def _header(plant: Plant, lanes: int, digest: str, body: str) -> str:
     listing = "\n".join(f"    {what}: {', '.join(map(str, symbols))}" for what, symbols in names.items())
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
-        f"digest {digest}\n{listing}\n    {operations} additions and products in the text\n"
+        f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
         'FAST = {"contract", "arcp", "nsz", "reassoc"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'

@@ -55,6 +55,12 @@ class LaneWriter:
         self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
         self._seeds = {n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded}
 
+    @property
+    def seeded_together(self) -> list[list[int]]:
+        """Indices of the parameters that enter each seeded quantity; those of one row cannot share a lane."""
+        order = {q: k for k, q in enumerate(self.writer.plant.parameters)}
+        return [sorted(order[q] for q in node.outer) for node in self.seeded]
+
     def functions(self) -> list[str]:
         """Return all lane functions."""
         return [self._linearise_of(), self._step_lanes(), self._evaluate_lanes(), self._advance_filter_lanes()]

@@ -43,10 +43,21 @@ class Mechanism:
         parameter = self.parameters[name]
         return self.value(parameter.tied_to) if parameter.tied_to else parameter.value
 
-    def kernel_values(self) -> FloatArray:
-        """Return the kernel's parameters, (n,), in the plant's order and SI units."""
-        values = [self.value(name) for name in self.plant.declarations]
-        return np.asarray(_coordinates(self.plant)(*values), dtype=np.float64)
+    def kernel_values(self, changed: Mapping[str, float] | None = None) -> FloatArray:
+        """Return the kernel's parameters, (n,), in the plant's order and SI units.
+
+        `changed` are values of the file that differ from the mechanism's own; ties follow them.
+        """
+        masters, values = self._masters
+        if changed:
+            values = {**values, **changed}
+        return np.array(_coordinates(self.plant)(*[values[name] for name in masters]), dtype=np.float64)
+
+    @cached_property
+    def _masters(self) -> tuple[tuple[str, ...], dict[str, float]]:
+        """Return, in the order of the declarations, whose value each parameter takes; and all values."""
+        names = tuple(self.parameters[name].tied_to or name for name in self.plant.declarations)
+        return names, {name: q.value for name, q in self.parameters.items()}
 
     def kernel_jacobian(self) -> dict[str, FloatArray]:
         """Return the derivative of the kernel's parameters to each untied value of the file, {name: (n,)}."""

@@ -18,8 +18,6 @@ FloatArray = NDArray[np.float64]
 
 BLOCK = 1024
 """Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
-EVENTS = 1024
-"""Switches a run remembers."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
@@ -73,22 +71,25 @@ class Simulator:
     plant : Plant
     command : Command
     base : TimeBase
-    sensitive : sequence of int
-        Indices of the kernel's parameters whose sensitivities are wanted.
+    sensitive : sequence of tuple of int
+        Indices of the kernel's parameters whose sensitivities are wanted, those that move together as one.
     latest_s : float
         The largest |time offset| that runs will ask for, s.
+    capacity : int
+        Number of sensitivities other simulators of the same problem ask for; they share one kernel.
     """
 
     plant: Plant
     command: Command
     base: TimeBase
-    sensitive: Sequence[int] = ()
+    sensitive: Sequence[tuple[int, ...]] = ()
     latest_s: float = 0.0
+    capacity: int = 0
 
     @cached_property
     def kernel(self) -> Kernel:
         """The compiled kernel, with lanes where there are sensitivities."""
-        return kernel_for(self.plant, len(self.sensitive))
+        return kernel_for(self.plant, max(self.capacity, len(self.sensitive)))
 
     @cached_property
     def excitation(self) -> Excitation:
@@ -100,24 +101,27 @@ class Simulator:
     def _edge_values(self) -> FloatArray:
         return np.ascontiguousarray(self.excitation.values).ravel()
 
-    def run(self, p: FloatArray, *, time_offset_s: float = 0.0, substeps: int = 1, block: int = BLOCK) -> Run:
-        """Begin a run at the kernel parameters `p`, (n,); iterate its `blocks`."""
-        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block)
+    def run(
+        self, p: FloatArray, *, time_offset_s: float = 0.0, substeps: int = 1, block: int = BLOCK, events: int = 0
+    ) -> Run:
+        """Begin a run at the kernel parameters `p`, (n,); iterate its `blocks`. It logs so many switches."""
+        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events)
 
 
 class Run:
     """One run in progress. After its blocks are consumed, `outcome` and `switching` tell how it went."""
 
     def __init__(
-        self, simulator: Simulator, p: FloatArray, time_offset_s: float, substeps: int, block: int
+        self, simulator: Simulator, p: FloatArray, time_offset_s: float, substeps: int, block: int, events: int
     ) -> None:
         self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
         self.substeps = substeps
         base, kernel = simulator.base, simulator.kernel
         self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
-        self.buffers: Buffers = allocate(simulator.plant, kernel.source, samples=self.block,
-                                         events=EVENTS, sensitive=bool(simulator.sensitive))  # fmt: skip
-        self.buffers.lane[list(simulator.sensitive)] = np.arange(len(simulator.sensitive))
+        self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
+                                         events=events, sensitive=bool(simulator.sensitive))  # fmt: skip
+        for lane, together in enumerate(simulator.sensitive):
+            self.buffers.lane[list(together)] = lane
         excitation, command = simulator.excitation, simulator.command
         kernel.begin(
             p, self.buffers.lane, excitation.initial, command.start_angle_rad, self.buffers.discrete, self.buffers.w
@@ -172,7 +176,7 @@ class Run:
 
     @property
     def switching(self) -> Switching:
-        """Switches met so far (the first 1024 of them)."""
+        """Switches met so far, as many as were to be logged."""
         b = self.buffers
         table = b.events.reshape(-1, 5 + b.lanes)[: b.discrete[2]]
         index = table[:, 1:4].astype(np.int64)
@@ -196,7 +200,7 @@ def simulate_run(run: Run) -> Trajectory:
         values={q: y[:, j] for j, q in enumerate(quantities)},
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
-        parameters=tuple(str(simulator.plant.parameters[i]) for i in simulator.sensitive),
+        parameters=tuple(str(simulator.plant.parameters[i[0]]) for i in simulator.sensitive),
         switching=run.switching,
         outcome=run.outcome,
         substeps=run.substeps,

@@ -1,0 +1,11 @@
+"""What is shown of a campaign or a fit: every number in one plain dict, then ink.
+
+`report_data` and `campaign_data` make the dict, `print_report` and `print_campaign` the ink of a terminal.
+"""
+
+from mechid.report.overview import campaign_data, print_campaign
+from mechid.report.results import write_results
+from mechid.report.tables import report_data
+from mechid.report.terminal import print_report
+
+__all__ = ["campaign_data", "print_campaign", "print_report", "report_data", "write_results"]

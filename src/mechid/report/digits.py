@@ -1,0 +1,83 @@
+"""Numbers as they are shown: a standard error to two digits, its value to the same decimal."""
+
+from __future__ import annotations
+
+import math
+
+SIGMA_DIGITS = 2
+PLAIN_DIGITS = 6
+SMALLEST, LARGEST = 1e-4, 1e7
+"""Values outside, in magnitude, are shown with a power of ten."""
+
+
+def with_sigma(value: float, sigma: float | None) -> tuple[str, str]:
+    """Return value and standard error as texts; without a usable error the value alone, and nothing.
+
+    Examples
+    --------
+    >>> with_sigma(0.3841234, 0.0000852)
+    ('0.384123', '0.000085')
+    >>> with_sigma(913.2, 12.6)
+    ('913', '13')
+    >>> with_sigma(8.9123e-6, 1.23e-8)
+    ('8.912e-06', '0.012e-06')
+    >>> with_sigma(2.0, None)
+    ('2', '')
+    """
+    if sigma is None or not math.isfinite(sigma) or sigma <= 0.0 or not math.isfinite(value):
+        return plain(value), ""
+    exponent = _exponent(max(abs(value), sigma))
+    scale, suffix = 10.0**exponent, f"e{exponent:+03d}" if exponent else ""
+    decimals = _decimals(sigma / scale)
+    return _fixed(value / scale, decimals) + suffix, _fixed(sigma / scale, decimals) + suffix
+
+
+def like(value: float, sigma: float | None) -> str:
+    """Return another value, as a true one, to the decimal at which `sigma` begins."""
+    return with_sigma(value, sigma)[0]
+
+
+def plain(value: float | None, digits: int = PLAIN_DIGITS) -> str:
+    """Return a number to some significant digits, ``-`` where there is none.
+
+    Examples
+    --------
+    >>> plain(0.0229), plain(None), plain(8.9e-6), plain(0.002013, 2)
+    ('0.0229', '-', '8.9e-06', '0.002')
+    """
+    return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
+
+
+def digits(value: float | None, count: int) -> str:
+    """Return a number to so many significant digits, final zeros kept.
+
+    Examples
+    --------
+    >>> digits(0.002, 3), digits(12.0, 3), digits(0.0, 3), digits(1234.5, 2)
+    ('0.00200', '12.0', '0', '1234')
+    """
+    if value is None or not math.isfinite(value):
+        return "-"
+    if value == 0.0:
+        return "0"
+    if not SMALLEST / 10.0 <= abs(value) < LARGEST:
+        return f"{value:.{count - 1}e}"
+    return f"{value:.{max(count - 1 - math.floor(math.log10(abs(value))), 0)}f}"
+
+
+def _exponent(size: float) -> int:
+    """Return the power of ten to take out, 0 for sizes that are read as they are."""
+    return 0 if SMALLEST <= size < LARGEST else math.floor(math.log10(size))
+
+
+def _decimals(sigma: float) -> int:
+    """Return the decimals that show `sigma` to two digits, after rounding up to the next power of ten."""
+    rounded = float(f"{sigma:.{SIGMA_DIGITS - 1}e}")
+    return SIGMA_DIGITS - 1 - math.floor(math.log10(rounded))
+
+
+def _fixed(value: float, decimals: int) -> str:
+    if decimals < 0:
+        value = round(value, decimals)
+    text = f"{value:.{max(decimals, 0)}f}"
+    return text.removeprefix("-") if float(text) == 0.0 else text

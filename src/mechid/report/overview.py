@@ -1,0 +1,178 @@
+"""What was understood of a campaign: every number in one dict, and its ink for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.command import Command, RateProfile
+from mechid.parameter import Parameter
+from mechid.plant.mechanism import Mechanism
+from mechid.records import Record
+from mechid.report.digits import digits, plain
+from mechid.report.terminal import print_lines, say
+from mechid.report.text_table import Column, print_table
+from mechid.signal import noise_floor
+
+STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
+COLUMNS = (
+    Column("parameter", "key", words=True),
+    Column("symbol", "symbol", words=True),
+    Column("value", "value"),
+    Column("unit", "unit", words=True),
+    Column("min", "min"),
+    Column("max", "max"),
+    Column("prior", "sigma"),
+    Column("status", "status", words=True),
+)
+
+
+def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str, Any]:
+    """Return all that `mechid check` shows.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With its records read.
+    warnings : sequence of str
+        In addition to the campaign's own.
+    """
+    return {
+        "campaign": str(campaign.path),
+        "mechanism": str(campaign.mechanism_path),
+        "estimated": len(campaign.estimated),
+        "validated": len(campaign.validated),
+        "free": [parameter.name for parameter in campaign.free],
+        "records": [_record(record) for record in campaign.records],
+        "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
+        + [_parameter(q, None) for record in campaign.records for q in record.parameters if q.is_free],
+        "stages": [
+            {"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages
+        ],
+        "warnings": [*campaign.warnings, *warnings],
+    }
+
+
+def print_campaign(data: Mapping[str, Any], console: Console) -> None:
+    """Print what `campaign_data` made."""
+    say(console, f"{data['campaign']} with {data['mechanism']}", "bold")
+    say(console, f"{data['estimated']} records to estimate from, {data['validated']} to validate with")
+    console.print()
+    for record in data["records"]:
+        say(console, f"{record['name']}  ({record['use']}, {record['file']})", "bold")
+        for line in record["lines"]:
+            say(console, f"  {line}")
+    console.print()
+    print_table(console, COLUMNS, data["parameters"])
+    for row in data["parameters"]:
+        if row["tied_to"]:
+            say(console, f"{row['name']} follows {row['tied_to']}")
+    say(console, f"{len(data['free'])} parameters to be estimated")
+    for number, stage in enumerate(data["stages"], 1):
+        window = "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
+        say(console, f"stage {number}: {', '.join(stage['free'])}; {', '.join(stage['records'])}, {window}")
+    if not data["stages"]:
+        say(console, "no stages: mechid plans its own")
+    print_lines(console, "warning", data["warnings"], "yellow")
+
+
+def command_words(command: Command) -> str:
+    """Return a command in words.
+
+    Examples
+    --------
+    >>> from mechid.command import RateProfile
+    >>> rate = RateProfile.through([(0.0, 0.0), (60.0, 120.0)])
+    >>> command_words(Command(stepping="micro", microsteps=16, rate=rate))
+    'microstepping (16) at 0 to 120 full steps/s over 60 s, from 0 deg'
+    """
+    count = f" ({command.microsteps})" if command.stepping == "micro" else ""
+    odd = [command.waveform] if command.waveform != "cosine" else []
+    odd += [f"start at {command.start}"] if command.start != "commanded" else []
+    words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
+    return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])
+
+
+def _rate_words(rate: RateProfile) -> str:
+    low, high, points = min(rate.rates), max(rate.rates), len(rate.times_s)
+    span = f"{low:.9g}" if low == high else f"{low:.9g} to {high:.9g}"
+    through = f" through {points} points" if points > 2 else ""
+    over = f" over {rate.times_s[-1]:.9g} s" if points > 1 else ""
+    return f"{span} full steps/s{through}{over}"
+
+
+def _record(record: CampaignRecord) -> dict[str, Any]:
+    found = _measured(record.data, record) if record.data else {"edges": None}
+    data = {
+        "name": record.name,
+        "use": record.use,
+        "file": record.spec.path,
+        "command": command_words(record.command),
+        "time_offset_s": record.time_offset.value,
+        **found,
+    }
+    return data | {"lines": _lines(data)}
+
+
+def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
+    torque = data.channel("torque").data
+    end = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
+    return {
+        "samples": data.samples,
+        "sample_rate_hz": data.sample_rate_hz,
+        "start_s": data.time_start_s,
+        "duration_s": data.duration_s,
+        "edges": record.command.excitation(end).times.size,
+        "torque_min": float(torque.min()),
+        "torque_max": float(torque.max()),
+        "torque_rms": math.sqrt(float(np.mean(torque**2))),
+        "noise_sigma": noise_floor(torque, data.sample_rate_hz),
+    }
+
+
+def _lines(data: Mapping[str, Any]) -> list[str]:
+    edges = "" if data["edges"] is None else f": {data['edges']} step edges"
+    offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
+    lines = [data["command"] + offset + edges]
+    if data["edges"] is None:
+        return lines
+    until = data["start_s"] + data["duration_s"]
+    span = f"{data['start_s']:.9g} s to {until:.9g} s"
+    low, high, rms, noise = (
+        digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma")
+    )
+    return [
+        *lines,
+        f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
+        f"torque {low} to {high} N m, RMS {rms} N m, noise floor {noise} N m",
+    ]
+
+
+def _parameter(q: Parameter, mechanism: Mechanism | None) -> dict[str, Any]:
+    table, _, key = q.name.rpartition(".")
+    value = mechanism.value(q.name) if mechanism else q.value
+    limits = {"min": q.min, "max": q.max} if q.is_free else {"min": None, "max": None}
+    return {
+        "name": q.name,
+        "table": table,
+        "key": key,
+        "symbol": q.declaration.symbol,
+        "unit": q.declaration.unit,
+        "value": value,
+        **limits,
+        "sigma": q.sigma,
+        "status": str(q.status),
+        "tied_to": q.tied_to,
+        "text": {
+            "value": plain(value),
+            "unit": "" if q.declaration.unit == "1" else q.declaration.unit,
+            **{key: "" if limit is None else plain(limit) for key, limit in limits.items()},
+            "sigma": "" if q.sigma is None else plain(q.sigma),
+            "status": str(q.status).replace("_", " "),
+        },
+    }

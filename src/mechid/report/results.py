@@ -1,0 +1,75 @@
+"""The files that an identification leaves in its folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign import mechanism_text
+from mechid.errors import UsageError
+from mechid.identification.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.estimate_file import estimate_text, json_text
+from mechid.identification.fit import Fit
+
+REPORT_NAME = "report.json"
+MECHANISM_NAME = "mechanism.toml"
+
+
+def write_results(
+    fit: Fit, data: Mapping[str, Any], folder: Path | str, *, mechanism_name: str = MECHANISM_NAME
+) -> list[Path]:
+    """Write estimate.json, report.json and the mechanism with the estimated values.
+
+    Each is written beside its place first; earlier ones are replaced when all are whole.
+
+    Parameters
+    ----------
+    fit : Fit
+    data : mapping
+        As `report_data` makes it.
+    folder : Path
+        Made with its parents where it is missing.
+    mechanism_name : str
+        Name of the mechanism file.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    folder = Path(folder)
+    texts = {
+        folder / mechanism_name: mechanism_text(fit.mechanism, _comment(data)),
+        folder / REPORT_NAME: json_text(data),
+        folder / ESTIMATE_NAME: estimate_text(fit),
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _write_together(texts)
+    except OSError as error:
+        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
+    return list(texts)
+
+
+def _comment(data: Mapping[str, Any]) -> str:
+    synthetic = "SYNTHETIC: estimated from records that were simulated, not measured.\n" if data["synthetic"] else ""
+    return f"{synthetic}Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}.\n{data['outcome']['message']}"
+
+
+def _write_together(texts: Mapping[Path, str]) -> None:
+    beside = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in texts}
+    try:
+        for path, text in texts.items():
+            beside[path].write_text(text, encoding="utf-8", newline="\n")
+        for path in texts:
+            beside[path].replace(path)
+    finally:
+        for part in beside.values():
+            part.unlink(missing_ok=True)

@@ -1,0 +1,136 @@
+"""Every number that is shown of a fit, in one plain dict; what prints it only prints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.identification.fit import Fit, ParameterEstimate, RecordFit, StageReport
+from mechid.parameter import Status
+from mechid.report.digits import digits, like, plain, with_sigma
+
+FORMAT = "mechid-report/1"
+BAD_DEVIATION = 3.0
+
+
+def report_data(
+    fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic: bool = False
+) -> dict[str, Any]:
+    """Return all that a report of a fit shows.
+
+    Parameters
+    ----------
+    fit : Fit
+    truth : mapping of dotted name to float, or None
+        True values in the file's units, where they are known: of a synthetic campaign alone.
+    synthetic : bool
+        Whether the records are made up, which every report then says.
+
+    Returns
+    -------
+    dict
+        Numbers, and beside those that need rounding their text. JSON can hold it.
+    """
+    truth = truth or {}
+    return {
+        "format": FORMAT,
+        "synthetic": synthetic,
+        "outcome": {"code": fit.outcome.code, "good": fit.outcome.good, "message": fit.outcome.value},
+        "has_truth": bool(truth),
+        "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
+        "records": [_record(r) for r in fit.records.values()],
+        "stages": [_stage(s) for s in fit.stages],
+        "warnings": list(fit.warnings),
+        "notes": list(fit.notes),
+        "provenance": dict(fit.provenance),
+    }
+
+
+def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
+    estimate, sigma = with_sigma(p.value, p.std_error)
+    deviation = _deviation(p, truth)
+    table, _, key = p.name.rpartition(".")
+    return {
+        "name": p.name,
+        "table": table,
+        "key": key,
+        "symbol": p.symbol,
+        "unit": p.unit,
+        "nominal": p.start,
+        "estimate": p.value,
+        "std_error": p.std_error,
+        "std_error_white": p.std_error_white,
+        "ci95": list(p.ci95) if p.ci95 else None,
+        "truth": truth,
+        "deviation_sigmas": deviation,
+        "min": p.min,
+        "max": p.max,
+        "status": p.status,
+        "reason": p.reason,
+        "estimated": p.status != Status.KNOWN,
+        "text": {
+            "nominal": plain(p.start),
+            "estimate": estimate,
+            "std_error": sigma,
+            "truth": "" if truth is None else like(truth, p.std_error),
+            "deviation_sigmas": "" if deviation is None else f"{deviation:+.1f}",
+            "unit": "" if p.unit == "1" else p.unit,
+            "min": "" if p.min is None else plain(p.min),
+            "max": "" if p.max is None else plain(p.max),
+            "status": p.status.replace("_", " "),
+        },
+    }
+
+
+def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
+    """Return (estimate - truth) / sigma, an angle the short way round; None where there is no sigma."""
+    if truth is None or not p.std_error:
+        return None
+    difference = p.value - truth
+    if p.unit == "deg":
+        difference = (difference + 180.0) % 360.0 - 180.0
+    return difference / p.std_error
+
+
+def _record(r: RecordFit) -> dict[str, Any]:
+    return {
+        "name": r.name,
+        "use": r.use,
+        "samples": r.samples,
+        "fit_percent": r.fit_percent,
+        "residual_rms": r.residual_rms,
+        "noise_sigma": r.noise_sigma,
+        "offset": r.offset,
+        "drift": r.drift,
+        "followed_s": r.horizon_s,
+        "channels": list(r.channels),
+        "text": {
+            "samples": str(r.samples),
+            "fit_percent": digits(r.fit_percent, 4),
+            "residual_rms": digits(r.residual_rms, 3),
+            "noise_sigma": digits(r.noise_sigma, 3),
+            "offset": digits(r.offset, 3),
+            "drift": digits(r.drift, 3),
+            "followed_s": plain(r.horizon_s),
+        },
+    }
+
+
+def _stage(s: StageReport) -> dict[str, Any]:
+    return {
+        "name": s.name,
+        "records": dict(s.records),
+        "free": list(s.free),
+        "cost": s.cost,
+        "evaluations": s.evaluations,
+        "seconds": s.seconds,
+        "note": s.note,
+        "text": {
+            "records": f"{len(s.records)}",
+            "record_s": plain(sum(s.records.values())),
+            "free": f"{len(s.free)}",
+            "cost": digits(s.cost, 6),
+            "evaluations": f"{s.evaluations}",
+            "seconds": f"{s.seconds:.1f}",
+        },
+    }

@@ -1,0 +1,88 @@
+"""The ink of a terminal, plain where it is none."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from mechid.report.text_table import Column, print_table, print_tables
+
+LOG_WIDTH = 120
+"""Columns where the output is no terminal and COLUMNS says nothing."""
+VERDICT_STYLE = {True: "bold green", False: "bold red"}
+PARAMETER = Column("parameter", "key", words=True)
+VALUES = (
+    Column("nominal", "nominal"),
+    Column("estimate", "estimate"),
+    Column("+- sigma", "std_error"),
+    Column("unit", "unit", words=True),
+)
+TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
+LIMITS = (Column("min", "min"), Column("max", "max"), Column("status", "status", words=True))
+PARAMETER_LAYOUTS = (
+    ((PARAMETER, *VALUES, *TRUTH, *LIMITS),),
+    ((PARAMETER, *VALUES, *TRUTH), (PARAMETER, *LIMITS)),
+    ((PARAMETER, *VALUES), (PARAMETER, *TRUTH, *LIMITS)),
+)
+RECORD = Column("record", "name", words=True)
+FOLLOWED = (
+    Column("use", "use", words=True),
+    Column("samples", "samples"),
+    Column("fit %", "fit_percent"),
+    Column("residual", "residual_rms"),
+    Column("noise", "noise_sigma"),
+    Column("followed s", "followed_s"),
+)
+LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
+RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))
+STAGE_COLUMNS = (
+    Column("stage", "name", words=True),
+    Column("records", "records"),
+    Column("of them s", "record_s"),
+    Column("free", "free"),
+    Column("cost", "cost"),
+    Column("evaluations", "evaluations"),
+    Column("took s", "seconds"),
+)
+
+
+def console_on(stream: IO[str] | None = None) -> Console:
+    """Return a console on a stream, stdout by default, as wide as it is."""
+    stream = stream or sys.stdout
+    wide = None if stream.isatty() or "COLUMNS" in os.environ else LOG_WIDTH
+    return Console(file=stream, width=wide, markup=False, highlight=False, emoji=False)
+
+
+def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
+    """Print what `report_data` made, and where the files are."""
+    if data["synthetic"]:
+        say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
+    say(console, data["outcome"]["message"], VERDICT_STYLE[data["outcome"]["good"]])
+    console.print()
+    legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
+    say(console, f"Parameters{legend}", "bold")
+    print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
+    say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
+    print_tables(console, RECORD_LAYOUTS, data["records"])
+    say(console, "Stages", "bold")
+    print_table(console, STAGE_COLUMNS, data["stages"])
+    print_lines(console, "warning", data["warnings"], "yellow")
+    print_lines(console, "note", data["notes"], "dim")
+    print_lines(console, "written", [str(path) for path in files])
+
+
+def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:
+    """Print lines that begin with a word."""
+    for line in lines:
+        say(console, f"{word}: {line}", style)
+
+
+def say(console: Console, line: str, style: str = "") -> None:
+    """Print a line, wrapped by words on a terminal alone: elsewhere a line stays a line."""
+    console.print(Text(line, style=style), soft_wrap=not console.is_terminal)

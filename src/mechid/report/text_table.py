@@ -1,0 +1,80 @@
+"""Tables of text that keep every name and number whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+from rich.console import Console
+from rich.text import Text
+
+GAP = "  "
+INDENT = "  "
+CELL_STYLE = {"at bound": "yellow", "frozen": "yellow", "tied": "dim", "known": "dim"}
+
+Row: TypeAlias = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column: its header, the key of a row's text, and whether it holds words (or numbers)."""
+
+    header: str
+    key: str
+    words: bool = False
+
+
+def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]) -> None:
+    """Print rows in the first layout that fits the console, else in the last.
+
+    A layout is one or more tables of the same rows, each a sequence of columns.
+    """
+    fitting = (tables for tables in layouts if max(table_width(t, rows) for t in tables) <= console.width)
+    for columns in next(fitting, layouts[-1]):
+        print_table(console, columns, rows)
+
+
+def print_table(console: Console, columns: Sequence[Column], rows: Sequence[Row]) -> None:
+    """Print a table and an empty line; on a console too narrow it runs over, nothing is cut."""
+    for line in table_lines(columns, rows):
+        console.print(line, soft_wrap=True)
+    console.print()
+
+
+def table_width(columns: Sequence[Column], rows: Sequence[Row]) -> int:
+    """Return the width of the widest line."""
+    return max(len(line) for line in table_lines(columns, rows))
+
+
+def table_lines(columns: Sequence[Column], rows: Sequence[Row]) -> list[Text]:
+    """Return header, rule and rows; rows with a ``table`` stand under its name, empty columns are dropped."""
+    used = [c for c in columns if any(_cell(row, c.key) for row in rows)] or list(columns)
+    cells = [[_indented(row, c, used[0]) for c in used] for row in rows]
+    widths = [max([len(c.header), *(len(row[j]) for row in cells)]) for j, c in enumerate(used)]
+    lines = [
+        _line(used, widths, [c.header for c in used], "bold"),
+        _line(used, widths, ["-" * w for w in widths]),
+    ]
+    for table in dict.fromkeys(row.get("table", "") for row in rows):
+        lines += [Text(table, style="bold")] if table else []
+        chosen = [line for row, line in zip(rows, cells, strict=True) if row.get("table", "") == table]
+        lines += [_line(used, widths, line) for line in chosen]
+    return lines
+
+
+def _line(columns: Sequence[Column], widths: Sequence[int], cells: Sequence[str], style: str = "") -> Text:
+    line = Text(style=style)
+    for j, (column, width, cell) in enumerate(zip(columns, widths, cells, strict=True)):
+        padded = cell.ljust(width) if column.words else cell.rjust(width)
+        line.append(GAP if j else "").append(padded, style=CELL_STYLE.get(cell, ""))
+    line.rstrip()
+    return line
+
+
+def _indented(row: Row, column: Column, first: Column) -> str:
+    return (INDENT if column is first and row.get("table") else "") + _cell(row, column.key)
+
+
+def _cell(row: Row, key: str) -> str:
+    return str(row["text"][key] if key in row["text"] else row[key])
