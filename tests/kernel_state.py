@@ -1,16 +1,20 @@
 """Looking into a kernel's workspace: where the tests read and write its state by the names of its places."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from paper import SENSITIVE
 
-from mechid.kernel.compiled import allocate
+from mechid.command import Command, RateProfile
 from mechid.kernel.twin import TwinState
+from mechid.simulation.simulator import Simulator, TimeBase
+
+STANDSTILL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
 
 
 def places(kernel):
     """Return the names of a generated module: AT_X, END_X, ROW_S, MODE, ..."""
-    return kernel.run.py_func.__globals__
+    return vars(kernel.module)
 
 
 def twin_state(run) -> TwinState:
@@ -46,33 +50,31 @@ class Point:
     y_by: np.ndarray
 
 
-def evaluated(kernel, p, x, z, u, mode, sensitive) -> Point:
-    """Evaluate a kernel with lanes at one state; derivatives are to x, z, and then to parameters `sensitive`."""
-    by_state = _at(kernel, p, x, z, u, mode, np.eye(len(x) + len(z)), ())
-    by_parameter = _at(kernel, p, x, z, u, mode, np.zeros((len(x) + len(z), 0)), sensitive)
-    return Point(
-        by_state.rates,
-        by_state.y,
-        by_state.y_dot,
-        np.hstack([by_state.rates_by, by_parameter.rates_by]),
-        np.hstack([by_state.y_by, by_parameter.y_by]),
-    )
+def evaluated(m, x, z, u, mode, sensitive) -> Point:
+    """Evaluate a mechanism's kernel at one state; derivatives are to x, z, and then to parameters `sensitive`."""
+    by_state = _at(m, x, z, u, mode, np.eye(len(x) + len(z)), ())
+    by_parameter = _at(m, x, z, u, mode, np.zeros((len(x) + len(z), 0)), sensitive)
+    rates_by = np.hstack([by_state.rates_by, by_parameter.rates_by])
+    return replace(by_state, rates_by=rates_by, y_by=np.hstack([by_state.y_by, by_parameter.y_by]))
 
 
-def _at(kernel, p, x, z, u, mode, S, sensitive) -> Point:
+def _at(m, x, z, u, mode, S, sensitive) -> Point:
     """Take one sample at the very instant at which the state is set: nothing flows."""
-    at, b = places(kernel), allocate(kernel.plant, kernel.source, samples=1, events=0)
-    b.lane[list(sensitive)] = np.arange(len(sensitive))
-    kernel.begin(p, b.lane, u, 0.0, b.discrete, b.w)
-    n, lanes = S.shape[1] or len(sensitive), at["NL"]
+    lanes_wanted = tuple((i,) for i in sensitive) or ((0,),)
+    run = Simulator(m.plant, STANDSTILL, TimeBase(1e4, 1), lanes_wanted, capacity=len(SENSITIVE)).run(m.kernel_values())
+    at, b = places(run.simulator.kernel), run.buffers
+    lanes, n = at["NL"], S.shape[1] or len(sensitive)
+    if not sensitive:
+        b.lane[:] = lanes - 1  # no parameter has a lane; each lane starts as one state
     rows = b.w[at["ROW_S"] * lanes : (at["ROW_S"] + at["NX"] + at["NF"]) * lanes].reshape(-1, lanes)
     rows[:] = 0.0
     rows[:, : S.shape[1]] = S
     b.w[at["AT_X"] : at["END_X"]], b.w[at["AT_Z"] : at["END_Z"]] = x, z
+    b.w[at["AT_U"] : at["END_U"]] = u
     b.discrete[at["MODE"]] = mode
-    kernel.run(p, b.lane, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(1))
-    first = at["ROW_K1"] * lanes
-    K1 = b.w[first : first + at["NX"] * lanes].reshape(-1, lanes)
+    (block,) = run.blocks()
+    rates_by = b.w[at["ROW_K"] * lanes : (at["ROW_K"] + at["NX"]) * lanes].reshape(-1, lanes)
     rates = b.w[at["AT_K"] : at["AT_K"] + at["NX"]]
-    J = b.J.reshape(-1, lanes)
-    return Point(rates.copy(), b.y.copy(), b.y_dot.copy(), K1[:, :n].copy(), J[:, :n].copy())
+    return Point(
+        rates.copy(), block.y[0].copy(), block.rate[0].copy(), rates_by[:, :n].copy(), block.jacobian[0, :, :n].copy()
+    )

@@ -2,6 +2,7 @@
 
 import numpy as np
 from kernel_state import twin_state
+from paper import SENSITIVE
 
 from mechid.kernel.twin import simulate_twin
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
@@ -16,11 +17,17 @@ def base(duration_s, *, rate_hz=RATE_HZ, start_s=0.0):
     return TimeBase(rate_hz, round(duration_s * rate_hz) + 1, start_s)
 
 
+def simulator(mechanism, command, time_base, *, sensitive=(), latest_s=0.0):
+    """Return a simulator; all of a plant share one kernel, whose lanes hold every parameter of the paper."""
+    alone = tuple((i,) for i in sensitive)
+    return Simulator(mechanism.plant, command, time_base, alone, latest_s, capacity=len(SENSITIVE))
+
+
 def run_kernel(mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=(), p=None, offset_s=0.0, block=1024):
-    """Return the kernel's trajectory, `latest_s` being the offset itself."""
-    simulator = Simulator(mechanism.plant, command, time_base, sensitive, latest_s=abs(offset_s))
+    """Return the kernel's trajectory."""
+    made = simulator(mechanism, command, time_base, sensitive=sensitive, latest_s=abs(offset_s))
     p = mechanism.kernel_values() if p is None else p
-    return simulate_run(simulator.run(p, substeps=substeps, time_offset_s=offset_s, block=block))
+    return simulate_run(made.run(p, substeps=substeps, time_offset_s=offset_s, block=block, events=2000))
 
 
 def run_twin(mechanism, command, time_base, *, sensitive=(), begin=None, offset_s=0.0, tolerance=1e-10):
@@ -35,7 +42,8 @@ def run_twin(mechanism, command, time_base, *, sensitive=(), begin=None, offset_
 
 def state_after(mechanism, command, time_base, *, substeps=SUBSTEPS, sensitive=()):
     """Return where the kernel stands at the last sample of a time base, as a state of the twin."""
-    run = Simulator(mechanism.plant, command, time_base, sensitive).run(mechanism.kernel_values(), substeps=substeps)
+    made = simulator(mechanism, command, time_base, sensitive=sensitive)
+    run = made.run(mechanism.kernel_values(), substeps=substeps)
     for _ in run.blocks():
         pass
     return twin_state(run)

@@ -1,3 +1,40 @@
-"""Identify the model of a stepper-driven pointing mechanism from torque-transducer records."""
+"""Identify the model of a stepper-driven pointing mechanism from torque-transducer records.
+
+The public names load what they need when they are first used, so that importing mechid costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mechid.campaign.campaign_file import load_campaign
+    from mechid.campaign.prediction import simulate
+    from mechid.identification.fit import Fit
+    from mechid.identification.identify import identify
+    from mechid.simulation.trajectory import Trajectory
 
 __version__ = "0.1.0"
+__all__ = ["Fit", "Trajectory", "__version__", "identify", "load_campaign", "simulate"]
+
+_HOMES = {
+    "Fit": "mechid.identification.fit",
+    "Trajectory": "mechid.simulation.trajectory",
+    "identify": "mechid.identification.identify",
+    "load_campaign": "mechid.campaign.campaign_file",
+    "simulate": "mechid.campaign.prediction",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Return a public name, its home imported."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(_HOMES[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

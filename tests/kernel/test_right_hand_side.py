@@ -6,7 +6,6 @@ from hand_typed import MODES, differentiated, gear_torque, motor_torque, random_
 from kernel_state import evaluated
 from paper import indices, mechanism
 
-from mechid.kernel.compiled import kernel_for
 from mechid.kernel.equations import equations_of
 
 HOUSINGS = ("paper", "unit_dc", None)
@@ -37,7 +36,7 @@ def test_the_kernel_s_rates_are_those_typed_by_hand(housing, mode):
     for seed in SEEDS:
         m, x, z, u, q = case(housing, seed)
         names = [n for n in map(str, m.plant.parameters) if n not in NEVER_ESTIMATED]
-        point = evaluated(kernel_for(m.plant, 16), m.kernel_values(), x, z, u, MODES[mode], indices(m, names))
+        point = evaluated(m, x, z, u, MODES[mode], indices(m, names))
         dx, dz, y = right_hand_side(x, z, u, mode, q, housing, (4, 2))
         derivatives = differentiated(x, z, u, mode, q, housing, (4, 2), names)
         np.testing.assert_allclose(point.rates, dx, rtol=1e-11)

@@ -91,7 +91,11 @@ LAWFUL = {
     "full_46": ({}, constant(46.0)),
     "static is coulomb": ({"friction.coulomb": 0.008}, constant(46.0)),
     "little friction": ({"friction.static": 1e-3, "friction.coulomb": 8e-4}, constant(20.0)),
-    "little friction, backward": ({"friction.static": 1e-3, "friction.coulomb": 8e-4}, constant(-20.0)),
+    "little friction, mirrored": (
+        {"friction.static": 1e-3, "friction.coulomb": 8e-4}
+        | {"stepper.detent.0.phase_deg": -35.0, "stepper.detent.1.phase_deg": 110.0},
+        constant(-20.0, start_angle_deg=-45.0),
+    ),
     "much friction": ({"friction.static": 0.05, "friction.coulomb": 0.03}, constant(20.0)),
 }
 

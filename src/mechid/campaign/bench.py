@@ -132,9 +132,7 @@ def _written_campaign(folder: Path, records: tuple[BenchRecord, ...]) -> Campaig
 
 
 def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np.random.Generator) -> None:
-    trajectory = simulate(
-        campaign, record.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=record.duration_s
-    )
+    trajectory = simulate(campaign, record.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=record.duration_s)
     refuse_lost({record.name: trajectory})
     torque = trajectory.torque + _disturbance(rng, trajectory.time)
     text = record_text(trajectory.time, torque, time_format="%.6f", torque_format="%.9e")

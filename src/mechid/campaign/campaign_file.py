@@ -25,9 +25,7 @@ IDENTIFY_OPTIONS: tuple[str, ...] = ()
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
-def load_campaign(
-    path: Path | str, *, read_records: bool = True, need_files: bool | None = None
-) -> Campaign:
+def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bool | None = None) -> Campaign:
     """Return the campaign that a file describes, its records read.
 
     Parameters

@@ -78,8 +78,21 @@ def simulate_all(
 
     A record with a file keeps that file's time base; `sample_rate_hz` and `duration_s` are for those without.
     """
-    asked = {"sample_rate_hz": sample_rate_hz, "duration_s": duration_s}
-    return {r.name: simulate(campaign, r.name, **({} if r.file else asked)) for r in campaign.records}
+    return {
+        r.name: simulate(campaign, r.name)
+        if r.file
+        else simulate(campaign, r.name, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
+        for r in campaign.records
+    }
+
+
+def time_base_warnings(
+    campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None
+) -> tuple[str, ...]:
+    """Return a warning where a time base is asked for that no record uses."""
+    if (sample_rate_hz is None and duration_s is None) or not all(r.file for r in campaign.records):
+        return ()
+    return ("every record has a file, whose time base is kept: sample rate and duration are not used",)
 
 
 def _only_record(campaign: Campaign) -> CampaignRecord:

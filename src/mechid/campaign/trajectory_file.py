@@ -13,6 +13,10 @@ from mechid.errors import FitError, UsageError
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 HEADER = "time_s,torque_Nm"
+REMEDY = (
+    "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too fast "
+    "for the sample rate"
+)
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 
 
@@ -55,11 +59,7 @@ def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
     for name, trajectory in trajectories.items():
         if trajectory.outcome is not SimulationOutcome.COMPLETE:
             at = "" if trajectory.lost_from_s is None else f" at {trajectory.lost_from_s:.9g} s"
-            raise FitError(
-                f'record "{name}"{at}: {trajectory.outcome.value} '
-                "Check the mechanism file: an inertia or inductance too small, or a damping too large, is too "
-                "fast for the sample rate"
-            )
+            raise FitError(f'record "{name}"{at}: {trajectory.outcome.value} {REMEDY}')
 
 
 def record_text(

@@ -9,11 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign import Campaign
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.prediction import simulate
 from mechid.identification.multistart import sample_box
 from mechid.identification.problem import Problem, Target
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
+from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 
@@ -22,6 +24,31 @@ LOOK_S = 1.0
 POINTS = 8
 """Points of the multi-start's box that are looked at, the file's own values first; a power of two."""
 REMEDY = "no record sees it; add a record that does, or give it as a known number"
+
+
+def sensitivities(campaign: Campaign) -> int:
+    """Return how many of the kernel's parameters the free ones move."""
+    if not campaign.mechanism.free:
+        return 0
+    return len(Problem(SearchSpace(campaign.mechanism), ()).sensitive)
+
+
+def start_warnings(campaign: Campaign) -> tuple[str, ...]:
+    """Return what the mechanism as written does wrong, and what no record sees, one line each."""
+    lost = tuple(_lost(campaign, record) for record in campaign.records if record.data is not None)
+    unseen = tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
+    return (*filter(None, lost), *unseen)
+
+
+def _lost(campaign: Campaign, record: CampaignRecord) -> str:
+    """Return what is to be said of a record that cannot be simulated at the values of the file."""
+    assert record.data is not None
+    duration_s = min(LOOK_S, record.data.duration_s)
+    trajectory = simulate(campaign, record.name, duration_s=duration_s)
+    if trajectory.outcome is SimulationOutcome.COMPLETE:
+        return ""
+    at = f'record "{record.name}" at {trajectory.lost_from_s:.9g} s'
+    return f"{at}, at the values of the mechanism file: {trajectory.outcome.value}"
 
 
 def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:

@@ -73,22 +73,37 @@ def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
     return _kernel(plant, lanes_for(sensitivities))
 
 
+def is_compiled(plant: Plant, sensitivities: int = 0) -> bool:
+    """Return whether `kernel_for` will find the kernel in the cache and need not compile it."""
+    return _has_machine_code(_path(plant, lanes_for(sensitivities)))
+
+
 @lru_cache(maxsize=64)
 def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
-    path = cache_folder() / f"v{version('mechid')}" / f"kernel_{fingerprint(plant, lanes)}.py"
+    path = _path(plant, lanes)
     if not path.exists():
         _write_whole(path, generate(plant, lanes))
     module = _imported(path)
-    cached = any(path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
+    cached = _has_machine_code(path)
     _compile(module, plant)
     return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
+
+
+def _path(plant: Plant, lanes: int) -> Path:
+    return cache_folder() / f"v{version('mechid')}" / f"kernel_{fingerprint(plant, lanes)}.py"
+
+
+def _has_machine_code(path: Path) -> bool:
+    return any(path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
 
 
 def _write_whole(path: Path, text: str) -> None:
     """Write a file so that no reader ever sees a part of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8") as f:
+    with tempfile.NamedTemporaryFile(
+        "w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8"
+    ) as f:
         f.write(text)
     os.replace(f.name, path)
 
@@ -109,7 +124,7 @@ def _compile(module: ModuleType, plant: Plant) -> None:
     """Call both entry points once on empty work, so that later calls find them compiled."""
     b = allocate(plant, module, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
-    module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, b.discrete, b.w)
+    module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, np.zeros(0), np.zeros(0), b.discrete, b.w)
     module.run(p, b.lane, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
 
 

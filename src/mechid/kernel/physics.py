@@ -144,7 +144,7 @@ def rates(writer: Writer) -> list[str]:
     fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
     return [
         function("rates_of", f"{arguments}, w_", "Rates of the states, then inputs of the filter.", lines, inline=True),
-        function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill, inline=True),
+        function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill),
     ]
 
 
@@ -168,7 +168,7 @@ def step(writer: Writer) -> str:
     lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
     lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
     doc = "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at."
-    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
+    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines)
 
 
 def guards(writer: Writer) -> list[str]:
@@ -225,7 +225,7 @@ def _by_mode(
             body = [f"{name}_{s}_{mode}({arguments})"]
         if body:
             lines += [f"if s == {s} and mode == {mode}:", *(f"    {line}" for line in body)]
-    return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"], inline=True)]
+    return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"])]
 
 
 def _entry(writer: Writer) -> str:

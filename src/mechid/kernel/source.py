@@ -112,10 +112,13 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
 
 
 def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
-    """Return the assignments of all sizes, and of begin and end of each part of the workspace."""
+    """Return the assignments of all sizes, and of begin and end of each part of the workspace.
+
+    Places are NumPy integers: Numba would compile a function anew for each plain one it is called with.
+    """
     first, lines = 0, [f"{name} = {value}" for name, value in numbers.items()]
     for name, size in parts.items():
-        lines.append(f"AT_{name}, END_{name} = {first}, {first + size}")
+        lines.append(f"AT_{name}, END_{name} = np.int64({first}), np.int64({first + size})")
         first += size
     return [*lines, f"SIZE = {first}"]
 

@@ -167,7 +167,7 @@ class LaneWriter:
         lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
         lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
         doc = "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
-        return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
+        return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines)
 
     def _evaluate_lanes(self) -> str:
         states = self.writer.plant.states
@@ -200,7 +200,7 @@ class LaneWriter:
             lane = f"lane[{order.index(q)}]"
             lines += [f"w[{rows['SZ'] + i} * NL + {lane}] += dz[{f * n + i}]" for i in range(n)]
         doc = "Filter lanes over one step; dz holds what the filter's own parameters add."
-        return function("advance_filter_lanes", "w_, lane_, prop_at", doc, lines or ["return"], inline=True)
+        return function("advance_filter_lanes", "w_, lane_, prop_at", doc, lines or ["return"])
 
 
 def _product(factor: str, variable: str) -> str:

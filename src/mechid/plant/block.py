@@ -48,6 +48,8 @@ class Switch:
         guard without a target.
     otherwise : str
         The mode where no entry rule holds.
+    ideal : mapping of Symbol to float
+        Values of the symbols as if the switch were not there, e.g. without friction.
     """
 
     name: str
@@ -55,6 +57,7 @@ class Switch:
     guards: Mapping[str, tuple[Guard, ...]]
     entry: tuple[tuple[sp.Expr, str], ...]
     otherwise: str
+    ideal: Mapping[sp.Symbol, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -43,6 +43,7 @@ def rotor() -> Block:
             (-drive - T_frs, "backward"),
         ),
         otherwise="stuck",
+        ideal={free: 1.0, sigma: 0.0},
     )
     return Block(
         name="rotor",

@@ -203,6 +203,7 @@ def _resolve_switch(links: _Links, block: Block) -> Switch:
         guards={mode: tuple(map(resolved, guards)) for mode, guards in switch.guards.items()},
         entry=tuple((links.resolve(block, e), mode) for e, mode in switch.entry),
         otherwise=switch.otherwise,
+        ideal=switch.ideal,
     )
 
 

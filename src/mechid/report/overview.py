@@ -52,7 +52,8 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
         + [_parameter(q, None) for record in campaign.records for q in record.parameters if q.is_free],
         "stages": [
-            {"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages
+            {"records": list(s.records), "window_s": s.window_s, "free": list(s.free)}
+            for s in campaign.stages
         ],
         "warnings": [*campaign.warnings, *warnings],
     }
@@ -74,7 +75,9 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
             say(console, f"{row['name']} follows {row['tied_to']}")
     say(console, f"{len(data['free'])} parameters to be estimated")
     for number, stage in enumerate(data["stages"], 1):
-        window = "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
+        window = (
+            "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
+        )
         say(console, f"stage {number}: {', '.join(stage['free'])}; {', '.join(stage['records'])}, {window}")
     if not data["stages"]:
         say(console, "no stages: mechid plans its own")
@@ -92,7 +95,7 @@ def command_words(command: Command) -> str:
     'microstepping (16) at 0 to 120 full steps/s over 60 s, from 0 deg'
     """
     count = f" ({command.microsteps})" if command.stepping == "micro" else ""
-    odd = [command.waveform] if command.waveform != "cosine" else []
+    odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
     odd += [f"start at {command.start}"] if command.start != "commanded" else []
     words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
     return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])

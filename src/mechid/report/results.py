@@ -59,8 +59,10 @@ def write_results(
 
 
 def _comment(data: Mapping[str, Any]) -> str:
-    synthetic = "SYNTHETIC: estimated from records that were simulated, not measured.\n" if data["synthetic"] else ""
-    return f"{synthetic}Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}.\n{data['outcome']['message']}"
+    lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
+    if data["synthetic"]:
+        lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
+    return "\n".join([*lines, data["outcome"]["message"]])
 
 
 def _write_together(texts: Mapping[Path, str]) -> None:

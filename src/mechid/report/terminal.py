@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
@@ -44,7 +44,7 @@ RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD
 STAGE_COLUMNS = (
     Column("stage", "name", words=True),
     Column("records", "records"),
-    Column("of them s", "record_s"),
+    Column("record s", "record_s"),
     Column("free", "free"),
     Column("cost", "cost"),
     Column("evaluations", "evaluations"),
@@ -52,9 +52,9 @@ STAGE_COLUMNS = (
 )
 
 
-def console_on(stream: IO[str] | None = None) -> Console:
-    """Return a console on a stream, stdout by default, as wide as it is."""
-    stream = stream or sys.stdout
+def console_on(*, err: bool = False) -> Console:
+    """Return a console on stdout or stderr, as wide as it is."""
+    stream = sys.stderr if err else sys.stdout
     wide = None if stream.isatty() or "COLUMNS" in os.environ else LOG_WIDTH
     return Console(file=stream, width=wide, markup=False, highlight=False, emoji=False)
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.command import Command, Excitation
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
+from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
@@ -122,11 +123,21 @@ class Run:
                                          events=events, sensitive=bool(simulator.sensitive))  # fmt: skip
         for lane, together in enumerate(simulator.sensitive):
             self.buffers.lane[list(together)] = lane
-        excitation, command = simulator.excitation, simulator.command
         kernel.begin(
-            p, self.buffers.lane, excitation.initial, command.start_angle_rad, self.buffers.discrete, self.buffers.w
-        )
+            p, self.buffers.lane, simulator.excitation.initial, simulator.command.start_angle_rad,
+            *self._start(), self.buffers.discrete, self.buffers.w,
+        )  # fmt: skip
         self.outcome = SimulationOutcome.COMPLETE
+
+    def _start(self) -> tuple[FloatArray, FloatArray]:
+        """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
+        simulator = self.simulator
+        if simulator.command.start == "commanded":
+            return np.zeros(0), np.zeros(0)
+        x, x_p = equilibrium(
+            simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad
+        )
+        return x, np.ascontiguousarray(x_p).ravel()
 
     def blocks(self) -> Iterator[Block]:
         """Yield the record block by block; after a failure the samples are NaN."""

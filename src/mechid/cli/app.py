@@ -1,0 +1,90 @@
+"""The command ``mechid``: its verbs, and the one place that turns errors into exit codes.
+
+What is heavy is imported inside a verb, so that ``mechid --help`` is there at once.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib.metadata import version
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from mechid.cli.check import check
+from mechid.cli.demo import demo
+from mechid.cli.identify import identify
+from mechid.cli.kernel import kernel
+from mechid.cli.new import new
+from mechid.cli.simulate import simulate
+from mechid.errors import MechidError
+
+INTERRUPTED, UNEXPECTED = 130, 1
+DEBUG = "MECHID_DEBUG"
+EPILOG = (
+    "Exit codes: 0 good, 2 usage, 3 mechanism or campaign file, 4 record, 5 fit did not succeed, "
+    "130 interrupted."
+)
+
+
+class Verbs(TyperGroup):
+    """The verbs; an error a user can cause becomes one line and its exit code."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run the verb."""
+        try:
+            return super().invoke(ctx)
+        except MechidError as error:
+            _say(f"mechid: error: {error}")
+            raise typer.Exit(error.exit_code) from error
+        except KeyboardInterrupt as error:
+            _say("mechid: interrupted")
+            raise typer.Exit(INTERRUPTED) from error
+
+
+app = typer.Typer(
+    name="mechid",
+    cls=Verbs,
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    epilog=EPILOG,
+)
+for verb in (demo, new, check, simulate, identify, kernel):
+    app.command()(verb)
+
+
+def _print_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"mechid {version('mechid')}")
+        raise typer.Exit
+
+
+@app.callback()
+def mechid(
+    shows_version: Annotated[
+        bool,
+        typer.Option("--version", callback=_print_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    """Identify a stepper-driven pointing mechanism from torque-transducer records."""
+    del shows_version
+
+
+def main() -> None:
+    """Run the command line; never returns."""
+    try:
+        app()
+    except Exception as error:
+        if os.environ.get(DEBUG) == "1":
+            raise
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        _say(f"mechid: unexpected error, please report it (with the traceback that {DEBUG}=1 shows): {what}")
+        sys.exit(UNEXPECTED)
+
+
+def _say(line: str) -> None:
+    typer.echo(" ".join(line.splitlines()), err=True)

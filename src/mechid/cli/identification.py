@@ -1,0 +1,65 @@
+"""An identification as commands run it: progress shown and noted down, results written and printed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import typer
+
+from mechid.campaign import Campaign
+from mechid.cli.journal import Journal
+from mechid.cli.progress_line import ProgressLine
+from mechid.errors import FitError
+from mechid.identification.fit import Fit, FitOutcome
+from mechid.identification.identify import identify
+from mechid.identification.progress import Progress
+from mechid.report import print_report, report_data, write_results
+from mechid.report.results import MECHANISM_NAME
+from mechid.report.terminal import console_on
+
+INTERRUPTED = 130
+
+
+def identify_into(
+    campaign: Campaign,
+    folder: Path,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    truth: Mapping[str, float] | None = None,
+    mechanism_name: str = MECHANISM_NAME,
+) -> None:
+    """Identify a campaign, leave the results in a folder, and print them.
+
+    `truth` is that of a synthetic campaign; where it is given the report says so.
+
+    Raises
+    ------
+    FitError
+        The fit did not succeed; the results are there all the same.
+    typer.Exit
+        It was interrupted, with its exit code; the results are those so far.
+    """
+    fit, journal = _followed(campaign, folder, seed, workers)
+    data = report_data(fit, truth, synthetic=truth is not None)
+    files = write_results(fit, data, folder, mechanism_name=mechanism_name)
+    print_report(data, console_on(), [*files, journal])
+    if fit.outcome is FitOutcome.INTERRUPTED:
+        typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
+        raise typer.Exit(INTERRUPTED)
+    if not fit.outcome.good:
+        raise FitError(f"the fit did not succeed: {fit.outcome.value} {folder} holds what was reached")
+
+
+def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None) -> tuple[Fit, Path]:
+    """Run the identification with its progress on stderr and in the journal."""
+    with Journal.opened(folder, campaign.path, seed) as journal, ProgressLine(console_on(err=True)) as line:
+
+        def told(progress: Progress) -> None:
+            line.tell(progress)
+            journal.tell(progress)
+
+        fit = identify(campaign, seed=seed, workers=workers, listener=told)
+        journal.finish(fit)
+    return fit, journal.path

@@ -1,0 +1,25 @@
+"""``mechid identify``: what the records say of the mechanism."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def identify(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
+    seed: Annotated[int, typer.Option(min=0, help="Of the search; equal seeds give equal results.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+) -> None:
+    """Estimate the free parameters, each with its uncertainty."""
+    from mechid.campaign import load_campaign
+    from mechid.cli.identification import identify_into
+    from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.identification.visibility import sensitivities
+
+    loaded = load_campaign(campaign)
+    prepare_kernel(loaded.mechanism.plant, sensitivities(loaded))
+    identify_into(loaded, out, seed=seed, workers=workers)

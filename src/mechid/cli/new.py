@@ -1,0 +1,25 @@
+"""``mechid new``: files to start from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Folder to write into; made where missing.")],
+    files: Annotated[
+        list[Path] | None, typer.Argument(metavar="[FILES]...", help="Measured files, a record for each.")
+    ] = None,
+) -> None:
+    """Write a commented mechanism.toml and campaign.toml to fill in."""
+    from mechid.campaign import new_campaign
+
+    for path in new_campaign(folder, files or ()):
+        typer.echo(f"written: {path}")
+    for file in files or ():
+        if not file.is_file():
+            typer.echo(f"warning: {file}: there is no such file yet", err=True)
+    typer.echo(f"next: fill them in, then mechid check {folder}")

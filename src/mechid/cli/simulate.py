@@ -1,0 +1,31 @@
+"""``mechid simulate``: what the mechanism as written would do."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def simulate(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for <record>.csv; made where missing.")],
+    sample_rate_hz: Annotated[float | None, typer.Option(help="For records without a file.")] = None,
+    duration_s: Annotated[float | None, typer.Option(help="For records without a file.")] = None,
+) -> None:
+    """Simulate each record at the mechanism's values, without noise."""
+    from mechid.campaign import load_campaign
+    from mechid.campaign.prediction import simulate_all, time_base_warnings
+    from mechid.campaign.trajectory_file import write_trajectories
+    from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.report.simulated import print_simulated, simulated_data
+    from mechid.report.terminal import console_on, print_lines
+
+    loaded = load_campaign(campaign, need_files=False)
+    warnings = (*loaded.warnings, *time_base_warnings(loaded, sample_rate_hz, duration_s))
+    print_lines(console_on(err=True), "warning", warnings)
+    prepare_kernel(loaded.mechanism.plant)
+    trajectories = simulate_all(loaded, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
+    files = write_trajectories(trajectories, out)
+    print_simulated(simulated_data(trajectories, files), console_on())

@@ -1,0 +1,55 @@
+"""The mechanical equilibrium nearest to the commanded start, and how parameters move it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from mechid.errors import FitError
+from mechid.plant.plant import START_ANGLE, Plant
+
+FloatArray = NDArray[np.float64]
+
+
+def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float) -> tuple[FloatArray, FloatArray]:
+    """Return states at rest without friction, (n,), and their derivative to the parameters, (n, n_p).
+
+    Newton's method on the rates from the commanded start; by the implicit function theorem
+    dx/dp = -(df/dx)^-1 df/dp.
+
+    Raises
+    ------
+    FitError
+        If there is no equilibrium within reach.
+    """
+    start, rates, to_states, to_parameters = _functions(plant)
+    x = np.asarray(start(*p, *inputs, theta_0), dtype=np.float64)
+    for _ in range(50):
+        f = np.asarray(rates(*x, *p, *inputs), dtype=np.float64)
+        slopes = np.asarray(to_states(*x, *p, *inputs), dtype=np.float64)
+        move = np.linalg.lstsq(slopes, -f, rcond=None)[0]
+        x = x + move
+        if np.max(np.abs(move)) <= 1e-14 * max(1.0, float(np.max(np.abs(x)))):
+            x[np.abs(x) < 1e-14 * np.max(np.abs(x))] = 0.0
+            f_p = np.asarray(to_parameters(*x, *p, *inputs), dtype=np.float64)
+            return x, -np.linalg.lstsq(slopes, f_p, rcond=None)[0]
+    raise FitError(f"no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = \"commanded\"")
+
+
+@lru_cache(maxsize=16)
+def _functions(plant: Plant) -> tuple[Callable[..., object], ...]:
+    """Compile start, rates without friction, and their derivatives, on (states,) parameters, inputs."""
+    ideal = {symbol: value for s in plant.switches for symbol, value in s.ideal.items()}
+    rates = [plant.expand(e).subs(ideal) for e in plant.rates]
+    common = (*plant.parameters, *plant.inputs)
+    arguments = (*plant.states, *common)
+    return (
+        sp.lambdify((*common, START_ANGLE), list(plant.initial), modules="math"),
+        sp.lambdify(arguments, rates, modules="math"),
+        sp.lambdify(arguments, [[sp.diff(e, x) for x in plant.states] for e in rates], modules="math"),
+        sp.lambdify(arguments, [[sp.diff(e, q) for q in plant.parameters] for e in rates], modules="math"),
+    )

@@ -1,0 +1,65 @@
+"""What is shown of simulated records."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+
+from mechid.report.digits import digits
+from mechid.report.terminal import print_lines
+from mechid.report.text_table import Column, print_table
+from mechid.simulation.accuracy import PROMISE
+from mechid.simulation.trajectory import Trajectory
+
+COLUMNS = (
+    Column("record", "name", words=True),
+    Column("samples", "samples"),
+    Column("RMS, N m", "rms"),
+    Column("peak, N m", "peak"),
+    Column("steps/sample", "substeps"),
+    Column("difference", "difference"),
+)
+
+
+def simulated_data(trajectories: Mapping[str, Trajectory], files: Mapping[str, Path]) -> dict[str, Any]:
+    """Return all that `mechid simulate` shows."""
+    return {
+        "records": [_row(name, trajectory) for name, trajectory in trajectories.items()],
+        "files": [str(path) for path in files.values()],
+        "warnings": [
+            f'record "{name}": halving the integration step still changes the torque by {t.difference:.1e} of '
+            "its RMS: a switch between stick and slip falls either way within that"
+            for name, t in trajectories.items()
+            if t.difference is not None and t.difference > PROMISE
+        ],
+    }
+
+
+def print_simulated(data: Mapping[str, Any], console: Console) -> None:
+    """Print what `simulated_data` made."""
+    print_table(console, COLUMNS, data["records"])
+    print_lines(console, "warning", data["warnings"], "yellow")
+    print_lines(console, "written", data["files"])
+
+
+def _row(name: str, trajectory: Trajectory) -> dict[str, Any]:
+    rms = math.sqrt(float(np.mean(trajectory.torque**2)))
+    peak = float(np.max(np.abs(trajectory.torque)))
+    return {
+        "name": name,
+        "samples": trajectory.time.size,
+        "rms": rms,
+        "peak": peak,
+        "substeps": trajectory.substeps,
+        "difference": trajectory.difference,
+        "text": {
+            "rms": digits(rms, 4),
+            "peak": digits(peak, 4),
+            "difference": "-" if trajectory.difference is None else f"{trajectory.difference:.1e}",
+        },
+    }
