@@ -30,7 +30,7 @@ from peers import problem as problems
 from peers import reference_c
 from peers.problem import Output, Problem, Run
 
-PEERS = ("mechid_side", "reference_c", "casadi_peer", "scipy_peer")
+PEERS = ("mechid_side", "mechid_fine", "reference_c", "casadi_peer", "scipy_peer")
 WORKLOADS = {"W1": False, "W2": True}
 """Name of the workload -> whether it computes the Jacobian."""
 
@@ -53,6 +53,8 @@ def main() -> None:
         "peers": compared(problem, runs, times, outputs),
     }
     print(table(result["peers"]))
+    result["mechid_reduction_s"] = reduction_seconds(problem, arguments.repetitions)
+    print(f"mechid, Jacobian with reduction: {result['mechid_reduction_s']:.3g} s CPU")
     print(f"truth against DOP853, first {CHECKED_SECONDS:g} s: {result['truth_against_dop853_Nm']}")
     path = arguments.out or RESULTS / f"sweep-{datetime.now(UTC):%Y%m%dT%H%M%S}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -128,6 +130,19 @@ def jacobian_error(peer: ModuleType, problem: Problem, truth: np.ndarray) -> flo
         return None
     true = truth[:, : kept.shape[1]]
     return float((np.linalg.norm(kept - true, axis=0) / np.linalg.norm(true, axis=0)).max())
+
+
+def reduction_seconds(problem: Problem, repetitions: int) -> float:
+    """Return the median CPU time of simulation, Jacobian and reduction by mechid."""
+    from peers.mechid_side import reduce_mechid
+
+    reduce_mechid(problem)
+    seconds = []
+    for _ in range(repetitions):
+        start = time.process_time()
+        reduce_mechid(problem)
+        seconds.append(time.process_time() - start)
+    return statistics.median(seconds)
 
 
 def check_truth(problem: Problem) -> float | None:

@@ -1,46 +1,117 @@
-"""mechid's own side of the benchmark."""
+"""mechid's own side of the benchmark, one integration step a sample."""
 
 from __future__ import annotations
 
+import math
 from functools import partial
 
-from .problem import Output, Problem, Run
+import numpy as np
+
+from mechid.campaign import mechanism_from_table
+from mechid.command import Command, RateProfile
+from mechid.identification.problem import Problem as FitProblem
+from mechid.identification.problem import Target
+from mechid.identification.space import SearchSpace
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.simulator import Simulator, TimeBase
+
+from .problem import PARAMETERS, SAMPLE_TIME, Output, Problem, Run
 
 NAME = "mechid"
-REMARK = "kernel as generated, default accuracy"
+REMARK = "kernel as generated, one step a sample"
+SUBSTEPS = 1
 
 
-def prepare(problem: Problem, *, jacobian: bool, keep_jacobian: bool = False) -> Run:
+def prepare(
+    problem: Problem, *, jacobian: bool, keep_jacobian: bool = False, substeps: int = SUBSTEPS
+) -> Run:
     """Return the run over the whole record, compiled and loaded."""
-    run = partial(run_mechid, problem, jacobian, keep_jacobian=keep_jacobian)
+    run = partial(run_mechid, problem, jacobian, keep_jacobian=keep_jacobian, substeps=substeps)
     run()
     return run
 
 
-def run_mechid(problem: Problem, jacobian: bool, *, keep_jacobian: bool = False) -> Output:
-    """Simulate `problem` with mechid's public interface; a call is what is timed.
+def run_mechid(problem: Problem, jacobian: bool, *, keep_jacobian: bool, substeps: int) -> Output:
+    """Simulate `problem`; a call is what is timed, the search for the edges included.
 
-    Parameters
-    ----------
-    problem : Problem
-        The record. Its mechanism goes into a mechid mechanism field by field (detents as amplitude
-        and phase; k_v tied to k_m; housing of the form "paper"), its command is the sweep's
-        ``rate_profile = [[0, 0], [60, 120]]`` at 16 microsteps. mechid finds the edges itself.
-    jacobian : bool
-        Whether the derivatives of y by the fifteen `problem.PARAMETERS`, and by the record's time
-        offset, are computed: block by block, as the fit does it, without the reduction.
-    keep_jacobian : bool
-        Whether they are also returned, in the order and coordinates of `problem.PARAMETERS`; for
-        the accuracy, in a run that is not timed.
-
-    Returns
-    -------
-    Output
-        y at all samples and, if kept, its Jacobian.
-
-    Raises
-    ------
-    NotImplementedError
-        Until the kernel and the time loop are there; the benchmark then goes on without mechid.
+    The Jacobian to the fifteen parameters and dy/dt are computed block by block, as the fit does it.
     """
-    raise NotImplementedError("mechid's simulation is not connected to the benchmark yet")
+    mechanism = mechanism_of(problem)
+    fit = FitProblem(SearchSpace(mechanism), ())
+    base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
+    sensitive = fit.sensitive if jacobian else ()
+    run = Simulator(mechanism.plant, command_of(problem), base, sensitive).run(
+        mechanism.kernel_values(), substeps=substeps
+    )
+    y = np.empty(problem.n_samples)
+    kept = np.empty((problem.n_samples, len(PARAMETERS))) if keep_jacobian else None
+    order = _columns(mechanism, fit) if keep_jacobian else []
+    for block in run.blocks():
+        y[block.start : block.stop] = block.y[:, 0]
+        if kept is not None:
+            kept[block.start : block.stop] = block.jacobian[:, 0, order]
+    return Output(torque=y, jacobian=kept)
+
+
+def reduce_mechid(problem: Problem) -> None:
+    """Simulate with the Jacobian and reduce it to the triangle of [Phi r J], as a fit's step does."""
+    mechanism = mechanism_of(problem)
+    base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
+    target = Target("sweep", np.zeros(problem.n_samples), base, command_of(problem), 2e-3)
+    fit = FitProblem(SearchSpace(mechanism), (target,), substeps=SUBSTEPS)
+    fit.triangle(target, fit.start, (0, problem.n_samples))
+
+
+def command_of(problem: Problem) -> Command:
+    """Return the sweep's command: 16 microsteps, 2 full steps/s per s."""
+    end = problem.duration
+    profile = RateProfile.through([(0.0, 0.0), (end, 2.0 * end)])
+    return Command(stepping="micro", microsteps=16, rate=profile, start_angle_deg=math.degrees(problem.start_angle))
+
+
+def mechanism_of(problem: Problem) -> Mechanism:
+    """Return the problem's mechanism with the fifteen parameters free."""
+    m = problem.mechanism
+    detents = [
+        {"period_deg": period, "amplitude": _free(K, 0.0, 1.0), "phase_deg": _free(math.degrees(phi), -180.0, 180.0)}
+        for period, (K, phi) in zip((1.8, 3.6), m.detents, strict=True)
+    ]
+    stepper = {
+        "poles": m.poles,
+        "peak_voltage": m.peak_voltage,
+        "rotor_inertia": m.rotor_inertia,
+        "coil_resistance": _free(m.coil_resistance),
+        "coil_inductance": _free(m.coil_inductance),
+        "torque_constant": _free(m.torque_constant),
+        "detent": detents,
+    }
+    friction = {"static": _free(m.static), "coulomb": _free(m.coulomb), "viscous": _free(m.viscous)}
+    gear = {"ratio": m.gear_ratio, "stiffness": _free(m.stiffness), "damping": _free(m.damping)}
+    housing = {
+        "gain": _free(m.housing_gain),
+        "frequency": _free(m.housing_frequency),
+        "damping": _free(m.housing_damping),
+    }
+    load = {"inertia": m.load_inertia}
+    table = {"stepper": stepper, "friction": friction, "gear": gear, "load": load, "housing": housing}
+    return mechanism_from_table(table, "benchmark")
+
+
+def _free(value: float, lower: float | None = None, upper: float | None = None) -> dict[str, float]:
+    return {
+        "value": value,
+        "min": 0.1 * value if lower is None else lower,
+        "max": 10.0 * value if upper is None else upper,
+    }
+
+
+def _columns(mechanism: Mechanism, fit: FitProblem) -> list[int]:
+    """Return the lane of each of `PARAMETERS`."""
+    pairs = {p.amplitude.removesuffix("amplitude"): p for p in mechanism.plant.polar_pairs}
+    names: dict[str, str] = {name: d.symbol for name, d in mechanism.plant.declarations.items()}
+    for prefix, pair in pairs.items():
+        names |= {f"{prefix}cos": str(pair.cosine), f"{prefix}sin": str(pair.sine)}
+    place = {str(mechanism.plant.parameters[i]): lane for lane, group in enumerate(fit.sensitive) for i in group}
+    return [place[names[name]] for name in PARAMETERS]
+
+

@@ -14,8 +14,8 @@ from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 HEADER = "time_s,torque_Nm"
 REMEDY = (
-    "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too fast "
-    "for the sample rate"
+    "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
+    "fast for the sample rate"
 )
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.problem import Problem, Windows
-from dataclasses import replace
 
 FloatArray = NDArray[np.float64]
 PROMISE = 1e-5
@@ -23,11 +24,15 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
     coarse = _predictions(replace(problem, substeps=substeps), q, windows)
     while substeps < MOST_SUBSTEPS:
         fine = _predictions(replace(problem, substeps=2 * substeps), q, windows)
-        errors = [np.sqrt(np.mean((c - f) ** 2) / max(np.mean(f**2), 1e-300)) for c, f in zip(coarse, fine, strict=True)]
-        if max(errors) <= PROMISE:
+        if max(map(_relative_error, coarse, fine)) <= PROMISE:
             break
         substeps, coarse = 2 * substeps, fine
     return substeps
+
+
+def _relative_error(coarse: FloatArray, fine: FloatArray) -> float:
+    size = float(np.sqrt(np.mean(fine**2)))
+    return float(np.sqrt(np.mean((coarse - fine) ** 2))) / max(size, 1e-300)
 
 
 def _predictions(problem: Problem, q: FloatArray, windows: Windows) -> list[FloatArray]:

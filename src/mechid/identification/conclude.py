@@ -17,6 +17,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
 from mechid.identification.gates import horizon
 from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.reduction import Triangle
 from mechid.identification.target import target_of
 from mechid.identification.uncertainty import linear_part, uncertainty
 from mechid.parameter import Parameter, Status
@@ -114,7 +115,10 @@ def _judge(ending: Ending, size: FloatArray) -> Verdict:
 
 
 def _covariances(
-    ending: Ending, q: FloatArray, triangle, verdict: Verdict  # type: ignore[no-untyped-def]
+    ending: Ending,
+    q: FloatArray,
+    triangle: Triangle,
+    verdict: Verdict,
 ) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
     """Return the names that carry uncertainty, and their covariances in the file's coordinates."""
     problem = ending.problem
@@ -141,7 +145,9 @@ def _estimates(
     robust: FloatArray,
     white: FloatArray,
 ) -> dict[str, ParameterEstimate]:
-    errors = {name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)}
+    errors = {
+        name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)
+    }
     mechanism = problem.space.at(q[: problem.space.size])
     out = {}
     for name, before in campaign.mechanism.parameters.items():
@@ -185,7 +191,11 @@ def _record_fit(record: CampaignRecord, ending: Ending, q: FloatArray) -> Record
     problem = ending.problem
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     floor = target_of(record).sigma
-    first, stop = ending.windows.get(record.name, (0, target.samples)) if record.use == "estimate" else (0, target.samples)
+    first, stop = (
+        ending.windows.get(record.name, (0, target.samples))
+        if record.use == "estimate"
+        else (0, target.samples)
+    )
     measured = target.measured[first:stop]
     model = problem.predict(target, q, stop)[first:]
     fitted, offset, slope = _linear(measured - model, target)
@@ -225,9 +235,9 @@ def _notes(campaign: Campaign) -> tuple[str, ...]:
         "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
     )
     frame = (
-        f"The start angle and direction of record {campaign.records[0].name} fix the frame: turning all start angles by "
-        "delta with detent phases turned by -4 delta (1.8 deg) and -2 delta (3.6 deg), reversing all signs with the "
-        "phases' signs, or moving by whole teeth gives the same records."
+        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come "
+        "from all start angles turned by delta with detent phases turned by -4 delta (1.8 deg) and -2 delta "
+        "(3.6 deg), from all signs reversed with those of the phases, and from a move by whole teeth."
     )
     return voltage, frame
 

@@ -7,6 +7,7 @@ import os
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,8 +121,7 @@ def _follow_stages(trail: Trail, campaign: Campaign, seed: int) -> None:
         trail.windows = {t.name: _window(t, stage) for t in problem.targets if t.name in stage.records}
         free = np.array([name in stage.free for name in problem.names])
         name = f"stage {number}"
-        solution = solve(problem, trail.q, trail.windows, free=free,
-                         progress=lambda cost, name=name: trail.tell(name, "", cost))  # fmt: skip
+        solution = solve(problem, trail.q, trail.windows, free=free, progress=partial(trail.tell, name, ""))
         trail.q = solution.q
         trail.moved = trail.moved | free
         trail.close(name, stage.free, solution.triangle.cost, solution.evaluations, solution.message)
@@ -153,13 +153,15 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     _joint_fit(trail, "joint fit", names)
-    trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
+    trail.problem = trail.problem.with_sigmas(
+        released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings)
+    )
     _joint_fit(trail, "noise released", names)
 
 
 def _joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> Solution:
-    solution = solve(trail.problem, trail.q, trail.windows,
-                     progress=lambda cost: trail.tell(name, f"{trail.problem.substeps} steps a sample", cost))  # fmt: skip
+    line = f"{trail.problem.substeps} steps a sample"
+    solution = solve(trail.problem, trail.q, trail.windows, progress=partial(trail.tell, name, line))
     trail.q = solution.q
     outside = trail.problem.space.outside_disc(solution.q)
     if outside:
@@ -205,5 +207,3 @@ def _grow_best(trail: Trail, candidates: list[Candidate], seed: int) -> Growth:
             break
     assert best is not None
     return best
-
-

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 import sympy as sp
@@ -22,6 +22,7 @@ from scipy.stats import qmc
 from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem, Target
 from mechid.identification.space import Coordinate, SearchSpace
+from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
 
@@ -59,7 +60,7 @@ def _point(space: SearchSpace, unit: FloatArray) -> FloatArray:
     return space.clip(q)
 
 
-def _declared(space: SearchSpace, c: Coordinate):  # type: ignore[no-untyped-def]
+def _declared(space: SearchSpace, c: Coordinate) -> Declaration:
     return space.mechanism.parameters[c.name].declaration
 
 
@@ -94,7 +95,9 @@ def _scale_function(symbols: tuple[str, ...], texts: tuple[str, ...]) -> Callabl
 
 def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[str, float]) -> float:
     c = space.coordinates[j]
-    text, least, most = _declared(space, c).typical
+    typical = _declared(space, c).typical
+    assert typical is not None
+    text, least, most = typical
     scale, u = scales[text], unit[j]
     if c.kind in ("cosine", "sine"):
         first = j if c.kind == "cosine" else j - 1
@@ -106,7 +109,7 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
 
 def first_residual(problem: Problem, target: Target, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
     """Return a target's residuals over the first window, in sigmas, without their median."""
-    stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
+    stop = min(target.samples, round(window_s * target.base.sample_rate_hz))
     r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
     return r - np.median(r) if target.linear else r
 
@@ -138,7 +141,7 @@ def robust_jacobian(problem: Problem, q: FloatArray, window_s: float = WINDOW_S)
     parts = []
     chain = problem.chain(q).T
     for target in problem.targets:
-        stop = min(target.samples, int(round(window_s * target.base.sample_rate_hz)))
+        stop = min(target.samples, round(window_s * target.base.sample_rate_hz))
         J = np.zeros((stop, problem.size))
         for block in problem.run(target, q, stop, jacobian=True).blocks():
             rows = slice(block.start, block.stop)
@@ -161,7 +164,7 @@ def multistart(
     for first in range(0, POINTS, 256):
         some = points[first : first + 256]
         cap = sorted(costs)[REFINED - 1] if len(costs) >= REFINED else math.inf
-        costs += mapped(lambda q, cap=cap: capped_cost(problem, q, cap), some, workers)
+        costs += mapped(partial(capped_cost, problem, cap=cap), some, workers)
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
     return [Candidate(points[i], costs[i]) for i in order[:REFINED] if math.isfinite(costs[i])]
@@ -189,5 +192,3 @@ def _finite(residual: FloatArray) -> FloatArray:
 def _strictly_inside(q: FloatArray, problem: Problem) -> FloatArray:
     gap = 1e-9 * (problem.upper - problem.lower)
     return np.asarray(np.clip(q, problem.lower + gap, problem.upper - gap), dtype=np.float64)
-
-

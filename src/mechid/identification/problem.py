@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import NDArray
 
 from mechid.command import Command
+from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
 from mechid.kernel.compiled import kernel_for
@@ -18,6 +19,7 @@ from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +97,9 @@ class Problem:
     @cached_property
     def start(self) -> FloatArray:
         """The values of the file in search coordinates."""
-        return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
+        return np.concatenate(
+            [self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]]
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -145,7 +149,9 @@ class Problem:
 
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
         """Return the problem with other noise levels."""
-        return replace(self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets))
+        return replace(
+            self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets)
+        )
 
     def whole(self) -> dict[str, tuple[int, int]]:
         """Return windows that cover all records."""
@@ -160,14 +166,22 @@ class Problem:
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`."""
         simulator = self._simulator(target, stop, jacobian)
-        return simulator.run(self.space.kernel(q[: self.space.size]), time_offset_s=self.time_offset(target, q), substeps=self.substeps)
+        return simulator.run(
+            self.space.kernel(q[: self.space.size]),
+            time_offset_s=self.time_offset(target, q),
+            substeps=self.substeps,
+        )
 
     def _simulator(self, target: Target, stop: int, jacobian: bool) -> Simulator:
         key = (target.name, stop, jacobian)
         if key not in self._simulators:
             sensitive = self.sensitive if jacobian else ()
             self._simulators[key] = Simulator(
-                self.space.mechanism.plant, target.command, target.base.first(stop), sensitive, target.latest_s,
+                self.space.mechanism.plant,
+                target.command,
+                target.base.first(stop),
+                sensitive,
+                target.latest_s,
                 capacity=len(self.sensitive),
             )
         return self._simulators[key]
@@ -219,7 +233,9 @@ class Problem:
             absorb(R, rows, n)
         return R, run.outcome is SimulationOutcome.COMPLETE
 
-    def _jacobian_rows(self, rows: FloatArray, target: Target, block: Block, chain: FloatArray, n: int) -> None:
+    def _jacobian_rows(
+        self, rows: FloatArray, target: Target, block: Block, chain: FloatArray, n: int
+    ) -> None:
         """Write dy/dq of the last n samples of a block as rows; the delay of another record has none."""
         moved = chain.shape[0]
         np.matmul(chain, block.jacobian[-n:, 0, : chain.shape[1]].T, out=rows[:moved, :n])
@@ -258,11 +274,11 @@ class Problem:
         """Return the reduced problem of all targets together."""
         return combined(self.triangles(q, windows))
 
-    def _over_targets(self, what, q, windows):  # type: ignore[no-untyped-def]
+    def _over_targets(
+        self, what: Callable[[Target, FloatArray, tuple[int, int]], Result], q: FloatArray, windows: Windows
+    ) -> list[Result]:
+        """Work on every target that has a window, the longest first, and return in their own order."""
         used = [t for t in self.targets if t.name in windows]
-        if self.workers == 1 or len(used) == 1:
-            return [what(t, q, windows[t.name]) for t in used]
-        longest_first = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
-        tasks = (delayed(what)(used[i], q, windows[used[i].name]) for i in longest_first)
-        done = Parallel(n_jobs=self.workers, backend="threading", batch_size=1)(tasks)
-        return [r for _, r in sorted(zip(longest_first, done, strict=True), key=lambda pair: pair[0])]
+        order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
+        done = mapped(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
+        return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]

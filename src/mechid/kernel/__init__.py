@@ -1,0 +1,1 @@
+"""A plant becomes generated source, a compiled `Kernel`, and its slow twin."""

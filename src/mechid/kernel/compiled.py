@@ -105,7 +105,7 @@ def _write_whole(path: Path, text: str) -> None:
         "w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8"
     ) as f:
         f.write(text)
-    os.replace(f.name, path)
+    Path(f.name).replace(path)
 
 
 def _imported(path: Path) -> ModuleType:
@@ -113,7 +113,8 @@ def _imported(path: Path) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None and spec.loader is not None
+    assert spec is not None
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module
     spec.loader.exec_module(module)

@@ -15,7 +15,9 @@ from mechid.plant.plant import START_ANGLE, Plant
 FloatArray = NDArray[np.float64]
 
 
-def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float) -> tuple[FloatArray, FloatArray]:
+def equilibrium(
+    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float
+) -> tuple[FloatArray, FloatArray]:
     """Return states at rest without friction, (n,), and their derivative to the parameters, (n, n_p).
 
     Newton's method on the rates from the commanded start; by the implicit function theorem
@@ -36,8 +38,10 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
         if np.max(np.abs(move)) <= 1e-14 * max(1.0, float(np.max(np.abs(x)))):
             x[np.abs(x) < 1e-14 * np.max(np.abs(x))] = 0.0
             f_p = np.asarray(to_parameters(*x, *p, *inputs), dtype=np.float64)
-            return x, -np.linalg.lstsq(slopes, f_p, rcond=None)[0]
-    raise FitError(f"no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = \"commanded\"")
+            return x, np.asarray(np.linalg.lstsq(slopes, -f_p, rcond=None)[0], dtype=np.float64)
+    raise FitError(
+        f'no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = "commanded"'
+    )
 
 
 @lru_cache(maxsize=16)

@@ -49,6 +49,7 @@ class Writer:
 
     @property
     def mode_symbols(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of all switches' modes, in order."""
         values = [next(iter(s.modes.values())) for s in self.plant.switches]
         return tuple(m for v in values for m in v)
 
@@ -63,7 +64,9 @@ class Writer:
         """All scalar arguments of the rates, read from the workspace."""
         return ", ".join([f"x[{i}]" for i in range(len(self.plant.states))] + self.held_arguments)
 
-    def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
+    def body(
+        self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False
+    ) -> list[str]:
         """Return the lines that compute `wanted` ({target: expression}).
 
         `scalars` are symbols that are local already; everything else that is needed is read from
@@ -94,16 +97,19 @@ class Writer:
             todo = {s for t in todo for s in definitions[t].free_symbols & definitions.keys()} - needed
         return [(s, e) for s, e in self.plant.terms if s in needed]
 
-    def _loads(self, expressions: Iterable[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
+    def _loads(self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
         seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
         sources = {
             "x": self.plant.states, "z": self.plant.filter.states,
             "u": self.plant.inputs, "m": self.mode_symbols,
         }  # fmt: skip
         lines = [
-            f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
+            f"{s} = {array}[{k}]"
+            for array, symbols in sources.items()
+            for k, s in enumerate(symbols)
+            if s in seen
         ]
-        return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in([e for e in expressions])]
+        return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
 
 
 def _angle_text(lines: Iterable[tuple[str, sp.Expr | None]]) -> list[str]:
@@ -143,7 +149,13 @@ def rates(writer: Writer) -> list[str]:
     fill = [f"{names} = rates_of({writer.unpacked}, w_)"]
     fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
     return [
-        function("rates_of", f"{arguments}, w_", "Rates of the states, then inputs of the filter.", lines, inline=True),
+        function(
+            "rates_of",
+            f"{arguments}, w_",
+            "Rates of the states, then inputs of the filter.",
+            lines,
+            inline=True,
+        ),
         function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill),
     ]
 
@@ -220,11 +232,12 @@ def _by_mode(
     functions, lines = [], []
     places = [(s, mode) for s, count in enumerate(modes) for mode in range(count)]
     for (s, mode), body in zip(places, bodies, strict=True):
+        call = body
         if len(body) > 4:
             functions.append(function(f"{name}_{s}_{mode}", arguments, doc, body))
-            body = [f"{name}_{s}_{mode}({arguments})"]
-        if body:
-            lines += [f"if s == {s} and mode == {mode}:", *(f"    {line}" for line in body)]
+            call = [f"{name}_{s}_{mode}({arguments})"]
+        if call:
+            lines += [f"if s == {s} and mode == {mode}:", *(f"    {line}" for line in call)]
     return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"])]
 
 
@@ -236,7 +249,11 @@ def _entry(writer: Writer) -> str:
         inner = writer.body(rules, share=True)
         for n, (_, mode) in enumerate(switch.entry):
             inner += [f"if rule_{n} > 0.0:", f"    return {modes.index(mode)}"]
-        lines += [f"if s == {i}:", *(f"    {line}" for line in inner), f"    return {modes.index(switch.otherwise)}"]
+        lines += [
+            f"if s == {i}:",
+            *(f"    {line}" for line in inner),
+            f"    return {modes.index(switch.otherwise)}",
+        ]
     return function("entry_mode", "s, w_, x_at", "Mode that switch s takes at x.", [*lines, "return 0"])
 
 
@@ -277,7 +294,9 @@ def start(writer: Writer) -> str:
         for k, q in enumerate(plant.parameters)
         if (d := sp.diff(e, q)) != 0
     ]
-    return function("start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines)
+    return function(
+        "start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines
+    )
 
 
 def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
@@ -285,14 +304,20 @@ def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
 
 
 def outputs(writer: Writer) -> list[str]:
-    """Outputs, and their gradients to states, filter states and parameters."""
+    """Write outputs, and their gradients to states, filter states and parameters."""
     plant, program = writer.plant, writer.program
     wanted = [(f"y[at + {j}]", e) for j, e in enumerate(plant.outputs.values())]
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
     for j, node in enumerate(program.measured):
-        gradient += [(f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
-        gradient += [(f"y_p[{j * len(plant.parameters) + k}]", d) for k, q in enumerate(plant.parameters) if (d := node.outer.get(q))]
+        gradient += [
+            (f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)
+        ]
+        gradient += [
+            (f"y_p[{j * len(plant.parameters) + k}]", d)
+            for k, q in enumerate(plant.parameters)
+            if (d := node.outer.get(q))
+        ]
     return [
         function("outputs", "w_, x_at, y_, at", "Measured quantities.", [*writer.body(wanted), "return"],
                  inline=True),
@@ -343,5 +368,3 @@ def constants(writer: Writer) -> str:
         for k, (e, s) in enumerate(names.items())
     ]
     return function("constants", "p_, w_", "Functions of the parameters alone.", [*reads, *lines, "return"])
-
-

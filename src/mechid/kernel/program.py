@@ -71,10 +71,12 @@ class Program:
 
     @property
     def states(self) -> tuple[sp.Symbol, ...]:
+        """States of the nonlinear part."""
         return self.plant.states
 
     @property
     def filter_states(self) -> tuple[sp.Symbol, ...]:
+        """States of the closed-form linear part."""
         return self.plant.filter.states
 
     def partial_x(self, expr: sp.Expr) -> list[sp.Expr]:

@@ -107,7 +107,8 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
         "G_OLD": guards, "G_NEW": guards, "G_SLOPE": guards, "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
         "J_PAIR": 2 * n["NY"] * n["NL"],
-        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"], "G_X": guards * n["NX"], "G_P": guards * n["NP"],
+        "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"],
+        "G_X": guards * n["NX"], "G_P": guards * n["NP"],
     }  # fmt: skip
 
 

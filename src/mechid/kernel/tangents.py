@@ -52,8 +52,12 @@ class LaneWriter:
             len(program.states), len(program.filter_states), len(program.filter_inputs), len(self.seeded)
         )
         self._coefficients: dict[str, sp.Expr] = {}
-        self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
-        self._seeds = {n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded}
+        self._slopes = {
+            n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes
+        }
+        self._seeds = {
+            n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded
+        }
 
     @property
     def seeded_together(self) -> list[list[int]]:
@@ -63,7 +67,12 @@ class LaneWriter:
 
     def functions(self) -> list[str]:
         """Return all lane functions."""
-        return [self._linearise_of(), self._step_lanes(), self._evaluate_lanes(), self._advance_filter_lanes()]
+        return [
+            self._linearise_of(),
+            self._step_lanes(),
+            self._evaluate_lanes(),
+            self._advance_filter_lanes(),
+        ]
 
     def _is_shared(self, node: Node) -> bool:
         index = int(node.symbol.name.removeprefix("v_"))
@@ -98,7 +107,11 @@ class LaneWriter:
         lines = [*self.writer.body(wanted, scalars=scalars, share=True), f"return {self._results('e')}"]
         arguments = ", ".join(map(str, scalars))
         return function(
-            "linearise_of", f"{arguments}, w_", "Rates, filter inputs, and the derivatives that change.", lines, inline=True
+            "linearise_of",
+            f"{arguments}, w_",
+            "Rates, filter inputs, and the derivatives that change.",
+            lines,
+            inline=True,
         )
 
     def _seed_lines(self) -> list[str]:
@@ -135,7 +148,9 @@ class LaneWriter:
         """One pass over the lanes: ``y_<state>`` from S (displaced by f K), tangents, and what follows."""
         lines = []
         for i, s in enumerate(self.writer.plant.states):
-            lines.append(f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else ""))
+            lines.append(
+                f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else "")
+            )
         lines += self._flow_lines() + after
         return ["for l in range(NL):", *(f"    {line}" for line in lines)]
 
@@ -143,7 +158,9 @@ class LaneWriter:
         """Write the three inner stages of a step as one loop."""
         states, n_fed = self.writer.plant.states, self.layout.fed
         at = ", ".join([f"{s} + f * k_{s}" for s in states] + self.writer.held_arguments)
-        results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients))
+        results = ", ".join(
+            [f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients)
+        )
         after = []
         for i, s in enumerate(states):
             after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} += weight * t_k_{s}"]
@@ -166,7 +183,9 @@ class LaneWriter:
         lines += [*self._constant_loads(), "for stage in range(3):", *(f"    {line}" for line in body)]
         lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
         lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
-        doc = "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
+        doc = (
+            "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
+        )
         return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines)
 
     def _evaluate_lanes(self) -> str:
@@ -192,7 +211,8 @@ class LaneWriter:
         width = len(columns)
         lines = [f"p_{i}_{j} = prop[{i * width + j}]" for i in range(n) for j in range(width)]
         body = [
-            f"n_{i} = " + " + ".join(f"p_{i}_{j} * {column}" for j, column in enumerate(columns)) for i in range(n)
+            f"n_{i} = " + " + ".join(f"p_{i}_{j} * {column}" for j, column in enumerate(columns))
+            for i in range(n)
         ]
         body += [f"w[{rows['SZ'] + i} * NL + l] = n_{i}" for i in range(n)]
         lines += ["for l in range(NL):", *(f"    {line}" for line in body)] if n else []

@@ -1,0 +1,1 @@
+"""What is believed: blocks, wiring as data, and the `Plant` and `Mechanism` made of them."""

@@ -8,7 +8,7 @@ from functools import lru_cache
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
 from mechid.plant.drive import voltage_drive
-from mechid.plant.drive_train import gear, rotor, rigid_load
+from mechid.plant.drive_train import gear, rigid_load, rotor
 from mechid.plant.housing import housing, rigid_housing, transducer
 from mechid.plant.plant import Plant, assemble
 from mechid.plant.stepper import detent, motor_torque, windings

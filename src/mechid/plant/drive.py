@@ -21,7 +21,11 @@ def voltage_drive() -> Block:
         table="stepper",
         declarations=(
             Declaration(
-                key="peak_voltage", symbol="U", unit="V", meaning="peak phase voltage", lower=0.0,
+                key="peak_voltage",
+                symbol="U",
+                unit="V",
+                meaning="peak phase voltage",
+                lower=0.0,
                 source="not in the paper; 0.6 A x 9.5 ohm comes near its amplitudes",
             ),
         ),

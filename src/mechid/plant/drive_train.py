@@ -111,5 +111,3 @@ def rigid_load() -> Block:
         initial={alpha_gear: theta_0 / (p / 2) / G, omega_gear: 0},
         outputs={"alpha_gear": alpha_gear, "omega_gear": omega_gear},
     )
-
-

@@ -36,7 +36,11 @@ def housing(form: str) -> Block:
         declarations=(
             Declaration(key="gain", symbol="K_res", unit="1", meaning="housing resonance factor", lower=0.0),
             Declaration(
-                key="frequency", symbol="omega_0", unit="rad/s", meaning="housing resonance frequency", lower=0.0
+                key="frequency",
+                symbol="omega_0",
+                unit="rad/s",
+                meaning="housing resonance frequency",
+                lower=0.0,
             ),
             Declaration(key="damping", symbol="zeta", unit="1", meaning="housing damping ratio", lower=0.0),
         ),
@@ -59,7 +63,7 @@ def rigid_housing() -> Block:
 
 def transducer() -> Block:
     """Measured torque: y = -(T_residual + T_applied), section 3.1 of [Kornienko2013]_; N m."""
-    T_residual, T_applied, y = symbols("T_residual_in T_applied_in y_torque")
+    T_residual, T_applied = symbols("T_residual_in T_applied_in")
     return Block(
         name="transducer",
         table="",

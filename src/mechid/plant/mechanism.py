@@ -80,9 +80,7 @@ class Mechanism:
 
     def with_free(self, names: tuple[str, ...]) -> Mechanism:
         """Return the same mechanism in which of its free parameters only `names` stay free."""
-        held = {
-            q.name: replace(q, status=Status.KNOWN) for q in self.free if q.name not in names
-        }
+        held = {q.name: replace(q, status=Status.KNOWN) for q in self.free if q.name not in names}
         return self.with_parameters(held)
 
 

@@ -56,9 +56,7 @@ class Plant:
     @cached_property
     def declarations(self) -> dict[str, Declaration]:
         """Parameters as the mechanism file names them: {dotted name: declaration}."""
-        return {
-            dotted_name(block, d.key): d for block in self.blocks for d in block.declarations
-        }
+        return {dotted_name(block, d.key): d for block in self.blocks for d in block.declarations}
 
     @cached_property
     def coordinates(self) -> dict[sp.Symbol, sp.Expr]:
@@ -228,7 +226,8 @@ def _joined_filter(parts: Iterable[tuple[_Links, Block]]) -> LinearSystem:
 
 def _ordered(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
     """Sort terms so that each comes after what it needs; a linear loop is solved for its terms."""
-    pending, known = dict(terms), {}
+    pending = dict(terms)
+    known: dict[sp.Symbol, sp.Expr] = {}
     while pending:
         ready = [s for s, e in pending.items() if not e.free_symbols & pending.keys()]
         if not ready:
@@ -241,9 +240,7 @@ def _ordered(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbo
 
 def _solve_loop(terms: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
     try:
-        solution = sp.linsolve(
-            [s - e for s, e in terms.items()], list(terms)
-        )
+        solution = sp.linsolve([s - e for s, e in terms.items()], list(terms))
     except sp.solvers.solveset.NonlinearError as error:
         raise ValueError(f"algebraic loop through {list(terms)} is not linear") from error
     return dict(zip(terms, next(iter(solution)), strict=True))
@@ -273,7 +270,7 @@ def _parameters(
     own = {s for s, _ in terms} | set(rates) | set(links.free_inputs) | set(system.states) | modes
     order: dict[sp.Symbol, None] = {}
     for block in blocks:
-        special = {e: s for s, expr in reversed(block.coordinates.items()) for e in expr.free_symbols}
+        special = {e: s for s, expr in reversed(list(block.coordinates.items())) for e in expr.free_symbols}
         for d in block.declarations:
             order[special.get(sp.Symbol(d.symbol), sp.Symbol(d.symbol))] = None
         order |= dict.fromkeys(block.coordinates)

@@ -72,11 +72,19 @@ def detent(index: int, order: int | None) -> Block:
         table=f"stepper.detent.{index}",
         declarations=(
             Declaration(
-                key="period_deg", symbol=period.name, unit="deg", meaning="detent period", lower=1e-6,
+                key="period_deg",
+                symbol=period.name,
+                unit="deg",
+                meaning="detent period",
+                lower=1e-6,
                 structural=True,
             ),
             Declaration(
-                key="amplitude", symbol=K.name, unit="N m", meaning="detent torque amplitude", lower=0.0,
+                key="amplitude",
+                symbol=K.name,
+                unit="N m",
+                meaning="detent torque amplitude",
+                lower=0.0,
                 typical=("k_m*U/R", 0.0, 0.2),
             ),
             Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),

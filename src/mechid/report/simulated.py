@@ -32,8 +32,8 @@ def simulated_data(trajectories: Mapping[str, Trajectory], files: Mapping[str, P
         "records": [_row(name, trajectory) for name, trajectory in trajectories.items()],
         "files": [str(path) for path in files.values()],
         "warnings": [
-            f'record "{name}": halving the integration step still changes the torque by {t.difference:.1e} of '
-            "its RMS: a switch between stick and slip falls either way within that"
+            f'record "{name}": halving the integration step still changes the torque by {t.difference:.1e} '
+            "of its RMS: a switch between stick and slip falls either way within that"
             for name, t in trajectories.items()
             if t.difference is not None and t.difference > PROMISE
         ],

@@ -1,0 +1,1 @@
+"""Runs a kernel over a record's time base: `Simulator` makes a `Trajectory`."""

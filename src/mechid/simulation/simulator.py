@@ -103,7 +103,13 @@ class Simulator:
         return np.ascontiguousarray(self.excitation.values).ravel()
 
     def run(
-        self, p: FloatArray, *, time_offset_s: float = 0.0, substeps: int = 1, block: int = BLOCK, events: int = 0
+        self,
+        p: FloatArray,
+        *,
+        time_offset_s: float = 0.0,
+        substeps: int = 1,
+        block: int = BLOCK,
+        events: int = 0,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n,); iterate its `blocks`. It logs so many switches."""
         return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events)
@@ -113,7 +119,13 @@ class Run:
     """One run in progress. After its blocks are consumed, `outcome` and `switching` tell how it went."""
 
     def __init__(
-        self, simulator: Simulator, p: FloatArray, time_offset_s: float, substeps: int, block: int, events: int
+        self,
+        simulator: Simulator,
+        p: FloatArray,
+        time_offset_s: float,
+        substeps: int,
+        block: int,
+        events: int,
     ) -> None:
         self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
         self.substeps = substeps
@@ -192,7 +204,14 @@ class Run:
         table = b.events.reshape(-1, 5 + b.lanes)[: b.discrete[2]]
         index = table[:, 1:4].astype(np.int64)
         n = len(self.simulator.sensitive)
-        return Switching(table[:, 0].copy(), index[:, 0], index[:, 1], index[:, 2], table[:, 4].copy(), table[:, 5 : 5 + n].copy())
+        return Switching(
+            table[:, 0].copy(),
+            index[:, 0],
+            index[:, 1],
+            index[:, 2],
+            table[:, 4].copy(),
+            table[:, 5 : 5 + n].copy(),
+        )
 
 
 def simulate_run(run: Run) -> Trajectory:

@@ -1,0 +1,87 @@
+"""A small synthetic campaign, made once, and copies of it in which a test changes one thing."""
+
+import shutil
+
+import pytest
+from typer.testing import CliRunner
+
+from mechid.campaign.bench import write_bench
+from mechid.cli.app import app
+
+STAGE = """
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.05]
+free = ["gear.stiffness", "gear.damping"]
+"""
+
+
+@pytest.fixture
+def run():
+    """Return a function that runs mechid with arguments, as the shell would."""
+
+    def invoke(*arguments):
+        return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="mechid")
+
+    return invoke
+
+
+@pytest.fixture
+def refused(run):
+    """Return a function that runs mechid, expects an exit code and one line on stderr, and returns it."""
+
+    def refuse(code, *arguments):
+        result = run(*arguments)
+        lines = [line for line in result.stderr.splitlines() if line.startswith("mechid: ")]
+        assert result.exit_code == code, result.stderr
+        assert len(lines) == 1, result.stderr
+        assert "Traceback" not in result.stderr
+        return lines[0]
+
+    return refuse
+
+
+@pytest.fixture(scope="session")
+def bench(tmp_path_factory):
+    """Return the folder of a bench whose sweep takes 1 s; not to be changed."""
+    folder = tmp_path_factory.mktemp("bench")
+    write_bench(folder, seed=3, sweep_s=1.0)
+    return folder
+
+
+@pytest.fixture
+def folder(bench, tmp_path):
+    """Return a copy of the bench's folder."""
+    return shutil.copytree(bench, tmp_path / "bench")
+
+
+@pytest.fixture
+def changed(folder):
+    """Return a function that replaces text in one of the folder's files."""
+
+    def change(name, old, new):
+        path = folder / name
+        content = path.read_text(encoding="utf-8")
+        assert content.count(old) >= 1, f"{old!r} is not in {name}"
+        path.write_text(content.replace(old, new, 1), encoding="utf-8")
+        return folder
+
+    return change
+
+
+@pytest.fixture
+def staged(changed, folder):
+    """Return the folder, its mechanism at the truth but for the gear, and a short stage that fits it."""
+    for old, new in (
+        ("value = 9.5,", "value = 9.9,"), ("value = 0.0229", "value = 0.045"), ("value = 0.277", "value = 0.384"),
+        ("value = 0.01,", "value = 0.0047,"), ("phase_deg = { value = 0.0,", "phase_deg = { value = 35.0,"),
+        ("amplitude = { value = 0.0,", "amplitude = { value = 0.0231,"),
+        ("phase_deg = { value = 0.0,", "phase_deg = { value = -110.0,"),
+        ("value = 0.03,", "value = 0.008,"), ("value = 0.0265", "value = 0.0013"),
+        ("value = 0.000974", "value = 0.0061"), ("value = 2200.0", "value = 1000.0"),
+        ("value = 2.0,", "value = 4.6,"), ("value = 5000.0,", "value = 5578.0,"), ("value = 0.05,", "value = 0.095,"),
+    ):  # fmt: skip
+        changed("mechanism.toml", old, new)
+    path = folder / "campaign.toml"
+    path.write_text(path.read_text(encoding="utf-8") + STAGE, encoding="utf-8")
+    return folder

@@ -1,0 +1,121 @@
+"""Each bad input of the user ends in one line that says what is wrong, and in its own exit code.
+
+Truth: the contract of exit codes (DESIGN 3) and the list of bad input in issue A.
+"""
+
+import pytest
+
+MECHANISM, CAMPAIGN = "mechanism.toml", "campaign.toml"
+
+WRONG_FILES = [
+    ("unknown key", MECHANISM, "stiffness =", "stifness =", 'did you mean "stiffness"?'),
+    ("unit-like text", MECHANISM, "rotor_inertia = 8.9e-06", 'rotor_inertia = "8.9e-6 kg m2"', "without quotes"),
+    ("wrong type", MECHANISM, "rotor_inertia = 8.9e-06", "rotor_inertia = true", "found true"),
+    ("value outside its bounds", MECHANISM, "value = 9.5,", "value = 95.0,", "is above max = 20"),
+    ("min above max", MECHANISM, "min = 5.0, max = 20.0", "min = 20.0, max = 5.0", "min = 20 is above max = 5"),
+    ("two records of one name", CAMPAIGN, 'name = "full_92"', 'name = "full_23"', "full_23"),
+    ("no toml", CAMPAIGN, "[[record]]", "[[record]", "campaign.toml: line"),
+    ("mechanism file missing", CAMPAIGN, '"mechanism.toml"', '"mechanisms.toml"', "there is no such file"),
+    (
+        "unknown parameter in a stage", CAMPAIGN, 'mechanism = "mechanism.toml"',
+        'mechanism = "mechanism.toml"\nstage = [{ free = ["gear.stifness"] }]', 'did you mean "gear.stiffness"?',
+    ),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "old", "new", "says"), [row[1:] for row in WRONG_FILES], ids=[r[0] for r in WRONG_FILES])
+@pytest.mark.parametrize("verb", ["check", "identify"])
+def test_a_wrong_mechanism_or_campaign_file_is_3(refused, changed, tmp_path, name, old, new, says, verb):
+    arguments = [verb, changed(name, old, new), *(["--out", tmp_path / "out"] if verb == "identify" else [])]
+    line = refused(3, *arguments)
+    assert line.startswith("mechid: error: ")
+    assert says in line
+
+
+def test_a_missing_campaign_is_3(refused, tmp_path):
+    assert "there is no such file" in refused(3, "check", tmp_path / "campaign.toml")
+    assert "mechid new" in refused(3, "check", tmp_path)
+
+
+WRONG_RECORDS = {
+    "missing": (None, 'did you mean "full_46.csv"?'),
+    "empty": (lambda lines: lines[:1], "0 samples"),
+    "time goes back": (lambda lines: [*lines[:51], lines[49], *lines[52:]], "line 52"),
+    "repeated time": (lambda lines: [*lines[:51], lines[50], *lines[52:]], "line 52"),
+    "not a number": (lambda lines: [*lines[:51], "0.005,nan", *lines[52:]], "nan"),
+}
+
+
+@pytest.mark.parametrize("kind", WRONG_RECORDS)
+@pytest.mark.parametrize("verb", ["check", "simulate", "identify"])
+def test_a_record_that_cannot_be_used_is_4(refused, folder, tmp_path, kind, verb):
+    spoil, says = WRONG_RECORDS[kind]
+    path = folder / "full_46.csv"
+    if spoil is None:
+        path.rename(folder / "full_46x.csv")
+        says = "there is no such file"
+    else:
+        path.write_text("\n".join(spoil(path.read_text().splitlines())) + "\n")
+    line = refused(4, verb, folder, *(["--out", tmp_path / "out"] if verb != "check" else []))
+    assert "full_46.csv" in line
+    assert says in line
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["simulate", "campaign.toml"],
+        ["identify", "campaign.toml"],
+        ["identify", "campaign.toml", "--out", "x", "--workers", "0"],
+        ["identify", "campaign.toml", "--out", "x", "--seed", "one"],
+        ["simulate", "campaign.toml", "--out", "x", "--rate", "3"],
+        ["kernel", "--lanes", "-1"],
+        ["idenify"],
+        [],
+    ],
+)
+def test_a_wrong_command_line_is_2(run, arguments):
+    result = run(*arguments)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.stderr
+    assert "Usage: mechid" in result.output
+
+
+def test_a_folder_that_cannot_be_made_is_2(refused, staged, tmp_path):
+    (tmp_path / "file").write_text("")
+    assert "cannot be written to" in refused(2, "simulate", staged, "--out", tmp_path / "file" / "x")
+    assert "cannot be written to" in refused(2, "identify", staged, "--out", tmp_path / "file" / "x")
+    assert "cannot be written to" in refused(2, "new", tmp_path / "file" / "x")
+
+
+def test_a_mechanism_that_diverges_is_5_and_leaves_no_file(refused, changed, tmp_path):
+    folder = changed("mechanism.toml", "inertia = 0.010534", "inertia = 1e-9")
+    line = refused(5, "simulate", folder, "--out", tmp_path / "out")
+    assert 'record "full_23" at ' in line
+    assert "mechanism file" in line
+    assert not (tmp_path / "out").exists()
+
+
+def test_nothing_to_estimate_is_5(refused, campaign_folder, tmp_path):
+    line = refused(5, "identify", campaign_folder / "exact", "--out", tmp_path / "out")
+    assert "nothing to estimate" in line
+
+
+def test_an_unexpected_error_is_1_with_one_line(monkeypatch, capsys):
+    from mechid.cli import app
+
+    def broken():
+        raise ZeroDivisionError("division\nby zero")
+
+    monkeypatch.setattr(app, "app", broken)
+    monkeypatch.delenv("MECHID_DEBUG", raising=False)
+    with pytest.raises(SystemExit) as exit_:
+        app.main()
+    assert exit_.value.code == 1
+    assert capsys.readouterr().err.splitlines() == [
+        "mechid: unexpected error, please report it (with the traceback that MECHID_DEBUG=1 shows): "
+        "ZeroDivisionError: division by zero"
+    ]
+    monkeypatch.setenv("MECHID_DEBUG", "1")
+    with pytest.raises(ZeroDivisionError):
+        app.main()

@@ -1,0 +1,58 @@
+"""`mechid check`; truth: what the test wrote into the files."""
+
+
+def warnings(result):
+    return [line for line in result.stdout.splitlines() if line.startswith("warning: ")]
+
+
+def test_a_good_campaign_is_told_without_a_warning(run, folder):
+    result = run("check", folder)
+    assert result.exit_code == 0
+    assert warnings(result) == []
+    assert "full stepping at 46 full steps/s, from 45 deg: 46 step edges" in result.stdout
+    assert "10001 samples at 10000 Hz, 0 s to 1 s" in result.stdout
+    assert "15 parameters to be estimated" in result.stdout
+    assert "stepper.back_emf_constant follows stepper.torque_constant" in result.stdout
+
+
+def test_the_kernel_is_told_on_stderr_as_what_it_was(run, folder):
+    result = run("check", folder)
+    assert "kernel loaded from the cache in" in result.stderr
+    assert "kernel" not in result.stdout
+
+
+def test_a_record_shorter_than_its_command_is_warned(run, changed):
+    folder = changed("campaign.toml", "[[0.0, 0.0], [1.0, 2.0]]", "[[0.0, 0.0], [4.0, 8.0]]")
+    result = run("check", folder)
+    assert result.exit_code == 0
+    assert len(warnings(result)) == 1
+    assert 'record "sweep"' in warnings(result)[0]
+    assert "4 s" in warnings(result)[0]
+
+
+def test_more_than_one_edge_a_sample_is_warned(run, changed):
+    result = run("check", changed("campaign.toml", "microsteps = 16, rate = 92.0", "microsteps = 256, rate = 92.0"))
+    assert result.exit_code == 0
+    assert any("micro_92" in line and "between two samples" in line for line in warnings(result))
+
+
+def test_a_parameter_that_no_record_sees_is_warned_with_its_remedy(run, changed):
+    """A detent known to be zero has a phase that changes nothing."""
+    folder = changed("mechanism.toml", "amplitude = { value = 0.0, min = 0.0, max = 0.1 }", "amplitude = 0.0  ")
+    result = run("check", folder)
+    assert result.exit_code == 0
+    assert warnings(result) == [
+        "warning: stepper.detent.1.phase_deg: no record sees it; add a record that does, "
+        "or give it as a known number"
+    ]
+
+
+def test_a_mechanism_that_diverges_is_warned(run, changed):
+    result = run("check", changed("mechanism.toml", "inertia = 0.010534", "inertia = 1e-9"))
+    assert result.exit_code == 0
+    assert any('record "full_23" at' in line for line in warnings(result))
+
+
+def test_stages_are_told(run, staged):
+    result = run("check", staged)
+    assert "stage 1: gear.stiffness, gear.damping; full_46, 0 s to 0.05 s" in result.stdout

@@ -1,0 +1,91 @@
+"""`mechid identify`: files, exit codes, progress. Truth: the bench's own values, and the contract."""
+
+import json
+from types import SimpleNamespace
+
+import pytest
+
+from mechid.campaign import read_mechanism
+from mechid.campaign.bench import TRUTH
+from mechid.cli import identification
+from mechid.identification.fit import FitOutcome
+from mechid.identification.identify import identify
+
+FILES = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]
+CODES = {FitOutcome.CONVERGED: 0, FitOutcome.STAGES_DONE: 0, FitOutcome.INTERRUPTED: 130}
+
+
+@pytest.fixture(scope="module")
+def fitted(request, tmp_path_factory):
+    """Return nothing yet: the real run's result and folder are made by the first test that asks."""
+    return {}
+
+
+@pytest.fixture
+def real(fitted, run, staged, tmp_path_factory):
+    """Return the result and the folder of one real identification, run once."""
+    if not fitted:
+        out = tmp_path_factory.mktemp("fit") / "deep" / "result"
+        fitted.update(result=run("identify", staged, "--out", out, "--workers", 2), out=out)
+    return SimpleNamespace(**fitted)
+
+
+def test_it_leaves_its_files_and_nothing_beside(real):
+    assert real.result.exit_code == 0, real.result.stderr
+    assert sorted(path.name for path in real.out.iterdir()) == FILES
+
+
+def test_the_gear_is_found(real):
+    """From 10 % off in stiffness and 23 % in damping to the bench's own values, within 5 sigma."""
+    parameters = json.loads((real.out / "estimate.json").read_text())["parameters"]
+    for name in ("gear.stiffness", "gear.damping"):
+        found = parameters[name]
+        assert abs(found["value"] - TRUTH[name]) <= 5.0 * found["std_error"]
+        assert found["std_error"] < 0.01 * TRUTH[name]
+
+
+def test_the_mechanism_file_holds_the_estimate(real):
+    parameters = json.loads((real.out / "estimate.json").read_text())["parameters"]
+    read = read_mechanism(real.out / "mechanism.toml")
+    assert {name: read.value(name) for name in read.parameters} == {n: p["value"] for n, p in parameters.items()}
+
+
+def test_results_go_to_stdout_and_progress_to_stderr(real):
+    assert "stage 1 of 1: stage 1" in real.result.stderr
+    assert "stage 1 of 1" not in real.result.stdout
+    assert real.result.stdout.startswith(FitOutcome.STAGES_DONE.value)
+    assert all(f"written: {real.out / name}" in real.result.stdout.splitlines() for name in FILES)
+
+
+def test_the_journal_has_a_line_for_each_stage(real):
+    lines = [json.loads(line) for line in (real.out / "journal.jsonl").read_text().splitlines()]
+    assert [line["event"] for line in lines] == ["started", "stage", "finished"]
+    assert lines[1]["stage"] == "stage 1"
+    assert lines[2]["outcome"] == "stages_done"
+
+
+@pytest.fixture
+def ended(monkeypatch, staged):
+    """Return a function that makes identify end in a given way."""
+    from mechid.campaign import load_campaign
+
+    fit = identify(load_campaign(staged), workers=1)
+
+    def end(outcome):
+        from dataclasses import replace
+
+        monkeypatch.setattr(identification, "identify", lambda *_, **__: replace(fit, outcome=outcome))
+
+    return end
+
+
+def test_each_outcome_has_its_exit_code_and_leaves_the_files(run, ended, staged, tmp_path):
+    for outcome in FitOutcome:
+        ended(outcome)
+        out = tmp_path / outcome.name
+        result = run("identify", staged, "--out", out)
+        assert result.exit_code == CODES.get(outcome, 5), outcome
+        assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == outcome.code
+        assert sorted(path.name for path in out.iterdir()) == FILES
+        said = [line for line in result.stderr.splitlines() if line.startswith("mechid: ")]
+        assert len(said) == (0 if outcome.good else 1)

@@ -1,0 +1,45 @@
+"""Ctrl-C while identifying: the best so far is kept, marked, and the exit code is 130."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import pytest
+
+WAIT_S = 120.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send to another process")
+def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
+    out = tmp_path / "result"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mechid", "identify", str(bench), "--out", str(out)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    watchdog = threading.Timer(WAIT_S, process.kill)
+    watchdog.start()
+    try:
+        said = ""
+        for line in process.stderr:
+            said += line
+            if line.startswith("stage 1 of"):
+                process.send_signal(signal.SIGINT)
+                break
+        output, rest = process.communicate()
+    finally:
+        watchdog.cancel()
+        process.kill()
+    assert process.returncode == 130, said + rest
+    assert "Traceback" not in said + rest
+    assert f"mechid: interrupted; {out} holds the best so far" in rest.splitlines()
+    assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == "interrupted"
+    assert output.startswith("Interrupted by the user")
+    assert sorted(path.name for path in out.iterdir()) == [
+        "estimate.json",
+        "journal.jsonl",
+        "mechanism.toml",
+        "report.json",
+    ]

@@ -1,0 +1,87 @@
+"""`mechid new`, `mechid kernel`, `mechid --version`, and the public face; truth: the library's own functions."""
+
+import subprocess
+import sys
+import time
+from importlib.metadata import version
+
+import mechid
+from mechid.campaign import catalogue_mechanism, load_campaign
+from mechid.kernel.equation_text import equations_latex, equations_text
+
+
+def test_new_writes_files_that_check_reads(run, bench, tmp_path):
+    result = run("new", tmp_path / "mine", bench / "full_46.csv", bench / "sweep.csv")
+    assert result.exit_code == 0
+    assert f"written: {tmp_path / 'mine' / 'campaign.toml'}" in result.stdout.splitlines()
+    names = [record.name for record in load_campaign(tmp_path / "mine").records]
+    assert names == ["full_46", "sweep"]
+    assert run("check", tmp_path / "mine").exit_code == 0
+
+
+def test_new_overwrites_nothing(refused, run, tmp_path):
+    run("new", tmp_path)
+    before = (tmp_path / "mechanism.toml").read_text()
+    assert "is there already" in refused(2, "new", tmp_path)
+    assert (tmp_path / "mechanism.toml").read_text() == before
+
+
+def test_new_warns_of_files_that_are_not_there_yet(run, tmp_path):
+    result = run("new", tmp_path, tmp_path / "later.csv")
+    assert result.exit_code == 0
+    assert "there is no such file yet" in result.stderr
+
+
+def test_kernel_prints_the_equations(run):
+    plant = catalogue_mechanism().plant
+    assert run("kernel").stdout == equations_text(plant)
+    assert run("kernel", "--latex").stdout == equations_latex(plant)
+
+
+def test_kernel_prints_the_equations_of_a_file(run, changed):
+    folder = changed("mechanism.toml", 'form = "paper"', 'form = "unit_dc"')
+    result = run("kernel", folder / "mechanism.toml")
+    assert result.exit_code == 0
+    assert result.stdout != equations_text(catalogue_mechanism().plant)
+
+
+def test_kernel_prints_its_source(run):
+    result = run("kernel", "--source")
+    assert result.stdout.startswith('"""Kernel of stepper_gear_mass')
+    compile(result.stdout, "kernel", "exec")
+    assert "cache" in result.stderr
+
+
+def test_a_first_compilation_is_told_as_such(monkeypatch, capsys):
+    from types import SimpleNamespace
+
+    from mechid.cli import kernel_notice
+
+    monkeypatch.setattr(kernel_notice, "is_compiled", lambda *_: False)
+    monkeypatch.setattr(kernel_notice, "kernel_for", lambda *_: SimpleNamespace(seconds=8.234, cached=False))
+    kernel_notice.prepare_kernel(catalogue_mechanism().plant)
+    assert capsys.readouterr().err == "compiling the kernel (first time, cached afterwards) ... 8.2 s\n"
+
+
+def test_the_version_is_that_of_the_package(run):
+    assert run("--version").stdout == f"mechid {version('mechid')}\n"
+    assert mechid.__version__ == version("mechid")
+
+
+def test_help_is_there_at_once():
+    """Nothing heavy is imported before a verb needs it."""
+    began = time.perf_counter()
+    code = "import sys; sys.argv = ['mechid', '--help']; import mechid.cli\ntry: mechid.cli.main()\nfinally: print(sorted(sys.modules))"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert "identify" in result.stdout
+    assert not {"'numpy'", "'sympy'", "'scipy'", "'numba'"} & set(result.stdout.replace("[", " ").split(", "))
+    assert time.perf_counter() - began < 5.0  # measured 0.25 s; a loaded machine may take longer
+
+
+def test_the_public_names_are_what_they_say():
+    from mechid.campaign.prediction import simulate
+    from mechid.identification.identify import identify
+
+    assert mechid.identify is identify
+    assert mechid.simulate is simulate
+    assert set(mechid.__all__) <= set(dir(mechid))

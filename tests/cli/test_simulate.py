@@ -1,0 +1,79 @@
+"""`mechid simulate`; truth: an independent simulator's records, and the command line's own promises."""
+
+import numpy as np
+import pytest
+
+PROMISE = 1e-5
+
+
+def read(path):
+    return np.loadtxt(path, delimiter=",", skiprows=1)
+
+
+def test_the_independent_records_are_reproduced(run, campaign_folder, tmp_path):
+    """RMS error at most 1e-5 of each record's RMS (DESIGN 2), on files that mechid did not make."""
+    folder = campaign_folder / "exact"
+    result = run("simulate", folder, "--out", tmp_path / "deep" / "sim")
+    assert result.exit_code == 0, result.stderr
+    files = sorted(folder.glob("*.csv"))
+    assert [path.name for path in sorted((tmp_path / "deep" / "sim").iterdir())] == [path.name for path in files]
+    for path in files:
+        measured, simulated = read(path), read(tmp_path / "deep" / "sim" / path.name)
+        assert np.array_equal(measured[:, 0], simulated[:, 0])
+        error = np.linalg.norm(measured[:, 1] - simulated[:, 1]) / np.linalg.norm(measured[:, 1])
+        assert error <= PROMISE, path.name
+
+
+def test_the_file_has_one_header_line_and_ten_digits(run, folder, tmp_path):
+    run("simulate", folder, "--out", tmp_path / "sim")
+    header, *rows = (tmp_path / "sim" / "full_46.csv").read_text().splitlines()
+    assert header == "time_s,torque_Nm"
+    assert len(rows) == 10001
+    assert min(len(row.split(",")[1].split("e")[0].lstrip("-").replace(".", "")) for row in rows) >= 10
+
+
+@pytest.fixture
+def planned(changed, folder):
+    """Return the campaign with one record left, which has no file yet."""
+    path = folder / "campaign.toml"
+    head, _, _ = path.read_text().partition('\n[[record]]\nname = "full_46"')
+    path.write_text(head.replace('file = "full_23.csv"\n', ""))
+    return folder
+
+
+def test_a_record_without_a_file_takes_rate_and_duration(run, planned, tmp_path):
+    result = run("simulate", planned, "--out", tmp_path / "sim", "--sample-rate-hz", 5000, "--duration-s", 0.2)
+    assert result.exit_code == 0, result.stderr
+    time = read(tmp_path / "sim" / "full_23.csv")[:, 0]
+    assert np.array_equal(time, np.arange(1001) / 5000.0)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ([], "give both a sample rate and a duration"),
+        (["--sample-rate-hz", "5000"], "give both a sample rate and a duration"),
+        (["--duration-s", "1"], "give both a sample rate and a duration"),
+        (["--sample-rate-hz", "0", "--duration-s", "1"], "above 0"),
+        (["--sample-rate-hz", "5000", "--duration-s", "-1"], "0 or more"),
+        (["--sample-rate-hz", "nan", "--duration-s", "1"], "above 0"),
+        (["--sample-rate-hz", "1e9", "--duration-s", "1e9"], "more than"),
+    ],
+)
+def test_without_a_usable_time_base_it_is_2(refused, planned, tmp_path, options, says):
+    assert says in refused(2, "simulate", planned, "--out", tmp_path / "sim", *options)
+
+
+def test_a_record_with_a_file_keeps_its_time_base_and_this_is_said(run, folder, tmp_path):
+    result = run("simulate", folder, "--out", tmp_path / "sim", "--sample-rate-hz", 5000)
+    assert "whose time base is kept" in result.stderr
+    assert len((tmp_path / "sim" / "full_46.csv").read_text().splitlines()) == 10002
+
+
+def test_earlier_files_are_replaced_and_nothing_is_left_beside(run, folder, tmp_path):
+    out = tmp_path / "sim"
+    out.mkdir()
+    (out / "full_46.csv").write_text("old")
+    assert run("simulate", folder, "--out", out).exit_code == 0
+    assert (out / "full_46.csv").read_text().startswith("time_s")
+    assert sorted(path.name for path in out.iterdir()) == sorted(path.name for path in folder.glob("*.csv"))

@@ -1,0 +1,118 @@
+"""Truth: every name and number of the report's dict stands in what is printed, whole."""
+
+import io
+
+import pytest
+from rich.console import Console
+
+from mechid.campaign import load_campaign
+from mechid.campaign.bench import write_bench
+from mechid.identification.fit import FitOutcome
+from mechid.report import campaign_data, print_campaign, print_report, report_data
+
+ESCAPE = "\x1b"
+
+
+def printed(show, data, width, *, terminal=False, **more):
+    stream = io.StringIO()
+    console = Console(
+        file=stream, width=width, markup=False, highlight=False, force_terminal=terminal,
+        color_system="standard" if terminal else "auto", legacy_windows=False, _environ={},
+    )  # fmt: skip
+    show(data, console, **more)
+    return stream.getvalue()
+
+
+def tables(text):
+    """Return the lines of the tables, which begin with a header and end with an empty line."""
+    lines = text.splitlines()
+    rules = [i for i, line in enumerate(lines) if line and not line.strip(" -")]
+    ends = [next(i for i in range(start, len(lines)) if not lines[i]) for start in rules]
+    return [lines[start - 1 : end] for start, end in zip(rules, ends, strict=True)]
+
+
+@pytest.mark.parametrize("width", [80, 120, 200])
+def test_nothing_is_cut(make_fit, truth, width):
+    data = report_data(make_fit(), truth, synthetic=True)
+    text = printed(print_report, data, width)
+    words = text.split()
+    assert "…" not in text
+    for row in (*(p for p in data["parameters"] if p["estimated"]), *data["records"], *data["stages"]):
+        name = row["key"] if "key" in row else row["name"]
+        for cell in (name, *row["text"].values()):
+            assert all(word in words for word in cell.split()), (name, cell)
+
+
+@pytest.mark.parametrize("width", [80, 200])
+def test_tables_stay_within_the_width(make_fit, truth, width):
+    text = printed(print_report, report_data(make_fit(), truth, synthetic=True), width)
+    assert max(len(line) for table in tables(text) for line in table) <= width
+
+
+def test_a_wide_console_gets_one_table_of_parameters_a_narrow_one_two(make_fit, truth):
+    data = report_data(make_fit(), truth)
+    count = {width: len(tables(printed(print_report, data, width))) for width in (80, 200)}
+    assert count[200] == 3
+    assert count[80] > count[200]
+
+
+def test_a_long_name_runs_over_rather_than_being_cut(make_fit):
+    data = report_data(make_fit())
+    name = "a_record_with_a_name_that_no_terminal_of_eighty_columns_would_ever_hold_in_any_of_its_lines"
+    data["records"][0]["name"] = name
+    assert name in printed(print_report, data, 80)
+
+
+def test_a_log_has_no_codes_and_only_plain_characters(make_fit, truth):
+    text = printed(print_report, report_data(make_fit(), truth, synthetic=True), 80)
+    assert ESCAPE not in text
+    assert text.isascii()
+
+
+def test_a_terminal_has_colour(make_fit):
+    data = report_data(make_fit(FitOutcome.HORIZON))
+    assert ESCAPE in printed(print_report, data, 80, terminal=True)
+
+
+@pytest.mark.parametrize("outcome", list(FitOutcome))
+def test_the_verdict_comes_first(make_fit, outcome):
+    text = printed(print_report, report_data(make_fit(outcome)), 80)
+    assert " ".join(text.splitlines()[: 1 + len(outcome.value) // 80]).startswith(outcome.value)
+
+
+def test_synthetic_is_said_before_anything_else(make_fit, truth):
+    text = printed(print_report, report_data(make_fit(), truth, synthetic=True), 80)
+    assert text.startswith("SYNTHETIC")
+
+
+def test_warnings_notes_and_files_are_lines_of_their_own(make_fit, tmp_path):
+    data = report_data(make_fit())
+    lines = printed(print_report, data, 80, files=[tmp_path / "estimate.json"]).splitlines()
+    assert f"warning: {data['warnings'][0]}" in lines
+    assert f"note: {data['notes'][0]}" in lines
+    assert f"written: {tmp_path / 'estimate.json'}" in lines
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory):
+    return load_campaign(write_bench(tmp_path_factory.mktemp("bench"), seed=5, sweep_s=1.0))
+
+
+def test_the_overview_says_what_the_files_say(campaign):
+    """Truth: the bench's own definition."""
+    data = campaign_data(campaign)
+    sweep = next(record for record in data["records"] if record["name"] == "sweep")
+    assert sweep["samples"] == 10001
+    assert sweep["sample_rate_hz"] == 10000.0
+    assert sweep["edges"] == 16  # one full step in 1 s of 0 to 2 steps/s, 16 microsteps each
+    assert sweep["command"] == "microstepping (16) at 0 to 2 full steps/s over 1 s, from 0 deg"
+    assert sweep["noise_sigma"] == pytest.approx(0.002, rel=0.1)
+    assert len(data["free"]) == 15
+
+
+def test_the_overview_fits_eighty_columns(campaign):
+    data = campaign_data(campaign, ["something is odd"])
+    text = printed(print_campaign, data, 80)
+    assert max(len(line) for table in tables(text) for line in table) <= 80
+    assert "warning: something is odd" in text.splitlines()
+    assert all(row["key"] in text and row["text"]["value"] in text for row in data["parameters"])

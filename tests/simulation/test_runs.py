@@ -1,0 +1,130 @@
+"""How runs go: resumed block by block, failing without losing their shape, and as accurate as promised."""
+
+import numpy as np
+import pytest
+from hand_typed import motor_torque
+from kernel_state import places
+from paper import RECORDS, constant, indices, mechanism
+from runs import base, rms, run_kernel, simulator
+
+from mechid.command import Command, RateProfile
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.simulator import TimeBase, simulate_run
+from mechid.simulation.trajectory import SimulationOutcome
+
+EXPLOSIVE = {"gear.damping": -2.0}
+"""A damper that feeds energy in."""
+
+
+@pytest.mark.parametrize("block", [1, 7, 333, 5000])
+@pytest.mark.parametrize("housing", ["paper", None])
+def test_blocks_of_any_size_give_the_same_bits(housing, block):
+    """Truth: the run in one piece; across stick/slip and edges, with sensitivities."""
+    m, command, time_base = mechanism(housing), RECORDS["full_46"], base(0.1)
+    whole = run_kernel(m, command, time_base, sensitive=indices(m), block=time_base.samples)
+    parts = run_kernel(m, command, time_base, sensitive=indices(m), block=block)
+    np.testing.assert_array_equal(parts.torque, whole.torque)
+    np.testing.assert_array_equal(parts.jacobian["torque"], whole.jacobian["torque"])
+    np.testing.assert_array_equal(parts.rate["torque"], whole.rate["torque"])
+    np.testing.assert_array_equal(parts.switching.time, whole.switching.time)
+
+
+@pytest.mark.parametrize("block", [1, 7, 333])
+def test_blocks_of_any_size_give_the_same_bits_without_sensitivities(block):
+    """Truth: the run in one piece."""
+    m, command, time_base = mechanism(), RECORDS["full_46"], base(0.1)
+    whole = run_kernel(m, command, time_base, block=time_base.samples)
+    np.testing.assert_array_equal(run_kernel(m, command, time_base, block=block).torque, whole.torque)
+
+
+def test_runs_with_and_without_sensitivities_are_one_run():
+    """Truth: each other; only the order of rounding differs."""
+    m, command = mechanism(), RECORDS["full_46"]
+    plain, both = run_kernel(m, command, base(0.5)), run_kernel(m, command, base(0.5), sensitive=indices(m))
+    np.testing.assert_allclose(plain.torque, both.torque, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("sensitive", [False, True])
+def test_a_mechanism_that_diverges_is_nan_from_there_on_and_says_so(sensitive):
+    """Truth: negative damping; the shape of the arrays stays, and what came before is the same as alone."""
+    m, command, time_base = mechanism(changes=EXPLOSIVE), RECORDS["full_46"], base(1.0)
+    chosen = indices(m, ("R", "K_s")) if sensitive else ()
+    run = run_kernel(m, command, time_base, sensitive=chosen)
+    lost = np.flatnonzero(np.isnan(run.torque))
+    assert run.outcome is SimulationOutcome.DIVERGED
+    assert run.torque.shape == (10001,)
+    assert 0 < lost[0] < 10000
+    np.testing.assert_array_equal(lost, np.arange(lost[0], 10001))
+    before = run_kernel(m, command, time_base.first(int(lost[0])), sensitive=chosen)
+    assert before.outcome is SimulationOutcome.COMPLETE
+    np.testing.assert_array_equal(before.torque, run.torque[: lost[0]])
+    if sensitive:
+        assert run.jacobian["torque"].shape == (10001, 2)
+        assert run.rate["torque"].shape == (10001,)
+
+
+@pytest.mark.parametrize("name", ["full_5", "full_92", "micro_46"])
+def test_the_automatic_accuracy_keeps_its_promise(name, note):
+    """Truth: the same run in 32 steps a sample, itself held against the twin elsewhere."""
+    m, command, time_base = mechanism(), RECORDS[name], base(1.0)
+    found = simulate_accurately(simulator(m, command, time_base), m.kernel_values())
+    fine = run_kernel(m, command, time_base, substeps=32)
+    error = rms(found.torque - fine.torque) / rms(fine.torque)
+    note(f"{found.substeps} steps a sample, RMS error {error:.1e}, estimated {found.difference:.1e}")
+    assert error <= 1e-5
+    assert error <= found.difference
+
+
+def test_the_filter_flows_on_through_a_switch_that_comes_at_once():
+    """Truth: continuity. A break-away 1e-15 of the way into a step must not touch the housing's state.
+
+    The rotor is stuck at friction's limit but for a part `gap`; the housing swings. Whatever the gap, the next
+    sample is the same.
+    """
+    m, command = mechanism(), constant(1.0)
+    q = dict(zip(map(str, m.plant.parameters), m.kernel_values(), strict=True))
+
+    def second_sample(gap):
+        run = simulator(m, command, TimeBase(1e4, 2)).run(m.kernel_values())
+        at, w = places(run.simulator.kernel), run.buffers.w
+        held = -motor_torque(np.zeros(6), q, (4, 2))
+        x = [0.0, (q["T_frs"] * (1.0 - gap) + held) / q["k_m"], 0.0, 0.0, 0.0, 0.0]
+        w[at["AT_X"] : at["END_X"]], w[at["AT_Z"] : at["END_Z"]] = x, [0.1, 0.0]
+        w[at["AT_U"] : at["END_U"]] = [0.0, 1.0]
+        run.buffers.discrete[at["MODE"]], run.buffers.discrete[at["ARMED"] :] = 0, 1
+        return simulate_run(run).torque[1]
+
+    for gap in (1e-9, 1e-11, 1e-13, 1e-15, -1e-15, -1e-13):
+        assert second_sample(gap) == pytest.approx(second_sample(1e-7), abs=1e-8), gap
+
+
+def test_many_switches_before_a_record_begins_are_no_chatter():
+    """Truth: the record from the start. A rotor without friction swings through rest a hundred times."""
+    m = mechanism(changes={"friction.static": 0.0, "friction.coulomb": 0.0, "friction.viscous": 1e-5, "gear.damping": 0.01})
+    hold = Command(stepping="full", microsteps=1, rate=RateProfile.through([(0.0, 20.0), (0.06, 20.0), (0.06, 0.0)]))
+    whole = run_kernel(m, hold, base(2.0))
+    assert whole.switching.time.size > 100
+    late = run_kernel(m, hold, base(0.5, start_s=1.5))
+    assert late.outcome is SimulationOutcome.COMPLETE
+    assert rms(late.torque - whole.torque[15000:]) <= 1e-4 * rms(whole.torque)
+
+
+@pytest.mark.parametrize("static", [0.008, 0.0])
+def test_started_at_its_equilibrium_nothing_moves_before_the_first_step(static):
+    """Truth: no torque, no motion; and sensitivities of the start itself by differences."""
+    m = mechanism(changes={"friction.static": static, "friction.coulomb": static / 2})
+    command = Command(
+        stepping="full", microsteps=1, rate=RateProfile.constant(20.0), start_angle_deg=45.0, start="equilibrium"
+    )
+    run = run_kernel(m, command, base(0.2), sensitive=indices(m))
+    assert np.abs(run.torque[:500]).max() < 1e-9
+    assert rms(run.torque) > 0.01
+    for name in ("k_m", "a_2", "R"):
+        index, column = indices(m, (name,))[0], indices(m).index(indices(m, (name,))[0])
+        up, down = m.kernel_values(), m.kernel_values()
+        h = 1e-5 * abs(up[index])
+        up[index] += h
+        down[index] -= h
+        quotient = (run_kernel(m, command, base(0.2), p=up).torque - run_kernel(m, command, base(0.2), p=down).torque) / (2 * h)
+        J = run.jacobian["torque"][:, column]
+        assert np.linalg.norm(J - quotient) <= 1e-4 * np.linalg.norm(quotient), name
