@@ -39,7 +39,7 @@ def test_a_missing_campaign_is_3(refused, tmp_path):
 
 WRONG_RECORDS = {
     "missing": (None, 'did you mean "full_46.csv"?'),
-    "empty": (lambda lines: lines[:1], "0 samples"),
+    "empty": (lambda lines: lines[:1], "no samples"),
     "time goes back": (lambda lines: [*lines[:51], lines[49], *lines[52:]], "line 52"),
     "repeated time": (lambda lines: [*lines[:51], lines[50], *lines[52:]], "line 52"),
     "not a number": (lambda lines: [*lines[:51], "0.005,nan", *lines[52:]], "nan"),

@@ -22,9 +22,9 @@ def kernel(
     from mechid.kernel.equation_text import equations_latex, equations_text
 
     plant = (read_mechanism(mechanism) if mechanism else catalogue_mechanism()).plant
+    if not source:
+        typer.echo(equations_latex(plant) if latex else equations_text(plant), nl=False)
     compiled = prepare_kernel(plant, lanes)
     if source:
         typer.echo(compiled.path.read_text(encoding="utf-8"), nl=False)
-    else:
-        typer.echo(equations_latex(plant) if latex else equations_text(plant), nl=False)
-    typer.echo(f"{compiled.path}", err=True)
+    typer.echo(f"its source: {compiled.path}", err=True)

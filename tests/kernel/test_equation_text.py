@@ -1,0 +1,43 @@
+"""The equations as a reader gets them; truth: the plant's own expressions, read back from the text."""
+
+import sympy as sp
+
+from mechid.kernel.equation_text import equations_latex, equations_text
+from mechid.plant.assembly import stepper_gear_mass
+
+PLANT = stepper_gear_mass((4, 2), "paper")
+NAMES = {str(s): s for e in (*(e for _, e in PLANT.terms), *PLANT.rates, *PLANT.outputs.values()) for s in e.free_symbols}
+
+
+def section(title):
+    """Return the lines of a section as {left: right}."""
+    blocks = equations_text(PLANT).split("\n\n")
+    lines = next(block for block in blocks if block.splitlines()[0] == title).splitlines()[1:]
+    return {left.strip(): right.strip() for left, _, right in (line.partition(" = ") for line in lines)}
+
+
+def test_terms_and_rates_read_back_to_the_plants_own():
+    terms = {str(s): e for s, e in PLANT.terms}
+    assert {k: sp.sympify(v, locals=NAMES) for k, v in section("Terms").items()} == terms
+    rates = {f"d{s}/dt": e for s, e in zip(PLANT.states, PLANT.rates, strict=True)}
+    assert {k: sp.sympify(v, locals=NAMES) for k, v in section("Rates").items()} == rates
+
+
+def test_every_parameter_is_named_with_unit_and_meaning():
+    text = equations_text(PLANT)
+    for name, declaration in PLANT.declarations.items():
+        assert f"{name} [{declaration.unit}], {declaration.meaning}" in text
+
+
+def test_a_rigid_housing_has_no_linear_part():
+    assert "linear part" in equations_text(PLANT)
+    assert "linear part" not in equations_text(stepper_gear_mass((4,), None))
+
+
+def test_latex_is_balanced_and_sets_words_upright():
+    text = equations_latex(PLANT)
+    assert text.count(r"\begin{align*}") == text.count(r"\end{align*}") == 7
+    assert text.count("{") == text.count("}")
+    assert r"T_{fr} &= T_{frd} \sigma + T_{visc} \omega" in text
+    assert r"\mathrm{free}" in text
+    assert r"\mathrm{alpha}" not in text
