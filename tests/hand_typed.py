@@ -21,7 +21,7 @@ def right_hand_side(x, z, u, mode, q, housing, detent_orders):
     mode : "stuck", "forward" or "backward"
     q : mapping, the kernel's parameters by name
     """
-    i_A, i_B, alpha, omega, alpha_gear, omega_gear = x
+    i_A, i_B, alpha, omega, _, omega_gear = x
     T_mot = motor_torque(x, q, detent_orders)
     angle = q["p"] / 2 * alpha
     di_A = (q["U"] * u[0] - q["R"] * i_A - q["k_v"] * omega * np.sin(angle)) / q["L"]

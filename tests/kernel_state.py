@@ -3,11 +3,11 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from paper import SENSITIVE
 
 from mechid.command import Command, RateProfile
-from mechid.kernel.twin import TwinState
+from mechid.kernel.twin_state import TwinState
 from mechid.simulation.simulator import Simulator, TimeBase
+from paper import SENSITIVE
 
 STANDSTILL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
 

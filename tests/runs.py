@@ -1,11 +1,11 @@
 """Short ways to run kernel and twin on a command, for the tests of the simulation."""
 
 import numpy as np
-from kernel_state import twin_state
-from paper import SENSITIVE
 
+from kernel_state import twin_state
 from mechid.kernel.twin import simulate_twin
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from paper import SENSITIVE
 
 SUBSTEPS = 2
 """Steps a sample at which the promise of 1e-5 holds on the paper's records at 10 kHz."""

@@ -3,9 +3,9 @@
 import json
 
 import numpy as np
-import paper
 import pytest
 
+import paper
 from mechid.campaign import load_campaign, read_mechanism
 from mechid.campaign.bench import NOISE_NM, TRUTH, bench_records, true_mechanism, write_bench
 from mechid.campaign.prediction import simulate_all

@@ -5,10 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.campaign import load_campaign
+from mechid.campaign import catalogue_mechanism, load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate, simulate_all, time_base_warnings
 from mechid.errors import InputFileError, RecordError, UsageError
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+
+
+@pytest.fixture
+def folder(folder):
+    """Return the small campaign with the catalogue's mechanism, whose kernel other tests use too."""
+    (folder / "mechanism.toml").write_text(mechanism_text(catalogue_mechanism()))
+    return folder
 
 
 @pytest.fixture
@@ -84,7 +91,7 @@ def test_the_records_own_sample_rate_counts_where_it_has_no_file(changed):
 def test_too_many_steps_are_the_campaign_files_fault(changed):
     path = changed("campaign.toml", "rate = 46.0", "rate = 4.6e9")
     campaign = load_campaign(path, read_records=False)
-    with pytest.raises(InputFileError, match='campaign.toml: record "full_46": command'):
+    with pytest.raises(InputFileError, match=r'campaign\.toml: record "full_46": command'):
         simulate(campaign, "full_46")
     with pytest.raises(UsageError, match="substeps"):
         simulate(load_campaign(path.parent, read_records=False), "sweep", substeps=0)

@@ -23,7 +23,9 @@ WRONG_FILES = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "old", "new", "says"), [row[1:] for row in WRONG_FILES], ids=[r[0] for r in WRONG_FILES])
+@pytest.mark.parametrize(
+    ("name", "old", "new", "says"), [row[1:] for row in WRONG_FILES], ids=[r[0] for r in WRONG_FILES]
+)
 @pytest.mark.parametrize("verb", ["check", "identify"])
 def test_a_wrong_mechanism_or_campaign_file_is_3(refused, changed, tmp_path, name, old, new, says, verb):
     arguments = [verb, changed(name, old, new), *(["--out", tmp_path / "out"] if verb == "identify" else [])]

@@ -42,8 +42,7 @@ def test_a_parameter_that_no_record_sees_is_warned_with_its_remedy(run, changed)
     result = run("check", folder)
     assert result.exit_code == 0
     assert warnings(result) == [
-        "warning: stepper.detent.1.phase_deg: no record sees it; add a record that does, "
-        "or give it as a known number"
+        "warning: stepper.detent.1.phase_deg: no record sees it; add a record that does, or give it as a known number"
     ]
 
 

@@ -32,7 +32,7 @@ def test_numbers_keep_their_last_bit(digits):
 def test_a_file_that_is_no_estimate_is_refused(tmp_path, content, fragment):
     path = tmp_path / "estimate.json"
     path.write_text(content)
-    with pytest.raises(InputFileError, match="estimate.json") as error:
+    with pytest.raises(InputFileError, match=r"estimate\.json") as error:
         read_estimate(path)
     assert fragment in str(error.value)
 

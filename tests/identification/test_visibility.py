@@ -39,7 +39,10 @@ def test_a_mechanism_at_rest_shows_nothing_of_itself(folder):
     head, _, _ = path.read_text().partition('\n[[record]]\nname = "full_46"')
     path.write_text(head.replace("rate = 23.0", "rate = 0.0") + FREE_OFFSET + "\n")
     mechanism = folder / "mechanism.toml"
-    for old in ("amplitude = { value = 0.01, min = 0.0, max = 0.1 }", "amplitude = { value = 0.0, min = 0.0, max = 0.1 }"):
+    for old in (
+        "amplitude = { value = 0.01, min = 0.0, max = 0.1 }",
+        "amplitude = { value = 0.0, min = 0.0, max = 0.1 }",
+    ):
         change(mechanism, old, "amplitude = 0.0")
     campaign = load_campaign(folder)
     assert set(unseen_parameters(campaign)) == {q.name for q in campaign.free}
@@ -56,8 +59,8 @@ def test_a_record_for_validation_sees_nothing(folder):
 def test_a_mechanism_that_diverges_is_told_for_each_record(folder):
     change(folder / "mechanism.toml", "inertia = 0.010534", "inertia = 1e-9")
     warnings = [line for line in start_warnings(load_campaign(folder)) if line.startswith("record")]
-    assert len(warnings) == 7
     assert all("at the values of the mechanism file" in line for line in warnings)
+    assert {f'record "full_{rate}"' for rate in (23, 46, 92)} <= {line.partition(" at")[0] for line in warnings}
 
 
 def test_nothing_free_has_nothing_to_see(folder):

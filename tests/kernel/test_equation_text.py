@@ -6,7 +6,9 @@ from mechid.kernel.equation_text import equations_latex, equations_text
 from mechid.plant.assembly import stepper_gear_mass
 
 PLANT = stepper_gear_mass((4, 2), "paper")
-NAMES = {str(s): s for e in (*(e for _, e in PLANT.terms), *PLANT.rates, *PLANT.outputs.values()) for s in e.free_symbols}
+NAMES = {
+    str(s): s for e in (*(e for _, e in PLANT.terms), *PLANT.rates, *PLANT.outputs.values()) for s in e.free_symbols
+}
 
 
 def section(title):

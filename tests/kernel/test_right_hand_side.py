@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+
 from hand_typed import MODES, differentiated, gear_torque, motor_torque, random_state, right_hand_side
 from kernel_state import evaluated
-from paper import indices, mechanism
-
 from mechid.kernel.equations import equations_of
+from paper import indices, mechanism
 
 HOUSINGS = ("paper", "unit_dc", None)
 DETENTS = ((4, 2), (), (4, None), (3,))

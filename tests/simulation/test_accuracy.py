@@ -1,9 +1,9 @@
 """As many steps as the promise needs; truth: many more steps, and closed expectations of failure."""
 
 import numpy as np
-import paper
 import pytest
 
+import paper
 from mechid.simulation.accuracy import ENOUGH, PROMISE, simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
@@ -35,7 +35,7 @@ def test_a_slow_sampling_takes_more_steps():
 
 
 def test_a_mechanism_that_diverges_keeps_its_shape_and_says_when():
-    mechanism = paper.mechanism(load__inertia=1e-9)
+    mechanism = paper.mechanism(changes={"load.inertia": 1e-9})
     trajectory = simulate_accurately(simulator(mechanism), mechanism.kernel_values())
     lost = np.flatnonzero(np.isnan(trajectory.torque))
     assert trajectory.outcome is not SimulationOutcome.COMPLETE
@@ -46,7 +46,7 @@ def test_a_mechanism_that_diverges_keeps_its_shape_and_says_when():
 
 
 def test_a_mechanism_at_rest_differs_by_nothing():
-    mechanism = paper.mechanism(stepper__detent__0__amplitude=0.0, stepper__detent__1__amplitude=0.0)
+    mechanism = paper.mechanism(changes={"stepper.detent.0.amplitude": 0.0, "stepper.detent.1.amplitude": 0.0})
     resting = Simulator(mechanism.plant, paper.constant(0.0, start_angle_deg=0.0), BASE)
     trajectory = simulate_accurately(resting, mechanism.kernel_values())
     assert not trajectory.torque.any()

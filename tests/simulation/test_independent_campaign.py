@@ -7,13 +7,13 @@ import tomllib
 
 import numpy as np
 import pytest
-from paper import ESTIMATED
-from paper import mechanism as paper_mechanism
-from runs import rms, simulator
 
 from mechid.command import Command
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import TimeBase
+from paper import ESTIMATED
+from paper import mechanism as paper_mechanism
+from runs import rms, simulator
 
 RECORDS = ("full_res", "full_half", "full_slow", "micro_res", "micro_2res", "sweep")
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import simpson
+
 from kernel_state import twin_state
 from paper import RECORDS, constant, mechanism
 from runs import SUBSTEPS, base, rms, run_kernel, simulator
-from scipy.integrate import simpson
 
 
 def states_along(m, command, time_base, substeps=SUBSTEPS):
@@ -15,41 +16,47 @@ def states_along(m, command, time_base, substeps=SUBSTEPS):
     return np.array([r.s for r in rows]), np.array([r.modes[0] for r in rows])
 
 
-def test_energy_is_neither_made_nor_lost():
-    """Truth: electrical input = copper loss + friction + gear damping + what is stored.
+def values(m):
+    return dict(zip(map(str, m.plant.parameters), m.kernel_values(), strict=True))
 
-    Stored: coils L i^2/2, both inertias, the gear's spring, the detents' potential. With k_v = k_m what the
-    coils' back-EMF takes is what their torque gives. Edges lie on samples, so that the powers are smooth between.
+
+def power_lost(s, q):
+    """Return what heat takes, in W: copper, friction, the gear's damper."""
+    twist_rate = s[:, 3] - q["G"] * s[:, 5]
+    friction = q["T_frd"] * np.abs(s[:, 3]) + q["T_visc"] * s[:, 3] ** 2
+    return q["R"] * np.sum(s[:, :2] ** 2, axis=1) + friction + q["D"] / q["G"] ** 2 * twist_rate**2
+
+
+def energy_stored(s, q):
+    """Return what coils, inertias, the gear's spring and the detents' potential hold, in J."""
+    alpha, twist = s[:, 2], s[:, 2] - q["G"] * s[:, 4]
+    potential = np.zeros(len(s))
+    for a, b, waves in ((q["a_1"], q["b_1"], 200.0), (q["a_2"], q["b_2"], 100.0)):
+        potential += (b * np.sin(waves * alpha) - a * np.cos(waves * alpha)) / waves
+    kinetic = q["J_rot"] * s[:, 3] ** 2 + q["J_m"] * s[:, 5] ** 2
+    coils = q["L"] * np.sum(s[:, :2] ** 2, axis=1)
+    return potential + 0.5 * (coils + kinetic + q["K_s"] / q["G"] ** 2 * twist**2)
+
+
+def test_energy_is_neither_made_nor_lost(note):
+    """Truth: what the source gives is what is lost and what is stored more than before.
+
+    With k_v = k_m what the coils' back-EMF takes is what their torque gives. Steps fall on samples, so that the
+    source's power is smooth between them.
     """
     m, command, time_base = mechanism(), constant(50.0), base(0.2)
-    q = dict(zip(map(str, m.plant.parameters), m.kernel_values(), strict=True))
-    s, _ = states_along(m, command, time_base)
-    i, alpha, omega, alpha_gear, omega_gear = s[:, :2], s[:, 2], s[:, 3], s[:, 4], s[:, 5]
-    twist, twist_rate = alpha - q["G"] * alpha_gear, omega - q["G"] * omega_gear
-    excitation, per_step = command.excitation(0.2), 200
+    q, excitation, per_step = values(m), command.excitation(0.2), 200
+    s, modes = states_along(m, command, time_base)
     drawn = 0.0
     for k, e in enumerate([excitation.initial, *excitation.values[:-1]]):
         rows = slice(k * per_step, (k + 1) * per_step + 1)
-        drawn += simpson(q["U"] * i[rows] @ e, dx=1e-4)
-    lost = simpson(
-        q["R"] * np.sum(i**2, axis=1)
-        + q["T_frd"] * np.abs(omega)
-        + q["T_visc"] * omega**2
-        + q["D"] / q["G"] ** 2 * twist_rate**2,
-        dx=1e-4,
-    )
-    potential = sum(
-        -np.hypot(q[f"a_{k}"], q[f"b_{k}"]) / (order * 50) * np.cos(order * 50 * alpha + np.arctan2(q[f"b_{k}"], q[f"a_{k}"]))
-        for k, order in ((1, 4), (2, 2))
-    )
-    stored = potential + 0.5 * (
-        q["L"] * np.sum(i**2, axis=1)
-        + q["J_rot"] * omega**2
-        + q["J_m"] * omega_gear**2
-        + q["K_s"] / q["G"] ** 2 * twist**2
-    )
-    exchanged = drawn - simpson(q["R"] * np.sum(i**2, axis=1), dx=1e-4)
-    assert abs(drawn - lost - (stored[-1] - stored[0])) <= 1e-5 * abs(exchanged)
+        drawn += simpson(q["U"] * s[rows, :2] @ e, dx=1e-4)
+    lost, stored = simpson(power_lost(s, q), dx=1e-4), energy_stored(s, q)
+    copper = simpson(q["R"] * np.sum(s[:, :2] ** 2, axis=1), dx=1e-4)
+    missing = drawn - lost - (stored[-1] - stored[0])
+    note(f"{missing:.1e} J are missing of {drawn - copper:.1e} J that reached the mechanics")
+    assert len(set(modes.tolist())) > 1
+    assert abs(missing) <= 1e-5 * abs(drawn - copper)
 
 
 @pytest.mark.parametrize("name", ["full_5", "full_46", "micro_46"])
@@ -108,9 +115,9 @@ def test_voltage_cannot_be_told_from_the_coils():
 
 def test_a_gear_that_reverses_turns_the_load_the_other_way():
     """Truth: G -> -G reverses T_applied and leaves T_res; with a rigid housing y = -(T_res + T_applied)."""
-    one, other = (run_kernel(mechanism(None, changes={"gear.ratio": G}), constant(46.0), base(0.1)) for G in (50.0, -50.0))
-    s, modes = states_along(mechanism(None), constant(46.0), base(0.1))
-    q = dict(zip(map(str, mechanism(None).plant.parameters), mechanism(None).kernel_values(), strict=True))
+    m, reversed_m = (mechanism(None, changes={"gear.ratio": G}) for G in (50.0, -50.0))
+    one, other = (run_kernel(each, constant(46.0), base(0.1)) for each in (m, reversed_m))
+    (s, _), q = states_along(m, constant(46.0), base(0.1)), values(m)
     T_applied = q["K_s"] / 50 * (s[:, 2] - 50 * s[:, 4]) + q["D"] / 50 * (s[:, 3] - 50 * s[:, 5])
     clear = np.ones(s.shape[0], dtype=bool)
     clear[np.ceil(one.switching.time * 1e4).astype(int)] = False

@@ -7,10 +7,10 @@ validation: where the lines and the largest torque lie.
 
 import numpy as np
 import pytest
-from paper import SWEEP, constant, without_detent_phases
-from runs import RATE_HZ, base, rms, run_kernel
 
 from mechid.signal.spectrum import amplitude_spectrum, line_amplitude
+from paper import SWEEP, constant, without_detent_phases
+from runs import RATE_HZ, base, rms, run_kernel
 
 NO_SECOND_DETENT = {"stepper.detent.1.amplitude": 0.0}
 

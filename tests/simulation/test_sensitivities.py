@@ -7,9 +7,11 @@ way to the same derivatives.
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import pytest
+
 from paper import RECORDS, indices, mechanism
 from runs import base, run_kernel, run_twin
 
@@ -65,7 +67,7 @@ def verdict(name, column, displaced, steps, at, first=0):
         quotients.append((above.torque - below.torque)[first:] / (2 * h))
         counts.append((above.switching.time.size, below.switching.time.size))
     size = np.linalg.norm(column[first:]) or 1.0
-    gaps = [np.linalg.norm(a - b) / size for a, b in zip(quotients, quotients[1:], strict=False)]
+    gaps = [np.linalg.norm(a - b) / size for a, b in pairwise(quotients)]
     best = int(np.argmin(gaps))
     error = np.linalg.norm(quotients[best + 1] - column[first:]) / size
     return Verdict(name, gaps[best], error, event_behind(quotients[best + 1] - column[first:], counts, at, first))

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hand_typed import gear_torque, motor_torque, right_hand_side
-from paper import ESTIMATED, RECORDS, constant, indices, mechanism
-from runs import base, rms, run_kernel, run_twin, state_after
 
+from hand_typed import gear_torque, motor_torque, right_hand_side
 from mechid.simulation.simulator import TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
+from paper import ESTIMATED, RECORDS, constant, indices, mechanism
+from runs import base, rms, run_kernel, run_twin, state_after
 
 STUCK, FORWARD, BACKWARD = 0, 1, 2
 MODE_NAMES = ("stuck", "forward", "backward")

@@ -85,7 +85,5 @@ def _gain(entry: Any, place: Place) -> float:
 def _role(table: Mapping[str, Any], place: Place) -> Role:
     role = Role(one_of(table.get("role", "output"), tuple(Role), place))
     if role is Role.INPUT:
-        raise place.error(
-            'found "input"; no assembly is driven by a measured channel at present: leave it out'
-        )
+        raise place.error('found "input"; no assembly is driven by a measured channel at present: leave it out')
     return role

@@ -93,9 +93,7 @@ def _assembly(table: Mapping[str, Any], place: Place) -> str:
 
 
 def _housing_form(housing: Mapping[str, Any], place: Place) -> str:
-    return text(
-        housing.get("form", "paper"), place.key(HOUSING_FORM), 'write form = "paper", or leave it out'
-    )
+    return text(housing.get("form", "paper"), place.key(HOUSING_FORM), 'write form = "paper", or leave it out')
 
 
 def _poles(table: Mapping[str, Any]) -> Any:

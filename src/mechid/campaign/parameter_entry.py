@@ -85,9 +85,7 @@ def _bound(table: Mapping[str, Any], key: str, limit: float, declaration: Declar
     if key in table:
         return _limited(table[key], declaration, place.key(key))
     if math.isinf(limit):
-        raise place.key(key).error(
-            f"missing, and {declaration.meaning} has no physical limit there; {REMEDY}"
-        )
+        raise place.key(key).error(f"missing, and {declaration.meaning} has no physical limit there; {REMEDY}")
     return limit
 
 

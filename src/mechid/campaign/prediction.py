@@ -86,9 +86,7 @@ def simulate_all(
     }
 
 
-def time_base_warnings(
-    campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None
-) -> tuple[str, ...]:
+def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None) -> tuple[str, ...]:
     """Return a warning where a time base is asked for that no record uses."""
     if (sample_rate_hz is None and duration_s is None) or not all(r.file for r in campaign.records):
         return ()

@@ -122,9 +122,7 @@ def _rate(table: Mapping[str, Any], place: Place) -> float | None:
     return rate
 
 
-def _own_parameter(
-    table: Mapping[str, Any], record: str, declaration: Declaration, place: Place
-) -> Parameter:
+def _own_parameter(table: Mapping[str, Any], record: str, declaration: Declaration, place: Place) -> Parameter:
     entry = table.get(declaration.key, declaration.default)
     name = record_parameter_name(record, declaration.key)
     return read_parameter(entry, name, declaration, place.key(declaration.key))

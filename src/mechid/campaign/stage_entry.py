@@ -77,17 +77,13 @@ def _refuse_not_free(name: str, records: tuple[str, ...], known: _Known, place: 
         raise place.error(f'unknown parameter "{name}"{near}')
     parameter = known.parameters[name]
     if parameter.status is Status.TIED:
-        raise place.error(
-            f'"{name}" is tied to {parameter.tied_to}; free that one, or give it a value of its own'
-        )
+        raise place.error(f'"{name}" is tied to {parameter.tied_to}; free that one, or give it a value of its own')
     if not parameter.is_free:
         remedy = "to free it, write { value = ..., min = ..., max = ... } there"
         raise place.error(f'"{name}" is known, not free; {remedy}, or take it out')
     owner = name.split(".")[1] if name.startswith("record.") else None
     if owner is not None and owner not in records:
-        raise place.error(
-            f'"{name}" belongs to a record that is not in this stage; add "{owner}" to its records'
-        )
+        raise place.error(f'"{name}" belongs to a record that is not in this stage; add "{owner}" to its records')
 
 
 def _window(entry: Any, place: Place) -> tuple[float, float]:

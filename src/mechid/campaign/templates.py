@@ -103,9 +103,7 @@ def new_mechanism_text() -> str:
     return mechanism_text(catalogue_mechanism(), MECHANISM_GUIDE)
 
 
-def campaign_text(
-    records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME
-) -> str:
+def campaign_text(records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME) -> str:
     """Return a campaign file of these records."""
     header = [*_comment(header_comment), ""] if header_comment else []
     lines = [*header, f"mechanism = {toml_text(mechanism)}"]

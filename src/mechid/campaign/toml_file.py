@@ -67,9 +67,7 @@ def _content(path: Path) -> str:
         raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1
-        raise InputFileError(
-            f"{path.name}: line {line}: is not UTF-8 text; save the file as UTF-8"
-        ) from error
+        raise InputFileError(f"{path.name}: line {line}: is not UTF-8 text; save the file as UTF-8") from error
 
 
 def _syntax(message: str, content: str) -> str:

@@ -23,10 +23,7 @@ from mechid.errors import MechidError
 
 INTERRUPTED, UNEXPECTED = 130, 1
 DEBUG = "MECHID_DEBUG"
-EPILOG = (
-    "Exit codes: 0 good, 2 usage, 3 mechanism or campaign file, 4 record, 5 fit did not succeed, "
-    "130 interrupted."
-)
+EPILOG = "Exit codes: 0 good, 2 usage, 3 mechanism or campaign file, 4 record, 5 fit did not succeed, 130 interrupted."
 
 
 class Verbs(TyperGroup):

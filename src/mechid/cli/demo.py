@@ -11,9 +11,7 @@ ESTIMATED_NAME = "mechanism_estimated.toml"
 
 
 def demo(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for campaign and results.")] = Path(
-        "mechid-demo"
-    ),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for campaign and results.")] = Path("mechid-demo"),
     seed: Annotated[int, typer.Option(min=0, help="Of the bench's noise and of the search.")] = 0,
 ) -> None:
     """Make a synthetic bench and identify it from catalogue values."""

@@ -34,9 +34,7 @@ class Journal:
             folder.mkdir(parents=True, exist_ok=True)
             file = path.open("a", encoding="utf-8", newline="\n")
         except OSError as error:
-            raise UsageError(
-                f"{folder}: cannot be written to ({error.strerror}); give another folder"
-            ) from error
+            raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
         with file:
             journal = cls(path, file)
             journal._note("started", campaign=str(campaign), seed=seed, mechid=version("mechid"))

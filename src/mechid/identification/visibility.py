@@ -1,7 +1,7 @@
 """Which free parameters any record can see at all.
 
-A parameter whose column of the Jacobian is exactly zero at the start and at points around it changes no
-sample: no record of the campaign tells anything of it, and a search over it would only wander.
+A parameter that changes no sample, at the start and at points around it, is one of which the campaign
+tells nothing, and a search over it would only wander.
 """
 
 from __future__ import annotations
@@ -23,6 +23,8 @@ LOOK_S = 1.0
 """How much of each record is looked at."""
 POINTS = 8
 """Points of the multi-start's box that are looked at, the file's own values first; a power of two."""
+NOTHING = 1e-6
+"""What the whole range of a coordinate changes of a sample, in sigmas of its noise, and yet is rounding."""
 REMEDY = "no record sees it; add a record that does, or give it as a known number"
 
 
@@ -84,10 +86,11 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
 
 def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
     """Return which coordinates change any sample that was simulated, (n,)."""
+    sigmas_per_range = (problem.upper - problem.lower) / target.sigma
     stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
     chain, moved = problem.chain(q), np.zeros(problem.size, dtype=bool)
     for block in problem.run(target, q, stop, jacobian=True).blocks():
         finite = np.isfinite(block.y[:, 0])
         J = problem.jacobian_block(target, block, chain, block.stop - block.start)[finite]
-        moved |= np.any(np.isfinite(J) & (J != 0.0), axis=0)
+        moved |= np.any(np.isfinite(J) & (np.abs(J) * sigmas_per_range > NOTHING), axis=0)
     return moved

@@ -101,9 +101,7 @@ def _has_machine_code(path: Path) -> bool:
 def _write_whole(path: Path, text: str) -> None:
     """Write a file so that no reader ever sees a part of it."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile(
-        "w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8"
-    ) as f:
+    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8") as f:
         f.write(text)
     Path(f.name).replace(path)
 

@@ -99,9 +99,7 @@ def _declared(plant: Plant) -> Section:
 
 def _text_section(section: Section) -> str:
     width = max((len(left) for left, _ in section.lines), default=0)
-    return "\n".join(
-        [section.title, *(f"  {left:<{width}} {section.sign} {right}" for left, right in section.lines)]
-    )
+    return "\n".join([section.title, *(f"  {left:<{width}} {section.sign} {right}" for left, right in section.lines)])
 
 
 def _latex_section(section: Section) -> str:

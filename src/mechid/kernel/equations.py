@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -42,11 +43,13 @@ class Quantity:
 
     @cached_property
     def _scalars(self) -> Callable[..., list[float]]:
-        return self._compiled(self.expressions, "math")
+        function: Callable[..., list[float]] = self._lambdified(self.expressions, "math")
+        return function
 
     @cached_property
     def _arrays(self) -> Callable[..., list[FloatArray]]:
-        return self._compiled(self.expressions, "numpy")
+        function: Callable[..., list[FloatArray]] = self._lambdified(self.expressions, "numpy")
+        return function
 
     @cached_property
     def _by_state(self) -> Callable[..., list[float]]:
@@ -57,13 +60,12 @@ class Quantity:
         return self._gradient(self.arguments[-1])
 
     def _gradient(self, symbols: Sequence[sp.Symbol]) -> Callable[..., list[float]]:
-        return self._compiled([sp.diff(e, s) for e in self.expressions for s in symbols], "math")
-
-    def _compiled(self, expressions: Sequence[sp.Expr], modules: str) -> Callable[..., list[float]]:
-        function: Callable[..., list[float]] = sp.lambdify(
-            self.arguments, list(expressions), modules=modules, cse=True
-        )
+        derivatives = [sp.diff(e, s) for e in self.expressions for s in symbols]
+        function: Callable[..., list[float]] = self._lambdified(derivatives, "math")
         return function
+
+    def _lambdified(self, expressions: Sequence[sp.Expr], modules: str) -> Any:
+        return sp.lambdify(self.arguments, list(expressions), modules=modules, cse=True)
 
 
 @dataclass(frozen=True)

@@ -85,9 +85,9 @@ class Program:
         return [sp.diff(full, s) for s in self.states]
 
     def partial_p(self, expr: sp.Expr) -> list[sp.Expr]:
-        """Gradient to the kernel's parameters with all terms folded in."""
-        full = self.plant.expand(expr)
-        return [sp.diff(full, s) for s in self.plant.parameters]
+        """Gradient to the kernel's parameters with all terms folded in; zero to those not estimable."""
+        full, estimable = self.plant.expand(expr), self.plant.estimable
+        return [sp.diff(full, s) if s in estimable else sp.Integer(0) for s in self.plant.parameters]
 
     def _node(self, symbol: sp.Symbol, expr: sp.Expr, itself: sp.Symbol | None) -> Node:
         for term, definition in reversed(self.plant.terms):
@@ -98,5 +98,5 @@ class Program:
 
     def _partials(self, symbol: sp.Symbol, expr: sp.Expr, variables: tuple[sp.Symbol, ...]) -> Node:
         inner = {v: d for v in variables if (d := sp.diff(expr, v)) != 0}
-        outer = {q: d for q in self.plant.parameters if (d := sp.diff(expr, q)) != 0}
+        outer = {q: d for q in self.plant.estimable if (d := sp.diff(expr, q)) != 0}
         return Node(symbol, inner, outer)

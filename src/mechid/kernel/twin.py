@@ -17,6 +17,7 @@ from scipy.integrate import DOP853, DenseOutput
 from mechid.command import Excitation
 from mechid.kernel.crossing import first_zero
 from mechid.kernel.equations import Equations, FloatArray, equations_of
+from mechid.kernel.twin_state import TwinRun, TwinState, TwinSwitch
 from mechid.plant.plant import Plant
 
 ABSOLUTE = 1e-2
@@ -24,59 +25,6 @@ ABSOLUTE = 1e-2
 
 Fired = tuple[int, int]
 """Switch and guard (in the order of its mode's guards) that reached zero."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class TwinState:
-    """Where a run stands.
-
-    Attributes
-    ----------
-    time : float
-        Command time in s.
-    s : (n,) array
-        States of the plant, then of its filter, SI units.
-    S : (n, m) array
-        Their derivatives to the sensitive parameters.
-    inputs : (i,) array
-        Excitation.
-    modes : tuple of int
-        Mode of each switch.
-    armed : tuple of tuple of bool
-        For each guard of those modes, whether it has stood above zero since the mode began.
-    """
-
-    time: float
-    s: FloatArray
-    S: FloatArray
-    inputs: FloatArray
-    modes: tuple[int, ...]
-    armed: tuple[tuple[bool, ...], ...]
-
-
-@dataclass(frozen=True, kw_only=True)
-class TwinSwitch:
-    """One switch: its instant in s and that instant's derivatives (m,), modes before and after."""
-
-    time: float
-    switch: int
-    before: int
-    after: int
-    sensitivity: FloatArray
-
-
-@dataclass(frozen=True, kw_only=True)
-class TwinRun:
-    """What a run returns: y (n, n_y), jacobian (n, n_y, m), the switches, and where it ended.
-
-    `rate` = dy/dt (n, n_y) is filled only where there are sensitive parameters.
-    """
-
-    y: FloatArray
-    rate: FloatArray
-    jacobian: FloatArray
-    switching: tuple[TwinSwitch, ...]
-    end: TwinState
 
 
 def simulate_twin(
@@ -203,7 +151,8 @@ class Twin:
         switch, guard = fired
         margins = self.equations.margins[switch][state.modes[switch]]
         states = piece(times)[: len(self.equations.states)]
-        return margins.along(states, *self._others(state.inputs, state.modes))[guard]
+        values: FloatArray = margins.along(states, *self._others(state.inputs, state.modes))[guard]
+        return values
 
     def measured(self, state: TwinState, piece: DenseOutput, times: FloatArray) -> FloatArray:
         """Return the outputs, (n, n_y), at instants of a step."""
@@ -262,7 +211,8 @@ class Twin:
         """Return dtau/dp = -(g_s S + g_p) / (g_s f), (m,)."""
         margins, at = self.equations.margins[switch][state.modes[switch]], self.at(state)
         g_s, g_p = margins.by_state(*at)[guard], margins.by_parameter(*at)[guard, list(self.sensitive)]
-        return -(g_s @ state.S + g_p) / (g_s @ self.flow(state))
+        dtau: FloatArray = -(g_s @ state.S + g_p) / (g_s @ self.flow(state))
+        return dtau
 
     def _entered(self, state: TwinState, switch: int) -> int:
         """Return the mode that a switch's entry rules choose."""

@@ -83,7 +83,7 @@ def gear() -> Block:
         name="gear",
         table="gear",
         declarations=(
-            Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio"),
+            Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio", structural=True),
             Declaration(
                 key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0
             ),

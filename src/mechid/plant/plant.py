@@ -59,6 +59,12 @@ class Plant:
         return {dotted_name(block, d.key): d for block in self.blocks for d in block.declarations}
 
     @cached_property
+    def estimable(self) -> tuple[sp.Symbol, ...]:
+        """Kernel parameters that may have sensitivities: all but counts such as poles and gear ratio."""
+        fixed = {sp.Symbol(d.symbol) for d in self.declarations.values() if d.structural}
+        return tuple(s for s in self.parameters if s not in fixed)
+
+    @cached_property
     def coordinates(self) -> dict[sp.Symbol, sp.Expr]:
         """Each kernel parameter as a function of the file's symbols."""
         special = {s: e for block in self.blocks for s, e in block.coordinates.items()}

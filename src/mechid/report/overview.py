@@ -51,10 +51,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "records": [_record(record) for record in campaign.records],
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
         + [_parameter(q, None) for record in campaign.records for q in record.parameters if q.is_free],
-        "stages": [
-            {"records": list(s.records), "window_s": s.window_s, "free": list(s.free)}
-            for s in campaign.stages
-        ],
+        "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
     }
 
@@ -75,9 +72,7 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
             say(console, f"{row['name']} follows {row['tied_to']}")
     say(console, f"{len(data['free'])} parameters to be estimated")
     for number, stage in enumerate(data["stages"], 1):
-        window = (
-            "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
-        )
+        window = "all of them" if stage["window_s"] is None else "{:.9g} s to {:.9g} s".format(*stage["window_s"])
         say(console, f"stage {number}: {', '.join(stage['free'])}; {', '.join(stage['records'])}, {window}")
     if not data["stages"]:
         say(console, "no stages: mechid plans its own")
@@ -146,9 +141,7 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         return lines
     until = data["start_s"] + data["duration_s"]
     span = f"{data['start_s']:.9g} s to {until:.9g} s"
-    low, high, rms, noise = (
-        digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma")
-    )
+    low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))
     return [
         *lines,
         f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",

@@ -13,9 +13,7 @@ FORMAT = "mechid-report/1"
 BAD_DEVIATION = 3.0
 
 
-def report_data(
-    fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic: bool = False
-) -> dict[str, Any]:
+def report_data(fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic: bool = False) -> dict[str, Any]:
     """Return all that a report of a fit shows.
 
     Parameters

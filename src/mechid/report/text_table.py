@@ -25,9 +25,7 @@ class Column:
     words: bool = False
 
 
-def print_tables(
-    console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]
-) -> None:
+def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]) -> None:
     """Print rows in the first layout that fits the console, else in the last.
 
     A layout is one or more tables of the same rows, each a sequence of columns.
