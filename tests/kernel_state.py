@@ -65,7 +65,7 @@ def _at(m, x, z, u, mode, S, sensitive) -> Point:
     at, b = places(run.simulator.kernel), run.buffers
     lanes, n = at["NL"], S.shape[1] or len(sensitive)
     if not sensitive:
-        b.lane[:] = lanes - 1  # no parameter has a lane; each lane starts as one state
+        b.directions[:] = 0.0  # no lane moves a parameter; each starts as one state
     rows = b.w[at["ROW_S"] * lanes : (at["ROW_S"] + at["NX"] + at["NF"]) * lanes].reshape(-1, lanes)
     rows[:] = 0.0
     rows[:, : S.shape[1]] = S

@@ -37,19 +37,16 @@ def run_mechid(problem: Problem, jacobian: bool, *, keep_jacobian: bool, substep
     The Jacobian to the fifteen parameters and dy/dt are computed block by block, as the fit does it.
     """
     mechanism = mechanism_of(problem)
-    fit = FitProblem(SearchSpace(mechanism), ())
     base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
-    sensitive = fit.sensitive if jacobian else ()
-    run = Simulator(mechanism.plant, command_of(problem), base, sensitive).run(
-        mechanism.kernel_values(), substeps=substeps
-    )
+    directions = directions_of(mechanism) if jacobian else None
+    simulator = Simulator(mechanism.plant, command_of(problem), base, capacity=len(PARAMETERS))
+    run = simulator.run(mechanism.kernel_values(), substeps=substeps, directions=directions)
     y = np.empty(problem.n_samples)
     kept = np.empty((problem.n_samples, len(PARAMETERS))) if keep_jacobian else None
-    order = _columns(mechanism, fit) if keep_jacobian else []
     for block in run.blocks():
         y[block.start : block.stop] = block.y[:, 0]
         if kept is not None:
-            kept[block.start : block.stop] = block.jacobian[:, 0, order]
+            kept[block.start : block.stop] = block.jacobian[:, 0, : len(PARAMETERS)]
     return Output(torque=y, jacobian=kept)
 
 
@@ -105,13 +102,16 @@ def _free(value: float, lower: float | None = None, upper: float | None = None) 
     }
 
 
-def _columns(mechanism: Mechanism, fit: FitProblem) -> list[int]:
-    """Return the lane of each of `PARAMETERS`."""
+def directions_of(mechanism: Mechanism) -> np.ndarray:
+    """Return what each of `PARAMETERS` moves of the kernel's parameters, (n_p, 15)."""
+    order = {str(s): i for i, s in enumerate(mechanism.plant.parameters)}
+    slopes = mechanism.kernel_jacobian()
     pairs = {p.amplitude.removesuffix("amplitude"): p for p in mechanism.plant.polar_pairs}
-    names: dict[str, str] = {name: d.symbol for name, d in mechanism.plant.declarations.items()}
-    for prefix, pair in pairs.items():
-        names |= {f"{prefix}cos": str(pair.cosine), f"{prefix}sin": str(pair.sine)}
-    place = {str(mechanism.plant.parameters[i]): lane for lane, group in enumerate(fit.sensitive) for i in group}
-    return [place[names[name]] for name in PARAMETERS]
-
-
+    out = np.zeros((len(order), len(PARAMETERS)))
+    for column, name in enumerate(PARAMETERS):
+        pair = pairs.get(name.removesuffix("cos").removesuffix("sin"))
+        if pair is None:
+            out[:, column] = slopes[name]
+        else:
+            out[order[str(pair.cosine if name.endswith("cos") else pair.sine)], column] = 1.0
+    return out

@@ -11,7 +11,7 @@ from paper import indices, mechanism
 HOUSINGS = ("paper", "unit_dc", None)
 DETENTS = ((4, 2), (), (4, None), (3,))
 SEEDS = range(8)
-NEVER_ESTIMATED = ("p",)
+NEVER_ESTIMATED = ("p", "G")
 """The hand-typed periods follow the poles where they are whole parts of the electrical one, as in the kernel."""
 
 

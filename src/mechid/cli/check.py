@@ -13,11 +13,11 @@ def check(
 ) -> None:
     """Read a campaign and say what was understood, and what is odd."""
     from mechid.campaign import load_campaign
-    from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.identification.visibility import sensitivities, start_warnings
+    from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.identification.visibility import start_warnings
     from mechid.report import campaign_data, print_campaign
     from mechid.report.terminal import console_on
 
     loaded = load_campaign(campaign)
-    prepare_kernel(loaded.mechanism.plant, sensitivities(loaded))
+    prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, start_warnings(loaded)), console_on())

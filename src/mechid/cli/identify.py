@@ -17,9 +17,8 @@ def identify(
     """Estimate the free parameters, each with its uncertainty."""
     from mechid.campaign import load_campaign
     from mechid.cli.identification import identify_into
-    from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.identification.visibility import sensitivities
+    from mechid.cli.kernel_notice import prepare_kernels
 
     loaded = load_campaign(campaign)
-    prepare_kernel(loaded.mechanism.plant, sensitivities(loaded))
+    prepare_kernels(loaded)
     identify_into(loaded, out, seed=seed, workers=workers)

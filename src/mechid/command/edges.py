@@ -101,9 +101,7 @@ def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
         travel = n * duration * (start_rate + end_rate) / 2
         total = float(np.sum(np.abs(travel)))
     if not total <= MOST_EDGES:
-        raise UsageError(
-            f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s)"
-        )
+        raise UsageError(f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s)")
     end = running_sum(travel)
     start = np.concatenate([[0.0], end[:-1]])
     return Pieces(start_s, duration, n * start_rate, n * end_rate, start[: end.size], end)
@@ -118,9 +116,7 @@ def _segments(profile: RateProfile, duration_s: float) -> tuple[Floats, Floats, 
     times = np.concatenate([[min(0.0, times[0])], times, [max(duration_s, times[-1])]])
     rates = np.concatenate([rates[:1], rates, rates[-1:]])
     used = (times[:-1] < times[1:]) & (times[1:] > 0.0) & (times[:-1] < duration_s)
-    start_s, end_s, start_rate, end_rate = (
-        column[used] for column in (times[:-1], times[1:], rates[:-1], rates[1:])
-    )
+    start_s, end_s, start_rate, end_rate = (column[used] for column in (times[:-1], times[1:], rates[:-1], rates[1:]))
     cut = np.maximum(-start_s, 0.0)
     start_rate = start_rate + (end_rate - start_rate) * (cut / (end_s - start_s))
     return np.maximum(start_s, 0.0), end_s, start_rate, end_rate

@@ -31,9 +31,7 @@ def read_rate_table(path: Path) -> RateProfile:
     """
     rows = _rows(path)
     if not rows:
-        raise InputFileError(
-            f'{path}: the file is empty; write a header line "{TIME_NAME},rate", then the rates'
-        )
+        raise InputFileError(f'{path}: the file is empty; write a header line "{TIME_NAME},rate", then the rates')
     _check_header(path, rows[0][1])
     lines = [line for line, _ in rows[1:]]
     points = [_breakpoint(f"{path}: line {line}", cells) for line, cells in rows[1:]]

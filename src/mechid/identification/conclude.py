@@ -145,9 +145,7 @@ def _estimates(
     robust: FloatArray,
     white: FloatArray,
 ) -> dict[str, ParameterEstimate]:
-    errors = {
-        name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)
-    }
+    errors = {name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)}
     mechanism = problem.space.at(q[: problem.space.size])
     out = {}
     for name, before in campaign.mechanism.parameters.items():
@@ -192,9 +190,7 @@ def _record_fit(record: CampaignRecord, ending: Ending, q: FloatArray) -> Record
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     floor = target_of(record).sigma
     first, stop = (
-        ending.windows.get(record.name, (0, target.samples))
-        if record.use == "estimate"
-        else (0, target.samples)
+        ending.windows.get(record.name, (0, target.samples)) if record.use == "estimate" else (0, target.samples)
     )
     measured = target.measured[first:stop]
     model = problem.predict(target, q, stop)[first:]

@@ -97,9 +97,7 @@ def _linear_values(fitted: FloatArray, first: int, count: int) -> FloatArray:
     return np.asarray(values, dtype=np.float64)
 
 
-def horizons_at(
-    problem: Problem, q: FloatArray, gates: Mapping[str, int], least: Mapping[str, int]
-) -> Horizons:
+def horizons_at(problem: Problem, q: FloatArray, gates: Mapping[str, int], least: Mapping[str, int]) -> Horizons:
     """Return the horizon of every record at `q`."""
     return {t.name: horizon(problem, t, q, gates[t.name], least[t.name]) for t in problem.targets}
 

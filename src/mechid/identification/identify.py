@@ -62,9 +62,7 @@ class Trail:
         self.stage_began = now
 
 
-def identify(
-    campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent
-) -> Fit:
+def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
     Parameters
@@ -153,9 +151,7 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     _joint_fit(trail, "joint fit", names)
-    trail.problem = trail.problem.with_sigmas(
-        released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings)
-    )
+    trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
     _joint_fit(trail, "noise released", names)
 
 

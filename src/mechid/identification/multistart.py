@@ -68,10 +68,10 @@ def _within_spread(space: SearchSpace, c: Coordinate, u: float) -> float:
     value, spread = space.mechanism.parameters[c.name].value, _declared(space, c).spread
     if c.kind == "log":
         middle, half = math.log(value), math.log(spread)
-        return float(np.clip(middle + (2.0 * u - 1.0) * half, c.lower, c.upper))
+        return min(max(middle + (2.0 * u - 1.0) * half, c.lower), c.upper)
     if math.isfinite(c.lower) and math.isfinite(c.upper):
         return c.lower + u * (c.upper - c.lower)
-    return value * spread ** (2.0 * u - 1.0)
+    return float(value * spread ** (2.0 * u - 1.0))
 
 
 def _scales(space: SearchSpace, q: FloatArray) -> dict[str, float]:
@@ -139,16 +139,10 @@ def capped_cost(problem: Problem, q: FloatArray, cap: float) -> float:
 def robust_jacobian(problem: Problem, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
     """Return the derivative of `robust_residual`, (n, problem.size); the median held as the mean's."""
     parts = []
-    chain = problem.chain(q).T
     for target in problem.targets:
         stop = min(target.samples, round(window_s * target.base.sample_rate_hz))
-        J = np.zeros((stop, problem.size))
-        for block in problem.run(target, q, stop, jacobian=True).blocks():
-            rows = slice(block.start, block.stop)
-            J[rows, : problem.space.size] = block.jacobian[:, 0, : len(problem.sensitive)] @ chain
-            if target.name in problem.delayed_targets:
-                J[rows, problem.space.size + problem.delayed_targets.index(target.name)] = -block.rate[:, 0]
-        J /= target.sigma
+        blocks = problem.run(target, q, stop, jacobian=True).blocks()
+        J = np.concatenate([problem.jacobian_block(target, b, b.stop - b.start) for b in blocks]) / target.sigma
         parts.append(J - J.mean(axis=0) if target.linear else J)
     return np.concatenate(parts)
 

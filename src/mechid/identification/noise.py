@@ -12,9 +12,7 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 
 
-def released_sigmas(
-    problem: Problem, q: FloatArray, windows: Windows, warnings: list[str]
-) -> dict[str, float]:
+def released_sigmas(problem: Problem, q: FloatArray, windows: Windows, warnings: list[str]) -> dict[str, float]:
     """Return each record's residual RMS as its sigma, unless that is a misfit.
 
     A record whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not

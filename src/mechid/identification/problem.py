@@ -14,7 +14,6 @@ from mechid.command import Command
 from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
-from mechid.kernel.compiled import kernel_for
 from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -97,9 +96,7 @@ class Problem:
     @cached_property
     def start(self) -> FloatArray:
         """The values of the file in search coordinates."""
-        return np.concatenate(
-            [self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]]
-        )
+        return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -118,40 +115,13 @@ class Problem:
         """Number of coordinates."""
         return self.space.size + len(self.delayed_targets)
 
-    @cached_property
-    def sensitive(self) -> tuple[tuple[int, ...], ...]:
-        """Kernel parameters that any coordinate moves; tied ones together where the kernel allows."""
-        moved = np.abs(self.space.kernel_jacobian(self._somewhere)).sum(axis=1) > 0.0
-        kernel = kernel_for(self.space.mechanism.plant)
-        groups: list[tuple[int, ...]] = []
-        for i in np.flatnonzero(moved).tolist():
-            home = next((g for g in groups if self._tied(g[0], i) and kernel.may_share(g[0], i)), None)
-            groups = [(*g, i) if g is home else g for g in groups] if home else [*groups, (i,)]
-        return tuple(groups)
-
-    def _tied(self, i: int, j: int) -> bool:
-        """Whether two kernel parameters always move by the same amount."""
-        slopes = self.space.kernel_jacobian(self._somewhere)
-        return bool(np.array_equal(slopes[i], slopes[j]))
-
-    @cached_property
-    def _representatives(self) -> list[int]:
-        return [group[0] for group in self.sensitive]
-
-    @cached_property
-    def _somewhere(self) -> FloatArray:
-        inside = np.clip(self.space.start, self.space.lower + 1e-6, self.space.upper - 1e-6)
-        return np.asarray(inside, dtype=np.float64)
-
     def only(self, names: Sequence[str]) -> Problem:
         """Return the problem with some targets alone; coordinates of other time offsets are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
         """Return the problem with other noise levels."""
-        return replace(
-            self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets)
-        )
+        return replace(self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets))
 
     def whole(self) -> dict[str, tuple[int, int]]:
         """Return windows that cover all records."""
@@ -165,29 +135,28 @@ class Problem:
 
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`."""
-        simulator = self._simulator(target, stop, jacobian)
-        return simulator.run(
-            self.space.kernel(q[: self.space.size]),
+        here = q[: self.space.size]
+        return self._simulator(target, stop).run(
+            self.space.kernel(here),
             time_offset_s=self.time_offset(target, q),
             substeps=self.substeps,
+            directions=self.space.kernel_jacobian(here) if jacobian else None,
         )
 
-    def _simulator(self, target: Target, stop: int, jacobian: bool) -> Simulator:
-        key = (target.name, stop, jacobian)
+    def _simulator(self, target: Target, stop: int) -> Simulator:
+        key = (target.name, stop)
         if key not in self._simulators:
-            sensitive = self.sensitive if jacobian else ()
             self._simulators[key] = Simulator(
                 self.space.mechanism.plant,
                 target.command,
                 target.base.first(stop),
-                sensitive,
-                target.latest_s,
-                capacity=len(self.sensitive),
+                latest_s=target.latest_s,
+                capacity=self.space.size,
             )
         return self._simulators[key]
 
     @cached_property
-    def _simulators(self) -> dict[tuple[str, int, bool], Simulator]:
+    def _simulators(self) -> dict[tuple[str, int], Simulator]:
         """Step edges worked out so far, so that they are not worked out again at each evaluation."""
         return {}
 
@@ -218,7 +187,6 @@ class Problem:
         width = target.linear + 1 + columns
         R = np.zeros((width, width))
         run = self.run(target, q, window[1], jacobian=jacobian)
-        chain = self.chain(q) if jacobian else None
         rows = np.zeros((width, run.block))
         for block in run.blocks():
             first = max(block.start, window[0])
@@ -227,31 +195,24 @@ class Problem:
             n = block.stop - first
             self.linear_rows(rows, target, window, first, n)
             rows[target.linear, :n] = block.y[-n:, 0] - target.measured[first : block.stop]
-            if chain is not None:
-                self._jacobian_rows(rows[target.linear + 1 :], target, block, chain, n)
+            if jacobian:
+                self._jacobian_rows(rows[target.linear + 1 :], target, block, n)
             rows[target.linear :, :n] /= target.sigma
             absorb(R, rows, n)
         return R, run.outcome is SimulationOutcome.COMPLETE
 
-    def _jacobian_rows(
-        self, rows: FloatArray, target: Target, block: Block, chain: FloatArray, n: int
-    ) -> None:
+    def _jacobian_rows(self, rows: FloatArray, target: Target, block: Block, n: int) -> None:
         """Write dy/dq of the last n samples of a block as rows; the delay of another record has none."""
-        moved = chain.shape[0]
-        np.matmul(chain, block.jacobian[-n:, 0, : chain.shape[1]].T, out=rows[:moved, :n])
+        moved = self.space.size
+        rows[:moved, :n] = block.jacobian[-n:, 0, :moved].T
         for i, name in enumerate(self.delayed_targets):
             rows[moved + i, :n] = -block.rate[-n:, 0] if name == target.name else 0.0
 
-    def jacobian_block(self, target: Target, block: Block, chain: FloatArray, n: int) -> FloatArray:
+    def jacobian_block(self, target: Target, block: Block, n: int) -> FloatArray:
         """Return dy/dq of the last n samples of a block, (n, size)."""
         rows = np.zeros((self.size, n))
-        self._jacobian_rows(rows, target, block, chain, n)
+        self._jacobian_rows(rows, target, block, n)
         return rows.T
-
-    def chain(self, q: FloatArray) -> FloatArray:
-        """Return (dp/dq)^T of the sensitive parameters, (n, m)."""
-        slopes = self.space.kernel_jacobian(q[: self.space.size])[self._representatives]
-        return np.ascontiguousarray(slopes.T)
 
     @staticmethod
     def linear_rows(rows: FloatArray, target: Target, window: tuple[int, int], first: int, n: int) -> None:

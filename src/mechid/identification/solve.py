@@ -67,9 +67,7 @@ def solve(
         fun, start, jac=jac, bounds=(lower, upper), x_scale="jac", max_nfev=steps,
         ftol=tolerance, xtol=1e-12, gtol=1e-14,
     )  # fmt: skip
-    return Solution(
-        whole(result.x), latest["triangle"], result.status > 0, int(result.nfev), str(result.message)
-    )
+    return Solution(whole(result.x), latest["triangle"], result.status > 0, int(result.nfev), str(result.message))
 
 
 def covariance(triangle: Triangle) -> FloatArray:

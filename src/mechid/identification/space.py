@@ -60,9 +60,7 @@ class SearchSpace:
         result: list[Coordinate] = []
         for q in self.mechanism.free:
             if q.name in pairs:
-                result += [
-                    Coordinate(q.name, kind, -q.max, q.max, pairs[q.name]) for kind in ("cosine", "sine")
-                ]
+                result += [Coordinate(q.name, kind, -q.max, q.max, pairs[q.name]) for kind in ("cosine", "sine")]
             elif q.name not in phases:
                 result.append(self._plain(q))
         return tuple(result)

@@ -40,9 +40,7 @@ def uncertainty(
     """
     used = [t for t in problem.targets if t.name in windows]
     inverse = np.zeros((problem.size, problem.size))
-    inverse[np.ix_(seen, seen)] = covariance(
-        Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples)
-    )
+    inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
     colour = {t.name: fit_autoregression(residual(problem, t, q, windows[t.name])) for t in used}
     score = np.zeros_like(inverse)
     for t in used:
@@ -70,18 +68,16 @@ def _score_variance(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: Autoregression
 ) -> FloatArray:
     """Return J^T C J / sigma^4 with C the residual's covariance, by filtering J through 1/A."""
-    chain, linear = problem.chain(q), target.linear
+    linear = target.linear
     R, _ = problem.reduced(target, q, window, jacobian=True)
-    projection = (
-        np.linalg.solve(R[:linear, :linear], R[:linear, linear + 1 :]) if linear else np.zeros((0, 1))
-    )
+    projection = np.linalg.solve(R[:linear, :linear], R[:linear, linear + 1 :]) if linear else np.zeros((0, 1))
     memory = np.zeros((colour.order, problem.size))
     total = np.zeros((problem.size, problem.size))
     for block in problem.run(target, q, window[1], jacobian=True).blocks():
         n = block.stop - max(block.start, window[0])
         if n <= 0:
             continue
-        J = problem.jacobian_block(target, block, chain, n) / target.sigma
+        J = problem.jacobian_block(target, block, n) / target.sigma
         if linear:
             rows = np.zeros((linear, n))
             problem.linear_rows(rows, target, window, block.stop - n, n)

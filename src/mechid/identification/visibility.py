@@ -29,10 +29,10 @@ REMEDY = "no record sees it; add a record that does, or give it as a known numbe
 
 
 def sensitivities(campaign: Campaign) -> int:
-    """Return how many of the kernel's parameters the free ones move."""
+    """Return how many directions of the parameters a fit of this campaign asks for."""
     if not campaign.mechanism.free:
         return 0
-    return len(Problem(SearchSpace(campaign.mechanism), ()).sensitive)
+    return SearchSpace(campaign.mechanism).size
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
@@ -88,9 +88,9 @@ def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) ->
     """Return which coordinates change any sample that was simulated, (n,)."""
     sigmas_per_range = (problem.upper - problem.lower) / target.sigma
     stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
-    chain, moved = problem.chain(q), np.zeros(problem.size, dtype=bool)
+    moved = np.zeros(problem.size, dtype=bool)
     for block in problem.run(target, q, stop, jacobian=True).blocks():
         finite = np.isfinite(block.y[:, 0])
-        J = problem.jacobian_block(target, block, chain, block.stop - block.start)[finite]
+        J = problem.jacobian_block(target, block, block.stop - block.start)[finite]
         moved |= np.any(np.isfinite(J) & (np.abs(J) * sigmas_per_range > NOTHING), axis=0)
     return moved

@@ -42,12 +42,8 @@ class Kernel:
 
     @property
     def lanes(self) -> int:
-        """Number of sensitivity lanes; the last is a spare."""
+        """Number of sensitivity lanes."""
         return int(self.module.NL)
-
-    def may_share(self, i: int, j: int) -> bool:
-        """Whether parameters i and j, tied to each other, can ride in one lane."""
-        return not any(i in row and j in row for row in self.module.SEEDED)
 
     @property
     def text(self) -> str:
@@ -123,15 +119,15 @@ def _compile(module: ModuleType, plant: Plant) -> None:
     """Call both entry points once on empty work, so that later calls find them compiled."""
     b = allocate(plant, module, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
-    module.begin(p, b.lane, np.zeros(len(plant.inputs)), 0.0, np.zeros(0), np.zeros(0), b.discrete, b.w)
-    module.run(p, b.lane, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
+    module.begin(p, b.directions, np.zeros(len(plant.inputs)), 0.0, np.zeros(0), np.zeros(0), b.discrete, b.w)
+    module.run(p, b.directions, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
 
 
 @dataclass(frozen=True)
 class Buffers:
     """All arrays one run reads and writes, flat as the generated module expects them."""
 
-    lane: NDArray[np.int64]
+    directions: FloatArray
     discrete: NDArray[np.int64]
     w: FloatArray
     y: FloatArray
@@ -156,7 +152,7 @@ def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sen
     armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
     rows = samples if sensitive else 0
     return Buffers(
-        lane=np.full(len(plant.parameters), max(lanes - 1, 0), dtype=np.int64),
+        directions=np.zeros(len(plant.parameters) * lanes),
         discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
         w=_aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),

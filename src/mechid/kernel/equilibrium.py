@@ -15,9 +15,7 @@ from mechid.plant.plant import START_ANGLE, Plant
 FloatArray = NDArray[np.float64]
 
 
-def equilibrium(
-    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float
-) -> tuple[FloatArray, FloatArray]:
+def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float) -> tuple[FloatArray, FloatArray]:
     """Return states at rest without friction, (n,), and their derivative to the parameters, (n, n_p).
 
     Newton's method on the rates from the commanded start; by the implicit function theorem

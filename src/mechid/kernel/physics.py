@@ -23,7 +23,7 @@ _PLACES = {
     "x_p": "w_[AT_X_P + {}]", "g_x": "w_[AT_G_X + {}]", "g_p": "w_[AT_G_P + {}]", "pinned": "w_[AT_PINNED + {}]",
     "y_x": "w_[AT_Y_X + {}]", "y_p": "w_[AT_Y_P + {}]", "A": "w_[AT_A + {}]", "B": "w_[AT_B + {}]",
     "dA": "w_[AT_DA + {}]", "dB": "w_[AT_DB + {}]", "dz": "w_[AT_DZ + {}]", "prop": "w_[prop_at + {}]",
-    "p": "p_[{}]", "w": "w_[{}]", "lane": "lane_[{}]", "y": "y_[{}]",
+    "p": "p_[{}]", "w": "w_[{}]", "y": "y_[{}]",
 }  # fmt: skip
 """Where the short names of this module stand: nearly all in one flat workspace `w_`."""
 _READ = re.compile(r"\b(" + "|".join(_PLACES) + r")\[([^\[\]]*(?:\[[^\]]*\][^\[\]]*)?)\]")
@@ -64,9 +64,7 @@ class Writer:
         """All scalar arguments of the rates, read from the workspace."""
         return ", ".join([f"x[{i}]" for i in range(len(self.plant.states))] + self.held_arguments)
 
-    def body(
-        self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False
-    ) -> list[str]:
+    def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
         """Return the lines that compute `wanted` ({target: expression}).
 
         `scalars` are symbols that are local already; everything else that is needed is read from
@@ -104,10 +102,7 @@ class Writer:
             "u": self.plant.inputs, "m": self.mode_symbols,
         }  # fmt: skip
         lines = [
-            f"{s} = {array}[{k}]"
-            for array, symbols in sources.items()
-            for k, s in enumerate(symbols)
-            if s in seen
+            f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
         ]
         return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
 
@@ -225,9 +220,7 @@ def _gradient_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
     return writer.body(wanted, share=True)
 
 
-def _by_mode(
-    name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]], modes: Sequence[int]
-) -> list[str]:
+def _by_mode(name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]], modes: Sequence[int]) -> list[str]:
     """Write one function that chooses by switch and mode; a long body becomes a function of its own."""
     functions, lines = [], []
     places = [(s, mode) for s, count in enumerate(modes) for mode in range(count)]
@@ -294,9 +287,7 @@ def start(writer: Writer) -> str:
         for k, q in enumerate(plant.parameters)
         if (d := sp.diff(e, q)) != 0
     ]
-    return function(
-        "start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines
-    )
+    return function("start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines)
 
 
 def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
@@ -310,9 +301,7 @@ def outputs(writer: Writer) -> list[str]:
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
     for j, node in enumerate(program.measured):
-        gradient += [
-            (f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)
-        ]
+        gradient += [(f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
         gradient += [
             (f"y_p[{j * len(plant.parameters) + k}]", d)
             for k, q in enumerate(plant.parameters)
@@ -364,7 +353,6 @@ def constants(writer: Writer) -> str:
     used = set().union(*(e.free_symbols for e in names), set())
     reads = [f"{q} = p[{k}]" for k, q in enumerate(writer.plant.parameters) if q in used]
     lines = [
-        f"c[{k}] = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}")
-        for k, (e, s) in enumerate(names.items())
+        f"c[{k}] = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}") for k, (e, s) in enumerate(names.items())
     ]
     return function("constants", "p_, w_", "Functions of the parameters alone.", [*reads, *lines, "return"])

@@ -51,8 +51,7 @@ class Program:
         definitions = dict(self.plant.terms)
         terms = [self._node(s, definitions[s], s) for s in self.shared]
         rates = [
-            self._node(sp.Symbol(f"k_{s}"), e, None)
-            for s, e in zip(self.plant.states, self.plant.rates, strict=True)
+            self._node(sp.Symbol(f"k_{s}"), e, None) for s, e in zip(self.plant.states, self.plant.rates, strict=True)
         ]
         return tuple(terms + rates)
 

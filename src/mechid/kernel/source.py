@@ -36,8 +36,8 @@ def sincos(angle):
 
 
 def lanes_for(parameters: int) -> int:
-    """Return the lane count for so many parameters: one spare, whole vectors, at least two of them."""
-    return max(-(-(parameters + 1) // LANE_WIDTH), 2) * LANE_WIDTH
+    """Return the lane count for so many directions: whole vectors, at least two of them."""
+    return max(-(-parameters // LANE_WIDTH), 2) * LANE_WIDTH
 
 
 def fingerprint(plant: Plant, lanes: int) -> str:
@@ -60,7 +60,7 @@ def generate(plant: Plant, lanes: int) -> str:
     rows = lane_writer.layout.rows
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
-    tables = [*_guard_tables(plant), *_output_table(writer), f"SEEDED = {lane_writer.seeded_together}"]
+    tables = [*_guard_tables(plant), *_output_table(writer)]
     body = "\n\n".join(functions) + "\n\n" + _loop_text()
     return _header(plant, lanes, body) + "\n".join([*sizes, *tables]) + "\n\n" + SINCOS + body
 

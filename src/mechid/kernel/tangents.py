@@ -1,8 +1,9 @@
 """The lanes of a kernel as Python text: the variational equations of all parameters side by side.
 
-Lane l holds dx/dp for one parameter. All lanes live in one flat workspace `w`, row by row of `lanes`
-doubles, so that the innermost loop runs over lanes and the compiler sees every distance.
-A parameter's own partial derivative enters at its lane alone, by a row of seeds per quantity.
+Lane l holds dx/dq for one direction q in the space of parameters. All lanes live in one flat workspace
+`w`, row by row of `lanes` doubles, so that the innermost loop runs over lanes and the compiler sees every
+distance. A parameter's own partial derivative enters every lane by the share that the lane's direction has
+of it (rows DIR): so ties and search coordinates cost nothing.
 """
 
 from __future__ import annotations
@@ -24,14 +25,15 @@ class Layout:
     states: int
     filter_states: int
     fed: int
-    seeds: int
+    parameters: int
 
     @cached_property
     def rows(self) -> dict[str, int]:
         """First row of each part, and the total under ``"END"``."""
         sizes = {
             "S": self.states, "SZ": self.filter_states, "K": self.states, "ACC": self.states,
-            "V0": self.fed, "VM": self.fed, "V1": self.fed, "Q": self.seeds, "DTAU": 1,
+            "V0": self.fed, "VM": self.fed, "V1": self.fed,
+            "DIR": self.parameters, "DTAU": 1,
         }  # fmt: skip
         first, out = 0, {}
         for name, size in sizes.items():
@@ -49,21 +51,14 @@ class LaneWriter:
         self.nodes: tuple[Node, ...] = (*program.nodes, *(n for n in program.fed if not self._is_shared(n)))
         self.seeded = [n for n in self.nodes if n.outer]
         self.layout = Layout(
-            len(program.states), len(program.filter_states), len(program.filter_inputs), len(self.seeded)
+            len(program.states),
+            len(program.filter_states),
+            len(program.filter_inputs),
+            len(program.plant.parameters),
         )
         self._coefficients: dict[str, sp.Expr] = {}
-        self._slopes = {
-            n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes
-        }
-        self._seeds = {
-            n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded
-        }
-
-    @property
-    def seeded_together(self) -> list[list[int]]:
-        """Indices of the parameters that enter each seeded quantity; those of one row cannot share a lane."""
-        order = {q: k for k, q in enumerate(self.writer.plant.parameters)}
-        return [sorted(order[q] for q in node.outer) for node in self.seeded]
+        self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
+        self._seeds = {n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded}
 
     def functions(self) -> list[str]:
         """Return all lane functions."""
@@ -114,28 +109,21 @@ class LaneWriter:
             inline=True,
         )
 
-    def _seed_lines(self) -> list[str]:
-        order = {q: k for k, q in enumerate(self.writer.plant.parameters)}
-        first = self.layout.rows["Q"]
-        return [
-            f"w[{first + r} * NL + lane[{order[q]}]] = {text}"
-            for r, node in enumerate(self.seeded)
-            for q, text in self._seeds[node.symbol].items()
-        ]
-
     def _flow_lines(self) -> list[str]:
         """Tangents of all nodes from ``y_<state>``, inside a loop over l."""
-        first, lines = self.layout.rows["Q"], []
-        seed_row = {n.symbol: first + r for r, n in enumerate(self.seeded)}
+        lines = []
         for node in self.nodes:
             parts = [
                 _product(text, f"t_{v}" if v in self.writer.program.shared else f"y_{v}")
                 for v, text in self._slopes[node.symbol].items()
             ]
-            if node.symbol in seed_row:
-                parts.append(f"w[{seed_row[node.symbol]} * NL + l]")
+            parts += [_product(text, self._direction(q)) for q, text in self._seeds.get(node.symbol, {}).items()]
             lines.append(f"t_{node.symbol} = {' + '.join(parts) or '0.0'}")
         return lines
+
+    def _direction(self, parameter: sp.Symbol) -> str:
+        """Return a lane's share of a parameter."""
+        return self._row("DIR", self.writer.plant.parameters.index(parameter))
 
     def _fed_tangent(self, j: int) -> str:
         source = self.writer.program.filter_inputs[j]
@@ -148,9 +136,7 @@ class LaneWriter:
         """One pass over the lanes: ``y_<state>`` from S (displaced by f K), tangents, and what follows."""
         lines = []
         for i, s in enumerate(self.writer.plant.states):
-            lines.append(
-                f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else "")
-            )
+            lines.append(f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else ""))
         lines += self._flow_lines() + after
         return ["for l in range(NL):", *(f"    {line}" for line in lines)]
 
@@ -158,9 +144,7 @@ class LaneWriter:
         """Write the three inner stages of a step as one loop."""
         states, n_fed = self.writer.plant.states, self.layout.fed
         at = ", ".join([f"{s} + f * k_{s}" for s in states] + self.writer.held_arguments)
-        results = ", ".join(
-            [f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients)
-        )
+        results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients))
         after = []
         for i, s in enumerate(states):
             after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} += weight * t_k_{s}"]
@@ -172,7 +156,6 @@ class LaneWriter:
             "share = 1.0 if stage > 0 else 0.0",
             "half_share = 0.0 if stage == 2 else 0.5",
             f"{results} = linearise_of({at}, w_)",
-            *self._seed_lines(),
             *self._loop(True, after),
             *(f"acc_{s} += weight * k_{s}" for s in states),
             *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
@@ -183,15 +166,13 @@ class LaneWriter:
         lines += [*self._constant_loads(), "for stage in range(3):", *(f"    {line}" for line in body)]
         lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
         lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
-        doc = (
-            "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
-        )
-        return function("step_lanes", "w_, lane_, x_at, k_at, h, new_at, mid_at", doc, lines)
+        doc = "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
+        return function("step_lanes", "w_, x_at, k_at, h, new_at, mid_at", doc, lines)
 
     def _evaluate_lanes(self) -> str:
         states = self.writer.plant.states
         lines = [*self._constant_loads()]
-        lines += [f"{self._results('e')} = linearise_of({self.writer.unpacked}, w_)", *self._seed_lines()]
+        lines += [f"{self._results('e')} = linearise_of({self.writer.unpacked}, w_)"]
         after = []
         for i, s in enumerate(states):
             after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} = t_k_{s}"]
@@ -200,27 +181,25 @@ class LaneWriter:
         lines += [f"k[{i}] = e_{s}" for i, s in enumerate(states)]
         lines += [f"k[{len(states) + j}] = e_v{j}" for j in range(self.layout.fed)]
         doc = "Rates k and filter inputs at x; those of the lanes into K (and ACC) and V1."
-        return function("evaluate_lanes", "w_, lane_, x_at, k_at", doc, lines)
+        return function("evaluate_lanes", "w_, x_at, k_at", doc, lines)
 
     def _advance_filter_lanes(self) -> str:
         """Write S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
-        plant, rows, order = self.writer.plant, self.layout.rows, self.writer.plant.parameters
-        n, n_fed = self.layout.filter_states, self.layout.fed
-        columns = [f"w[{rows['SZ'] + i} * NL + l]" for i in range(n)]
-        columns += [f"w[{rows[part] + j} * NL + l]" for part in ("V0", "VM", "V1") for j in range(n_fed)]
+        own, n, n_fed = filter_parameters(self.writer.plant), self.layout.filter_states, self.layout.fed
+        columns = [self._row("SZ", i) for i in range(n)]
+        columns += [self._row(part, j) for part in ("V0", "VM", "V1") for j in range(n_fed)]
         width = len(columns)
         lines = [f"p_{i}_{j} = prop[{i * width + j}]" for i in range(n) for j in range(width)]
-        body = [
-            f"n_{i} = " + " + ".join(f"p_{i}_{j} * {column}" for j, column in enumerate(columns))
-            for i in range(n)
-        ]
-        body += [f"w[{rows['SZ'] + i} * NL + l] = n_{i}" for i in range(n)]
-        lines += ["for l in range(NL):", *(f"    {line}" for line in body)] if n else []
-        for f, q in enumerate(filter_parameters(plant)):
-            lane = f"lane[{order.index(q)}]"
-            lines += [f"w[{rows['SZ'] + i} * NL + {lane}] += dz[{f * n + i}]" for i in range(n)]
+        lines += [f"d_{f}_{i} = dz[{f * n + i}]" for f in range(len(own)) for i in range(n)]
+        body = []
+        for i in range(n):
+            parts = [f"p_{i}_{j} * {column}" for j, column in enumerate(columns)]
+            parts += [f"d_{f}_{i} * {self._direction(q)}" for f, q in enumerate(own)]
+            body.append(f"n_{i} = " + " + ".join(parts))
+        body += [f"{self._row('SZ', i)} = n_{i}" for i in range(n)]
+        lines += ["for l in range(NL):", *(f"    {line}" for line in body)]
         doc = "Filter lanes over one step; dz holds what the filter's own parameters add."
-        return function("advance_filter_lanes", "w_, lane_, prop_at", doc, lines or ["return"])
+        return function("advance_filter_lanes", "w_, prop_at", doc, lines if n else ["return"])
 
 
 def _product(factor: str, variable: str) -> str:

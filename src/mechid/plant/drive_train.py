@@ -84,12 +84,8 @@ def gear() -> Block:
         table="gear",
         declarations=(
             Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio", structural=True),
-            Declaration(
-                key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0
-            ),
-            Declaration(
-                key="damping", symbol="D", unit="N m s/rad", meaning="gear damping at output", lower=0.0
-            ),
+            Declaration(key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0),
+            Declaration(key="damping", symbol="D", unit="N m s/rad", meaning="gear damping at output", lower=0.0),
         ),
         inputs=(alpha, omega, alpha_gear, omega_gear),
         terms={T_rg: K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)},
@@ -103,9 +99,7 @@ def rigid_load() -> Block:
     return Block(
         name="load",
         table="load",
-        declarations=(
-            Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0),
-        ),
+        declarations=(Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0),),
         inputs=(T_applied,),
         rates={alpha_gear: omega_gear, omega_gear: T_applied / J_m},
         initial={alpha_gear: theta_0 / (p / 2) / G, omega_gear: 0},

@@ -87,9 +87,7 @@ class Plant:
     @cached_property
     def digest(self) -> str:
         """Fingerprint of the structure: equations and order, no number of any mechanism."""
-        switches = [
-            (s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches
-        ]
+        switches = [(s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches]
         parts = (
             self.states, self.terms, self.rates, self.initial, self.inputs, switches,
             self.filter.states, self.filter.inputs, self.filter.A, self.filter.B,
@@ -126,9 +124,7 @@ def dotted_name(block: Block, key: str) -> str:
     return key if "." in key else f"{block.table}.{key}"
 
 
-def assemble(
-    name: str, blocks: Sequence[Block], wiring: Mapping[str, str], outputs: Mapping[str, str]
-) -> Plant:
+def assemble(name: str, blocks: Sequence[Block], wiring: Mapping[str, str], outputs: Mapping[str, str]) -> Plant:
     """Wire blocks into a plant.
 
     Parameters

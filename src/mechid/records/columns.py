@@ -142,16 +142,12 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
             return to_si_factor(in_header or si_unit(quantity), quantity), None
         factor = to_si_factor(channel.unit, quantity)
     except RecordError as error:
-        remedy = (
-            "; if that is no unit, name the right one in channels" if in_header and not channel.unit else ""
-        )
+        remedy = "; if that is no unit, name the right one in channels" if in_header and not channel.unit else ""
         raise table.error(f"{label}: {error}{remedy}") from None
     if in_header is None or _factor_or_none(in_header, quantity) == factor:
         return factor, None
     if _factor_or_none(in_header, quantity) is not None:
-        raise table.error(
-            f'{label}: its unit contradicts unit = "{channel.unit}" of the campaign; correct one'
-        )
+        raise table.error(f'{label}: its unit contradicts unit = "{channel.unit}" of the campaign; correct one')
     if table.columns[index].endswith(("]", ")")):
         return factor, f'{label}: taken in "{channel.unit}", as the campaign says, not in "{in_header}"'
     return factor, None

@@ -30,9 +30,7 @@ def channel_warnings(table: Table, channel: Channel) -> list[str]:
         An output never changes.
     """
     if np.ptp(channel.data) == 0.0:
-        message = (
-            f'"{channel.column}": {channel.quantity} is constant at {channel.data[0]:.9g} {channel.unit}'
-        )
+        message = f'"{channel.column}": {channel.quantity} is constant at {channel.data[0]:.9g} {channel.unit}'
         if channel.role is Role.OUTPUT:
             raise table.error(f"{message}: the channel is dead")
         return [str(table.error(message))]

@@ -105,10 +105,7 @@ def _power(y: FloatArray, length: int, band: NDArray[np.bool_]) -> FloatArray:
     window /= math.sqrt(float(np.sum(window**2)))
     segments = np.lib.stride_tricks.sliding_window_view(y, length)[:: max(length // 2, 1)]
     return np.concatenate(
-        [
-            _block_power(segments[start : start + BLOCK], window, band)
-            for start in range(0, len(segments), BLOCK)
-        ]
+        [_block_power(segments[start : start + BLOCK], window, band) for start in range(0, len(segments), BLOCK)]
     )
 
 

@@ -20,9 +20,7 @@ WINDOWS: Mapping[str, Callable[[int], FloatArray]] = {
 """Windows by name, each periodic: the last sample is not the first one again."""
 
 
-def amplitude_spectrum(
-    y: FloatArray, sample_rate: float, window: str = "boxcar"
-) -> tuple[FloatArray, FloatArray]:
+def amplitude_spectrum(y: FloatArray, sample_rate: float, window: str = "boxcar") -> tuple[FloatArray, FloatArray]:
     """Return the single-sided amplitude spectrum: a sine of amplitude A on a bin reads A.
 
     Parameters

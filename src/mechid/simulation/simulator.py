@@ -53,7 +53,7 @@ class Block:
     ----------
     y : (n, n_y)
     rate : (n, n_y), or (0, n_y) without sensitivities
-    jacobian : (n, n_y, lanes), the last lane a spare; or (0, n_y, 0)
+    jacobian : (n, n_y, lanes), one lane a direction, zero in those not used; or (0, n_y, 0)
     """
 
     start: int
@@ -77,7 +77,7 @@ class Simulator:
     latest_s : float
         The largest |time offset| that runs will ask for, s.
     capacity : int
-        Number of sensitivities other simulators of the same problem ask for; they share one kernel.
+        Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
     """
 
     plant: Plant
@@ -102,6 +102,14 @@ class Simulator:
     def _edge_values(self) -> FloatArray:
         return np.ascontiguousarray(self.excitation.values).ravel()
 
+    @cached_property
+    def directions(self) -> FloatArray:
+        """What each sensitivity moves of the parameters, (n_p, m): those that move together as one."""
+        out = np.zeros((len(self.plant.parameters), len(self.sensitive)))
+        for lane, together in enumerate(self.sensitive):
+            out[list(together), lane] = 1.0
+        return out
+
     def run(
         self,
         p: FloatArray,
@@ -110,9 +118,14 @@ class Simulator:
         substeps: int = 1,
         block: int = BLOCK,
         events: int = 0,
+        directions: FloatArray | None = None,
     ) -> Run:
-        """Begin a run at the kernel parameters `p`, (n,); iterate its `blocks`. It logs so many switches."""
-        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events)
+        """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
+
+        `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`.
+        """
+        wanted = self.directions if directions is None else directions
+        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted)
 
 
 class Run:
@@ -126,17 +139,17 @@ class Run:
         substeps: int,
         block: int,
         events: int,
+        directions: FloatArray,
     ) -> None:
         self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
         self.substeps = substeps
         base, kernel = simulator.base, simulator.kernel
         self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
-                                         events=events, sensitive=bool(simulator.sensitive))  # fmt: skip
-        for lane, together in enumerate(simulator.sensitive):
-            self.buffers.lane[list(together)] = lane
+                                         events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
+        self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         kernel.begin(
-            p, self.buffers.lane, simulator.excitation.initial, simulator.command.start_angle_rad,
+            p, self.buffers.directions, simulator.excitation.initial, simulator.command.start_angle_rad,
             *self._start(), self.buffers.discrete, self.buffers.w,
         )  # fmt: skip
         self.outcome = SimulationOutcome.COMPLETE
@@ -146,9 +159,7 @@ class Run:
         simulator = self.simulator
         if simulator.command.start == "commanded":
             return np.zeros(0), np.zeros(0)
-        x, x_p = equilibrium(
-            simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad
-        )
+        x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
         return x, np.ascontiguousarray(x_p).ravel()
 
     def blocks(self) -> Iterator[Block]:
@@ -181,7 +192,7 @@ class Run:
             buffers.y[:] = np.nan
             return
         status = simulator.kernel.run(
-            self.p, buffers.lane, int(buffers.sensitive), self.grid, simulator.excitation.times, simulator._edge_values,
+            self.p, buffers.directions, int(buffers.sensitive), self.grid, simulator.excitation.times, simulator._edge_values,
             *buffers.run_arguments(count),
         )  # fmt: skip
         self.outcome = _OUTCOMES.get(int(status), SimulationOutcome.COMPLETE)
