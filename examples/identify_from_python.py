@@ -25,9 +25,10 @@ def main(folder: Path) -> mechid.Fit:
     for warning in fit.warnings:
         print(f"warning: {warning}")
 
-    first = campaign.records[0].name
-    model = mechid.simulate(replace(campaign, mechanism=fit.mechanism), first)
-    print(f"{first}: fit {fit.records[first].fit_percent:.2f} %, largest modelled torque {abs(model.torque).max():.3g} N m")
+    first = fit.records[campaign.records[0].name]
+    model = mechid.simulate(replace(campaign, mechanism=fit.mechanism), first.name)
+    largest = abs(model.torque).max()
+    print(f"{first.name}: fit {first.fit_percent:.2f} %, largest modelled torque {largest:.3g} N m")
     return fit
 
 

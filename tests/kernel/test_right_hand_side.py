@@ -33,12 +33,24 @@ def assert_close(found, expected):
 @pytest.mark.parametrize("housing", HOUSINGS)
 def test_the_kernel_s_rates_are_those_typed_by_hand(housing, mode):
     """Truth: `hand_typed`, its derivatives by complex steps."""
+    assert_kernel_agrees(housing, mode, (4, 2), 50.0)
+
+
+@pytest.mark.slow  # each compiles a kernel of its own
+@pytest.mark.parametrize("orders", [orders for orders in DETENTS if orders != (4, 2)], ids=str)
+def test_kernels_of_other_detents_and_gears_are_those_typed_by_hand(orders):
+    """Truth: `hand_typed`; periods that are no part of the electrical one, none at all, a gear that reverses."""
+    for mode in MODES:
+        assert_kernel_agrees("paper", mode, orders, -50.0)
+
+
+def assert_kernel_agrees(housing, mode, orders, ratio):
     for seed in SEEDS:
-        m, x, z, u, q = case(housing, seed)
+        m, x, z, u, q = case(housing, seed, orders, ratio)
         names = [n for n in map(str, m.plant.parameters) if n not in NEVER_ESTIMATED]
         point = evaluated(m, x, z, u, MODES[mode], indices(m, names))
-        dx, dz, y = right_hand_side(x, z, u, mode, q, housing, (4, 2))
-        derivatives = differentiated(x, z, u, mode, q, housing, (4, 2), names)
+        dx, dz, y = right_hand_side(x, z, u, mode, q, housing, orders)
+        derivatives = differentiated(x, z, u, mode, q, housing, orders, names)
         np.testing.assert_allclose(point.rates, dx, rtol=1e-11)
         np.testing.assert_allclose(point.y, y, rtol=1e-11)
         assert_close(point.rates_by, derivatives[: len(x)])

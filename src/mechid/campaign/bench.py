@@ -21,7 +21,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import write_whole
-from mechid.campaign.trajectory_file import record_text, refuse_lost
+from mechid.campaign.trajectory_file import record_rows, refuse_lost
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 
@@ -135,8 +135,8 @@ def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np
     trajectory = simulate(campaign, record.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=record.duration_s)
     refuse_lost({record.name: trajectory})
     torque = trajectory.torque + _disturbance(rng, trajectory.time)
-    text = record_text(trajectory.time, torque, time_format="%.6f", torque_format="%.9e")
-    write_whole(folder / f"{record.name}.csv", text)
+    rows = record_rows(trajectory.time, torque, time_format="%.6f", torque_format="%.9e")
+    write_whole(folder / f"{record.name}.csv", rows)
 
 
 def _disturbance(rng: np.random.Generator, time: FloatArray) -> FloatArray:

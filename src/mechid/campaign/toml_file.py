@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +30,12 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
 
 
-def write_whole(path: Path, content: str) -> None:
-    """Write a text file beside its place and rename it into place: it is there whole, or as it was."""
+def write_whole(path: Path, content: str | Iterable[str]) -> None:
+    """Write a text file, given whole or in pieces, beside its place and rename it: it is there whole, or as it was."""
     beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        beside.write_text(content, encoding="utf-8", newline="\n")
+        with beside.open("w", encoding="utf-8", newline="\n") as file:
+            file.writelines((content,) if isinstance(content, str) else content)
         beside.replace(path)
     finally:
         beside.unlink(missing_ok=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,8 @@ REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
     "fast for the sample rate"
 )
+ROWS = 8192
+"""Rows made into text at once, so that a long record does not fill the memory."""
 TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 
 
@@ -48,7 +50,7 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
         Path(folder).mkdir(parents=True, exist_ok=True)
         for name, path in files.items():
             trajectory = trajectories[name]
-            write_whole(path, record_text(trajectory.time, trajectory.torque))
+            write_whole(path, record_rows(trajectory.time, trajectory.torque))
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return files
@@ -62,14 +64,16 @@ def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
             raise FitError(f'record "{name}"{at}: {trajectory.outcome.value} {REMEDY}')
 
 
-def record_text(
+def record_rows(
     time: NDArray[np.float64],
     torque: NDArray[np.float64],
     *,
     time_format: str = TIME_FORMAT,
     torque_format: str = TORQUE_FORMAT,
-) -> str:
-    """Return a record as text: a header line, then time in s and torque in N m, each (n,)."""
-    row = f"{time_format},{torque_format}"
-    rows = (row % pair for pair in zip(time.tolist(), torque.tolist(), strict=True))
-    return "\n".join((HEADER, *rows)) + "\n"
+) -> Iterator[str]:
+    """Yield a record as text, piece by piece: a header line, then time in s and torque in N m, each (n,)."""
+    row = f"{time_format},{torque_format}\n"
+    yield f"{HEADER}\n"
+    for start in range(0, time.size, ROWS):
+        pairs = zip(time[start : start + ROWS].tolist(), torque[start : start + ROWS].tolist(), strict=True)
+        yield "".join(row % pair for pair in pairs)
