@@ -22,9 +22,7 @@ REMARK = "kernel as generated, one step a sample"
 SUBSTEPS = 1
 
 
-def prepare(
-    problem: Problem, *, jacobian: bool, keep_jacobian: bool = False, substeps: int = SUBSTEPS
-) -> Run:
+def prepare(problem: Problem, *, jacobian: bool, keep_jacobian: bool = False, substeps: int = SUBSTEPS) -> Run:
     """Return the run over the whole record, compiled and loaded."""
     run = partial(run_mechid, problem, jacobian, keep_jacobian=keep_jacobian, substeps=substeps)
     run()

@@ -165,9 +165,7 @@ class Problem:
         return np.ascontiguousarray(self.mechanism.peak_voltage * phasor.T)
 
 
-def constant_rate(
-    mechanism: Mechanism, rate: float, *, microsteps: int = 1, start_angle_deg: float = 0.0
-) -> Problem:
+def constant_rate(mechanism: Mechanism, rate: float, *, microsteps: int = 1, start_angle_deg: float = 0.0) -> Problem:
     """Return 1 s of stepping at `rate` full steps/s."""
     edges = np.arange(1, math.ceil(microsteps * rate)) / (microsteps * rate)
     kind = "full" if microsteps == 1 else "micro"

@@ -341,9 +341,7 @@ free = ["gear.stiffness", "stepper.coil_resistance"]
 def with_stage(folder, old="", new=""):
     path = folder / "campaign.toml"
     assert old in STAGE
-    path.write_text(
-        path.read_text().replace('use = "validate"\n', "") + STAGE.replace(old, new, 1 if old else 0)
-    )
+    path.write_text(path.read_text().replace('use = "validate"\n', "") + STAGE.replace(old, new, 1 if old else 0))
     return path
 
 

@@ -70,9 +70,7 @@ def test_bounds_that_are_missing_are_the_physical_limits(changed):
     path = changed("mechanism.toml", "{ value = 30.0, min = -180.0, max = 180.0 }", "{ value = 30.0 }")
     changed("mechanism.toml", "{ value = 9.5, min = 5.0, max = 20.0 }", "{ value = 9.5, max = 20.0 }")
     mechanism = read_mechanism(path)
-    phase, resistance = (
-        mechanism.parameters[n] for n in ("stepper.detent.0.phase_deg", "stepper.coil_resistance")
-    )
+    phase, resistance = (mechanism.parameters[n] for n in ("stepper.detent.0.phase_deg", "stepper.coil_resistance"))
     assert (phase.min, phase.max, phase.is_periodic) == (-180.0, 180.0, True)
     assert (resistance.min, resistance.max) == (0.0, 20.0)
 

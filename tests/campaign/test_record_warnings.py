@@ -25,16 +25,13 @@ def test_a_record_shorter_than_its_command(changed, end, warned):
 
 def test_a_command_delayed_beyond_the_record(changed):
     path = changed("campaign.toml", "{ value = 0.0, min = -0.002, max = 0.002 }", "2.0")
-    assert load_campaign(path).warnings == (
-        f"{SWEEP}the record ends before its command starts; check time_offset_s",
-    )
+    assert load_campaign(path).warnings == (f"{SWEEP}the record ends before its command starts; check time_offset_s",)
 
 
 def test_a_recorder_with_a_clock_of_its_own(folder, write_record):
     (folder / "full_46.csv").write_text(write_record(start_s=3600.0))
     assert load_campaign(folder).warnings == (
-        f"{FULL}the command starts 3600 s before the first sample; "
-        "if they start together, write time_offset_s = 3600",
+        f"{FULL}the command starts 3600 s before the first sample; if they start together, write time_offset_s = 3600",
     )
 
 
@@ -59,14 +56,10 @@ def test_what_the_reader_found_odd(folder):
 
 
 def test_a_channel_that_is_not_used(changed):
-    channels = (
-        '[{ quantity = "torque", column = 1 }, { quantity = "output_angle", column = 0, unit = "rad" }]'
-    )
+    channels = '[{ quantity = "torque", column = 1 }, { quantity = "output_angle", column = 0, unit = "rad" }]'
     path = changed("campaign.toml", 'file = "full_46.csv"', f'file = "full_46.csv"\nchannels = {channels}')
     campaign = load_campaign(path, read_records=False)
-    assert campaign.warnings == (
-        f"{FULL}output_angle: not used at present, only the torque is identified from",
-    )
+    assert campaign.warnings == (f"{FULL}output_angle: not used at present, only the torque is identified from",)
 
 
 def test_a_frequency_in_hertz(changed, folder):

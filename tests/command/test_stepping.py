@@ -34,9 +34,7 @@ def test_voltages_belong_to_their_instants(tmp_path, rate):
     excitation = from_table(table, tmp_path).excitation(0.5)
     theta = np.deg2rad(10.0 + 90.0 * rate * excitation.times)
     assert excitation.times.size == 240
-    np.testing.assert_allclose(
-        excitation.values, np.stack([-np.cos(theta), np.sin(theta)], axis=1), atol=1e-13
-    )
+    np.testing.assert_allclose(excitation.values, np.stack([-np.cos(theta), np.sin(theta)], axis=1), atol=1e-13)
 
 
 @pytest.mark.parametrize("rate", [0.0, 46.0])
@@ -231,9 +229,7 @@ def test_a_wrong_table_says_where_what_and_the_remedy(name, tmp_path):
 
 
 def test_a_missing_table_file_is_named(tmp_path):
-    expected = (
-        f"{WHERE}.rate_table: {tmp_path / 'rate.csv'}: cannot be read (No such file or directory); check"
-    )
+    expected = f"{WHERE}.rate_table: {tmp_path / 'rate.csv'}: cannot be read (No such file or directory); check"
     with pytest.raises(InputFileError, match=f"^{re.escape(expected)}"):
         from_table({**FULL, "rate_table": "rate.csv"}, tmp_path)
 

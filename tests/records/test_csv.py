@@ -108,8 +108,7 @@ FILES = {
         start=3.0,
     ),
     "a column of words that nobody wants": encoded(
-        "time_s,torque_Nm,remark\n"
-        + "".join(f"{t},{m},ok é {t}\n" for t, m in zip(TIME, TORQUE, strict=True))
+        "time_s,torque_Nm,remark\n" + "".join(f"{t},{m},ok é {t}\n" for t, m in zip(TIME, TORQUE, strict=True))
     ),
     "a sparse column that nobody wants": encoded(
         "time_s,torque_Nm,temperature\n" + "".join(f"{t},{m},\n" for t, m in zip(TIME, TORQUE, strict=True))

@@ -22,8 +22,7 @@ def test_a_clipped_channel_is_said_with_count_and_line(tmp_path):
     """Four periods cut at +-4: clipped from 0.1 + 2 pi 10 t = asin(0.8), t = 0.0132 s, hence row 14."""
     record = read(tmp_path, np.clip(SINE, -4.0, 4.0))
     assert record.warnings == (
-        'run.csv: line 16: "x": torque stays at its extreme for 8 samples or more 8 times, '
-        "first here: clipped?",
+        'run.csv: line 16: "x": torque stays at its extreme for 8 samples or more 8 times, first here: clipped?',
     )
 
 

@@ -15,7 +15,7 @@ def prepare_kernels(campaign: Campaign) -> None:
     from mechid.identification.visibility import sensitivities
 
     plant = campaign.mechanism.plant
-    prepare_kernel(plant)  # counting the sensitivities asks it which of them may share a lane
+    prepare_kernel(plant)  # counting the sensitivities asks it which of them may ride together
     count = sensitivities(campaign)
     if lanes_for(count) > lanes_for(0):
         prepare_kernel(plant, count)

@@ -25,6 +25,8 @@ from mechid.parameter import Parameter, Status
 FloatArray = NDArray[np.float64]
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
+UNSEEN = 1e-3
+"""What the whole range of a coordinate changes of all residuals together, in sigmas, and yet is nothing."""
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
@@ -54,7 +56,8 @@ class Verdict:
 def conclude(campaign: Campaign, ending: Ending) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome."""
     problem, q = ending.problem, ending.q.copy()
-    triangle = problem.joint(q, ending.windows)
+    with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
+        triangle = problem.joint(q, ending.windows)
     verdict = _judge(ending, np.linalg.norm(triangle.jacobian, axis=0))
     unseen = ~verdict.counted & ending.moved & ~_on_bound(problem, q)
     q[unseen] = problem.start[unseen]
@@ -85,6 +88,9 @@ def _on_bound(problem: Problem, q: FloatArray) -> NDArray[np.bool_]:
     span = problem.upper - problem.lower
     on = (q - problem.lower < ON_BOUND * span) | (problem.upper - q < ON_BOUND * span)
     for j, c in enumerate(problem.space.coordinates):
+        if c.kind == "excess":
+            static = problem.space.mechanism.parameters[c.name]
+            on[j] |= problem.space.values(q[: problem.space.size])[c.name] >= static.max * (1.0 - ON_BOUND)
         if c.kind == "cosine":
             on[j] = on[j + 1] = math.hypot(q[j], q[j + 1]) > (1.0 - ON_BOUND) * c.upper
         if problem.space.is_turning(c):
@@ -97,7 +103,7 @@ def _judge(ending: Ending, size: FloatArray) -> Verdict:
     problem = ending.problem
     on = _on_bound(problem, ending.q)
     reasons: dict[str, tuple[Status, str]] = {}
-    counted = ending.moved & ~on & (size > 0.0) & np.isfinite(size)
+    counted = ending.moved & ~on & (size * (problem.upper - problem.lower) > UNSEEN)
     for j, name in enumerate(problem.names):
         if not ending.moved[j]:
             reasons[name] = (Status.FROZEN, "in no stage of the campaign file")
@@ -230,12 +236,23 @@ def _notes(campaign: Campaign) -> tuple[str, ...]:
         "stepper.peak_voltage is taken as known: without a current or voltage channel a relative error e of it "
         "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
     )
-    frame = (
-        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come "
-        "from all start angles turned by delta with detent phases turned by -4 delta (1.8 deg) and -2 delta "
-        "(3.6 deg), from all signs reversed with those of the phases, and from a move by whole teeth."
+    return voltage, _frame(campaign)
+
+
+def _frame(campaign: Campaign) -> str:
+    """Say which turns, reversals and moves give the same records."""
+    mechanism = campaign.mechanism
+    period = 720.0 / mechanism.value("stepper.poles")
+    orders = [
+        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in mechanism.plant.polar_pairs
+    ]
+    turned = " and ".join(f"-{order:g} delta" for order in orders)
+    phases = f" with the detent phases turned by {turned}" if orders else ""
+    return (
+        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come from "
+        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg), from all signs "
+        "reversed with those of the phases, and from a move by whole teeth."
     )
-    return voltage, frame
 
 
 def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:

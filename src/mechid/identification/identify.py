@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign, Stage
-from mechid.errors import FitError
+from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import Ending, conclude
 from mechid.identification.fit import Fit, FitOutcome, StageReport
@@ -89,6 +89,11 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
     plan = _follow_stages if campaign.stages else _follow_plan
     trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole(),
                   moved=np.zeros(problem.size, dtype=bool))  # fmt: skip
+    trail.warnings += [
+        f"{q.name}: its prior (sigma = {q.sigma:g}) is not used by the fit yet"
+        for q in campaign.mechanism.free
+        if q.sigma
+    ]
     try:
         plan(trail, campaign, seed)
     except KeyboardInterrupt:
@@ -105,27 +110,56 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
             "give those to be estimated as { value, min, max }"
         )
+    _refuse_free_voltage(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if not targets:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
     return Problem(SearchSpace(campaign.mechanism), targets, workers=workers)
 
 
+def _refuse_free_voltage(campaign: Campaign) -> None:
+    """Refuse a free supply voltage beside R, L and k_m: torque alone cannot tell them apart."""
+    scaled = ("stepper.peak_voltage", "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
+    free = {q.name for q in campaign.mechanism.free}
+    if free.issuperset(scaled):
+        raise InputFileError(
+            f"{campaign.mechanism_path}: stepper.peak_voltage: free together with R, L and k_m, which torque records "
+            "cannot tell apart (U -> c U, k_m -> c k_m, R and L -> c^2 gives the same torque); give it as a number"
+        )
+
+
 def _follow_stages(trail: Trail, campaign: Campaign, seed: int) -> None:
     """Work through the user's stages in order; each starts where the one before ended."""
     del seed
+    used: dict[str, tuple[int, int]] = {}
     for number, stage in enumerate(campaign.stages, 1):
-        problem = replace(trail.problem.only(stage.records), targets=trail.problem.targets)
-        trail.windows = {t.name: _window(t, stage) for t in problem.targets if t.name in stage.records}
-        free = np.array([name in stage.free for name in problem.names])
+        trail.problem, trail.q = trail.problem.in_polar(_halves(trail.problem, stage), trail.q)
+        trail.windows = {t.name: _window(t, stage) for t in trail.problem.targets if t.name in stage.records}
+        trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
+        free = np.array([name in stage.free for name in trail.problem.names])
         name = f"stage {number}"
-        solution = solve(problem, trail.q, trail.windows, free=free, progress=partial(trail.tell, name, ""))
+        told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
+        solution = solve(trail.problem, trail.q, trail.windows, free=free, progress=told)
         trail.q = solution.q
         trail.moved = trail.moved | free
         trail.close(name, stage.free, solution.triangle.cost, solution.evaluations, solution.message)
+        used = {n: _joined(used.get(n, w), w) for n, w in (used | trail.windows).items()}
         if not solution.converged:
             trail.warnings.append(f"{name}: stopped at its limit of steps before it converged")
+    trail.windows = used
+    sigmas = released_sigmas(trail.problem, trail.q, used, trail.warnings)
+    trail.problem = trail.problem.with_sigmas(sigmas)
     trail.outcome = FitOutcome.STAGES_DONE
+
+
+def _halves(problem: Problem, stage: Stage) -> frozenset[str]:
+    """Return the detents of which the stage frees amplitude or phase alone."""
+    pairs = ((c.name, c.partner) for c in problem.space.coordinates if c.kind == "cosine")
+    return frozenset(a for a, phase in pairs if (a in stage.free) != (phase in stage.free))
+
+
+def _joined(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
+    return min(a[0], b[0]), max(a[1], b[1])
 
 
 def _window(target: Target, stage: Stage) -> tuple[int, int]:

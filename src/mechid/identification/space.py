@@ -152,10 +152,16 @@ class SearchSpace:
                 a = out[c.name]
                 out[c.name], out[c.partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
             else:
-                out[c.name] = math.exp(x) if c.kind == "log" else float(x)
+                out[c.name] = self._within_bounds(c.name, math.exp(x)) if c.kind == "log" else float(x)
         if STATIC in out:
-            out[STATIC] += out.get(COULOMB, self.mechanism.value(COULOMB))
+            total = out[STATIC] + out.get(COULOMB, self.mechanism.value(COULOMB))
+            out[STATIC] = self._within_bounds(STATIC, total)
         return out
+
+    def _within_bounds(self, name: str, value: float) -> float:
+        """Clip a value that the way through a coordinate may have carried past its bounds."""
+        q = self.mechanism.parameters[name]
+        return min(max(value, q.min), q.max)
 
     def at(self, q: FloatArray) -> Mechanism:
         """Return the mechanism with its free parameters at `q`."""

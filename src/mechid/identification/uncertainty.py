@@ -1,7 +1,7 @@
 """Covariance of the estimate: for white residuals, and robust to their colour.
 
 White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1 with S the variance that the score has under
-the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2015). The autocovariance
+the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2016). The autocovariance
 comes from an autoregressive model of each record's residual, S from a second streamed pass in which the
 Jacobian runs through that model: memory does not grow with the record.
 """

@@ -8,6 +8,7 @@ from importlib import resources
 import numpy as np
 
 from mechid.kernel import physics
+from mechid.kernel.switching import guards
 from mechid.kernel.tangents import LaneWriter
 from mechid.plant.plant import Plant
 
@@ -44,7 +45,15 @@ def fingerprint(plant: Plant, lanes: int) -> str:
     """Return the name of a plant's kernel: its structure, the lanes, and mechid's own generator."""
     generator = "".join(
         resources.files("mechid.kernel").joinpath(name).read_text(encoding="utf-8")
-        for name in ("source.py", "physics.py", "tangents.py", "program.py", "expressions.py", "loop.py.in")
+        for name in (
+            "source.py",
+            "physics.py",
+            "switching.py",
+            "tangents.py",
+            "program.py",
+            "expressions.py",
+            "loop.py.in",
+        )
     )
     return hashlib.sha256(f"{plant.digest} {lanes} {generator}".encode()).hexdigest()[:24]
 
@@ -52,7 +61,7 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
-    functions = [*physics.rates(writer), physics.step(writer), *physics.guards(writer), physics.start(writer)]
+    functions = [*physics.rates(writer), physics.step(writer), *guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
     functions += [*lane_writer.functions(), physics.constants(writer)]

@@ -75,7 +75,7 @@ def rotor() -> Block:
 def gear() -> Block:
     """Gear as spring and damper: T_rg = K_s/G^2 (alpha - G alpha_g) + D/G^2 (omega - G omega_g).
 
-    Equation (7) of [Kornienko2013]_; K_s in N m/rad and D in N m s/rad at the output, T_rg in N m at
+    Equations (7) and (9) of [Kornienko2013]_; K_s in N m/rad and D in N m s/rad at the output, T_rg in N m at
     the rotor, T_applied = G T_rg at the output. The ratio may be negative.
     """
     G, K_s, D, T_rg = symbols("G K_s D T_rg")
@@ -94,7 +94,7 @@ def gear() -> Block:
 
 
 def rigid_load() -> Block:
-    """Rigid test mass: J_m alpha_g_ddot = T_applied, section 3.1 of [Kornienko2013]_; kg m2, rad, N m."""
+    """Rigid test mass: J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_; kg m2, rad, N m."""
     J_m, T_applied, G, p, theta_0 = symbols("J_m T_applied_in G p theta_0")
     return Block(
         name="load",

@@ -192,8 +192,8 @@ class Run:
             buffers.y[:] = np.nan
             return
         status = simulator.kernel.run(
-            self.p, buffers.directions, int(buffers.sensitive), self.grid, simulator.excitation.times, simulator._edge_values,
-            *buffers.run_arguments(count),
+            self.p, buffers.directions, int(buffers.sensitive), self.grid,
+            simulator.excitation.times, simulator._edge_values, *buffers.run_arguments(count),
         )  # fmt: skip
         self.outcome = _OUTCOMES.get(int(status), SimulationOutcome.COMPLETE)
 
