@@ -254,10 +254,10 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
         "coil_inductance = 0",
         "stepper.coil_inductance: found 0; the equations divide by it, write another number",
     ),
-    "zero between the bounds": (
+    "a count to be estimated": (
         "ratio = -50",
         "ratio = { value = 50.0, min = -100.0, max = 100.0 }",
-        "gear.ratio: 0 lies between min = -100 and max = 100; the equations divide by it",
+        "gear.ratio: found a table; it shapes the equations and is known, never estimated: write the number alone",
     ),
     "sigma": (
         "sigma = 0.01",

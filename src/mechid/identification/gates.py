@@ -26,6 +26,8 @@ WINDOW_S = 0.005
 DIVERGED_AT = 4.0
 BEYOND_S = 0.08
 ROUNDS = 80
+PATIENCE = 4
+"""Rounds without a new furthest reach after which something else is tried."""
 
 
 @dataclass(frozen=True)
@@ -110,18 +112,19 @@ def grow(
 ) -> Growth:
     """Grow all horizons from the floor until every record is complete, or nothing helps any more."""
     least = floors(problem)
-    gates, stalled, whole = dict(least), 0, {t.name: t.samples for t in problem.targets}
+    gates, whole = dict(least), {t.name: t.samples for t in problem.targets}
+    furthest, stalled = 0, 0
     for rounds in range(1, ROUNDS + 1):
         q = _some_steps(problem, q, gates)
-        found = horizons_at(problem, q, gates, least)
-        progress(found)
-        if found == whole and gates == whole:
-            return Growth(q, found, True, rounds)
-        stalled = stalled + 1 if sum(found.values()) <= sum(gates.values()) else 0
-        gates = found
-        if stalled >= 2:
+        gates = horizons_at(problem, q, gates, least)
+        progress(gates)
+        if gates == whole:
+            return Growth(q, gates, True, rounds)
+        stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
+        furthest = max(furthest, sum(gates.values()))
+        if stalled >= PATIENCE:
             escaped = _escape(problem, q, gates, least, rng)
-            if escaped is None:
+            if escaped is None or sum(escaped[1].values()) <= furthest:
                 return Growth(q, gates, False, rounds)
             q, gates = escaped
             stalled = 0

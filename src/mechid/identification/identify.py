@@ -17,10 +17,10 @@ from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import Ending, conclude
 from mechid.identification.fit import Fit, FitOutcome, StageReport
-from mechid.identification.gates import Growth, grow
-from mechid.identification.multistart import Candidate, multistart, refine
+from mechid.identification.gates import Growth, floors, grow, horizons_at
+from mechid.identification.multistart import Candidate, multistart, refine_all
 from mechid.identification.noise import released_sigmas
-from mechid.identification.parallel import mapped
+from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem, Target
 from mechid.identification.progress import Listener, Progress, silent
 from mechid.identification.solve import Solution, solve
@@ -51,6 +51,12 @@ class Trail:
         """Report progress of the stage at work."""
         number = min(len(self.stages) + 1, self.total)
         self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
+
+    def ending(self, seed: int) -> Ending:
+        """Return where the search stands, for the conclusion."""
+        seconds = time.perf_counter() - self.began
+        stages, warnings = tuple(self.stages), tuple(self.warnings)
+        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, self.moved, seed, seconds)
 
     def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
         """Note a finished stage."""
@@ -94,13 +100,12 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
         for q in campaign.mechanism.free
         if q.sigma
     ]
-    try:
-        plan(trail, campaign, seed)
-    except KeyboardInterrupt:
-        trail.outcome = FitOutcome.INTERRUPTED
-    ending = Ending(trail.problem, trail.q, trail.windows, trail.outcome, tuple(trail.stages), tuple(trail.warnings),
-                    trail.moved, seed, time.perf_counter() - trail.began)  # fmt: skip
-    return conclude(campaign, ending)
+    with one_core_algebra():
+        try:
+            plan(trail, campaign, seed)
+        except KeyboardInterrupt:
+            trail.outcome = FitOutcome.INTERRUPTED
+        return conclude(campaign, trail.ending(seed))
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:
@@ -185,8 +190,19 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     _joint_fit(trail, "joint fit", names)
+    _check_followed(trail)
     trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
     _joint_fit(trail, "noise released", names)
+
+
+def _check_followed(trail: Trail) -> None:
+    """See that the joint optimum still follows every record as far as the growth did."""
+    windows = {name: stop for name, (_, stop) in trail.windows.items()}
+    found = horizons_at(trail.problem, trail.q, windows, floors(trail.problem))
+    lost = [name for name, n in windows.items() if found[name] < n]
+    if lost:
+        trail.outcome = FitOutcome.HORIZON
+        trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
 
 
 def _joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> Solution:
@@ -211,8 +227,7 @@ def _candidates(trail: Trail, seed: int) -> list[Candidate]:
         trail.tell("multi-start", f"{done} of {total} starts")
 
     found = multistart(trail.problem, seed, workers, told)
-    refined = mapped(lambda c: refine(trail.problem, c), found, workers)
-    best = sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
+    best = refine_all(trail.problem, found, workers)
     if best:
         trail.q = best[0].q
         trail.tell("multi-start", f"{len(best)} refined", best[0].cost)

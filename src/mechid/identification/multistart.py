@@ -164,6 +164,12 @@ def multistart(
     return [Candidate(points[i], costs[i]) for i in order[:REFINED] if math.isfinite(costs[i])]
 
 
+def refine_all(problem: Problem, candidates: list[Candidate], workers: int) -> list[Candidate]:
+    """Return the candidates refined, in order of cost; those that cannot be simulated are dropped."""
+    refined = mapped(partial(refine, problem), candidates, workers)
+    return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
+
+
 def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
     inside = _strictly_inside(candidate.q, problem)
