@@ -163,7 +163,7 @@ def step(writer: Writer) -> str:
     body = [
         "f = h if stage == 2 else 0.5 * h",
         "weight = 1.0 if stage == 2 else 2.0",
-        "half_share = 0.0 if stage == 2 else 0.5",
+        "half_share = 0.25 if stage == 2 else 0.5",
         f"{results} = rates_of({at}, w_)",
         *(f"acc_{s} += weight * k_{s}" for s in states),
         *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),

@@ -154,7 +154,7 @@ class LaneWriter:
             "f = h if stage == 2 else 0.5 * h",
             "weight = 1.0 if stage == 2 else 2.0",
             "share = 1.0 if stage > 0 else 0.0",
-            "half_share = 0.0 if stage == 2 else 0.5",
+            "half_share = 0.25 if stage == 2 else 0.5",
             f"{results} = linearise_of({at}, w_)",
             *self._loop(True, after),
             *(f"acc_{s} += weight * k_{s}" for s in states),
