@@ -90,8 +90,8 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     ordinal = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count) + 1
     index = held[piece] + pieces.direction[piece] * ordinal
     times = _instants(pieces, piece, index)
-    within = times <= duration_s
-    return times[within], index[within].astype(np.int64)
+    within = times <= duration_s * (1.0 + SLACK)  # the very end counts, rounded as it may be
+    return np.minimum(times[within], duration_s), index[within].astype(np.int64)
 
 
 def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:

@@ -13,6 +13,8 @@ from mechid.kernel.tangents import LaneWriter
 from mechid.plant.plant import Plant
 
 LANE_WIDTH = 8
+TERMS = 30
+"""Most terms of the series of the filter's propagator."""
 
 SINCOS = '''
 @njit(**INNER, forceinline=True)
@@ -68,7 +70,7 @@ def generate(plant: Plant, lanes: int) -> str:
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
-    sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
+    sizes = _size_lines(numbers | {"TERMS": TERMS} | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     tables = [*_guard_tables(plant), *_output_table(writer)]
     body = "\n\n".join(functions) + "\n\n" + _loop_text()
     return _header(plant, lanes, body) + "\n".join([*sizes, *tables]) + "\n\n" + SINCOS + body
@@ -113,6 +115,7 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "X_NEW": n["NX"], "X_TRY": n["NX"], "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
+        "TABLE": (TERMS + 2) * prop,
         "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
         "G_OLD": guards, "G_NEW": guards, "G_SLOPE": guards, "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
         "J_PAIR": 2 * n["NY"] * n["NL"],
