@@ -21,6 +21,7 @@ from mechid.identification.reduction import Triangle
 from mechid.identification.target import target_of
 from mechid.identification.uncertainty import linear_part, uncertainty
 from mechid.parameter import Parameter, Status
+from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
 ON_BOUND = 1e-6
@@ -62,8 +63,10 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
     unseen = ~verdict.counted & ending.moved & ~_on_bound(problem, q)
     q[unseen] = problem.start[unseen]
     names, robust, white = _covariances(ending, q, triangle, verdict)
-    mechanism = problem.space.at(q[: problem.space.size])
-    parameters = _estimates(campaign, problem, q, verdict, names, robust, white)
+    held = [name for name, (status, _) in verdict.reasons.items() if status is Status.FROZEN]
+    starts = {name: campaign.mechanism.value(name) for name in held if name in campaign.mechanism.parameters}
+    mechanism = problem.space.at(q[: problem.space.size]).with_values(starts)
+    parameters = _estimates(campaign, problem, mechanism, q, verdict, names, robust, white)
     records = {r.name: _record_fit(r, ending, q) for r in campaign.records if r.data is not None}
     scale = np.sqrt(np.diag(robust))
     scale[scale == 0.0] = 1.0
@@ -145,6 +148,7 @@ def _covariances(
 def _estimates(
     campaign: Campaign,
     problem: Problem,
+    mechanism: Mechanism,
     q: FloatArray,
     verdict: Verdict,
     names: Sequence[str],
@@ -152,7 +156,6 @@ def _estimates(
     white: FloatArray,
 ) -> dict[str, ParameterEstimate]:
     errors = {name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)}
-    mechanism = problem.space.at(q[: problem.space.size])
     out = {}
     for name, before in campaign.mechanism.parameters.items():
         after = replace(mechanism.parameters[name], value=mechanism.value(name))
