@@ -30,9 +30,8 @@ class Autoregression:
 def autocovariance(series: FloatArray, lags: int) -> FloatArray:
     """Return the biased autocovariance at lags 0 to `lags`, (lags + 1,), of a zero-mean series."""
     n = series.size
-    size = 1 << int(np.ceil(np.log2(2 * n)))
-    power = np.abs(np.fft.rfft(series, size)) ** 2
-    return np.asarray(np.fft.irfft(power, size)[: lags + 1] / n, dtype=np.float64)
+    products = [series[: n - k] @ series[k:] for k in range(min(lags + 1, n))]
+    return np.array(products, dtype=np.float64) / n
 
 
 def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
