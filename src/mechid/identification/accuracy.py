@@ -11,20 +11,20 @@ from mechid.identification.problem import Problem, Windows
 
 FloatArray = NDArray[np.float64]
 PROMISE = 1e-5
-MOST_SUBSTEPS = 8
+MOST_DOUBLINGS = 3
 
 
 def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
-    """Return the least of 1, 2, 4, 8 steps a sample that keeps every record within the promise at `q`.
+    """Return the steps a sample, up to 8 times the problem's, that keep every record within the promise at `q`.
 
     Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
     The promise is an RMS error of 1e-5 of the record's RMS torque.
     """
     substeps = problem.substeps
     coarse = _predictions(replace(problem, substeps=substeps), q, windows)
-    while substeps < MOST_SUBSTEPS:
+    for _ in range(MOST_DOUBLINGS):
         fine = _predictions(replace(problem, substeps=2 * substeps), q, windows)
-        if max(map(_relative_error, coarse, fine)) <= PROMISE:
+        if all(_relative_error(c, f) <= PROMISE for c, f in zip(coarse, fine, strict=True)):
             break
         substeps, coarse = 2 * substeps, fine
     return substeps

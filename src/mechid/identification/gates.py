@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.problem import Problem, Target
-from mechid.identification.solve import covariance, solve
+from mechid.identification.solve import solve
 
 FloatArray = NDArray[np.float64]
 Horizons = dict[str, int]
@@ -59,11 +59,14 @@ def _floor(target: Target) -> int:
 
 
 def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: int) -> int:
-    """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them."""
-    rate = target.base.sample_rate_hz
-    window = max(int(WINDOW_S * rate), 4)
+    """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
+
+    What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
+    a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
+    """
+    window = max(int(WINDOW_S * target.base.sample_rate_hz), 4)
     residual = np.empty(target.samples)
-    fitted: FloatArray | None = None
+    lines: list[FloatArray] = []
     tested = 0
     for block in problem.run(target, q, target.samples).blocks():
         rows = slice(block.start, block.stop)
@@ -72,31 +75,43 @@ def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: i
             break
         if block.stop < gate and block.stop < target.samples:
             continue
-        if fitted is None:
-            fitted = _linear_part(residual[: min(gate, block.stop)], target)
+        if not tested:
+            lines = _lines(residual[: min(gate, block.stop)], target)
         whole = (block.stop - tested) // window
-        stretch = residual[tested : tested + whole * window] - _linear_values(fitted, tested, whole * window)
-        bad = np.flatnonzero(np.mean(stretch.reshape(whole, window) ** 2, axis=1) > DIVERGED_AT)
-        if bad.size:
-            tested += int(bad[0]) * window
+        stretch = residual[tested : tested + whole * window]
+        good = [_good_windows(stretch, line, tested, window) for line in lines]
+        tested += max(good) * window
+        if max(good) < whole:
             break
-        tested += whole * window
+        lines = [line for line, count in zip(lines, good, strict=True) if count == whole]
     else:
         return target.samples
     return max(min(tested, 2 * gate), floor)
 
 
-def _linear_part(residual: FloatArray, target: Target) -> FloatArray:
-    """Fit what is projected out on the gated part; a drift only where the gate is long enough to tell it."""
-    terms = target.linear if residual.size > target.samples // 4 else min(target.linear, 1)
-    if terms == 0:
-        return np.zeros(1)
-    return np.polynomial.polynomial.polyfit(np.arange(residual.size, dtype=float), residual, terms - 1)
+def _lines(residual: FloatArray, target: Target) -> list[FloatArray]:
+    """Return what is projected out as polynomials of the sample's number, of each degree that may be."""
+    samples = np.arange(residual.size, dtype=float)
+    fit = np.polynomial.polynomial.polyfit
+    return [fit(samples, residual, degree) for degree in range(target.linear)] or [np.zeros(1)]
 
 
-def _linear_values(fitted: FloatArray, first: int, count: int) -> FloatArray:
-    values = np.polynomial.polynomial.polyval(np.arange(first, first + count, dtype=float), fitted)
-    return np.asarray(values, dtype=np.float64)
+def _good_windows(residual: FloatArray, line: FloatArray, first: int, window: int) -> int:
+    """Return how many windows in a row, from the beginning, the model follows."""
+    values = np.polynomial.polynomial.polyval(np.arange(first, first + residual.size, dtype=float), line)
+    squares = np.mean((residual - values).reshape(-1, window) ** 2, axis=1)
+    bad = np.flatnonzero(squares > DIVERGED_AT)
+    return int(bad[0]) if bad.size else squares.size
+
+
+def followed(problem: Problem, target: Target, q: FloatArray) -> int:
+    """Return how many samples the model at `q` follows, whatever comes after."""
+    gate = _floor(target)
+    while True:
+        found = horizon(problem, target, q, gate, 0)
+        if found <= gate or found == target.samples:
+            return found
+        gate = found
 
 
 def horizons_at(problem: Problem, q: FloatArray, gates: Mapping[str, int], least: Mapping[str, int]) -> Horizons:
@@ -108,16 +123,16 @@ def grow(
     problem: Problem,
     q: FloatArray,
     rng: np.random.Generator,
-    progress: Callable[[Mapping[str, int]], None] = lambda gates: None,
+    progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
 ) -> Growth:
-    """Grow all horizons from the floor until every record is complete, or nothing helps any more."""
-    least = floors(problem)
-    gates, whole = dict(least), {t.name: t.samples for t in problem.targets}
+    """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
+    gates = {t.name: max(followed(problem, t, q), least[t.name]) for t in problem.targets}
     furthest, stalled = 0, 0
     for rounds in range(1, ROUNDS + 1):
         q = _some_steps(problem, q, gates)
         gates = horizons_at(problem, q, gates, least)
-        progress(gates)
+        progress(q, gates)
         if gates == whole:
             return Growth(q, gates, True, rounds)
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
@@ -143,8 +158,7 @@ def _escape(
     Draws are costed on the unfinished records some way past their gates; the best few are refitted and
     the first that lengthens the total is kept.
     """
-    windows = {name: (0, n) for name, n in gates.items()}
-    root = np.linalg.cholesky(_regular(covariance(problem.joint(q, windows))))
+    root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
     for scale in (1.0, 2.0, 4.0, 8.0, 16.0):
         draws = [
@@ -152,18 +166,21 @@ def _escape(
             for _ in range(24)
         ]
         costs = [_cost_beyond(problem, open_targets, gates, draw) for draw in draws]
-        for i in np.argsort(costs)[:3]:
-            moved = _some_steps(problem, draws[i], gates)
+        for i in [i for i in np.argsort(costs, kind="stable")[:3] if math.isfinite(costs[i])]:
+            longer = horizons_at(problem, draws[i], gates, least)
+            moved = _some_steps(problem, draws[i], {name: max(gates[name], n) for name, n in longer.items()})
             found = horizons_at(problem, moved, gates, least)
             if sum(found.values()) > sum(gates.values()):
                 return moved, found
     return None
 
 
-def _regular(matrix: FloatArray) -> FloatArray:
-    """Return a covariance that a Cholesky factor exists of."""
-    bump = 1e-12 * np.diag(matrix).max()
-    return np.asarray(0.5 * (matrix + matrix.T) + bump * np.eye(len(matrix)), dtype=np.float64)
+def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatArray:
+    """Return a square root of the covariance at `q`, (n, n); what the gates do not show varies over its range."""
+    span = problem.upper - problem.lower
+    J = problem.joint(q, {name: (0, n) for name, n in gates.items()}).jacobian * span
+    _, s, Vt = np.linalg.svd(np.nan_to_num(J), full_matrices=False)
+    return np.asarray(span[:, None] * Vt.T / np.sqrt(s**2 + 1.0), dtype=np.float64)
 
 
 def _cost_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: FloatArray) -> float:

@@ -4,68 +4,33 @@ from __future__ import annotations
 
 import math
 import os
-import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign import Campaign, Stage
+from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
-from mechid.identification.conclude import Ending, conclude
-from mechid.identification.fit import Fit, FitOutcome, StageReport
+from mechid.identification.conclude import conclude
+from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.gates import Growth, floors, grow, horizons_at
-from mechid.identification.multistart import Candidate, multistart, refine_all
+from mechid.identification.multistart import Candidate, distinct, multistart, refine_all
 from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import one_core_algebra
-from mechid.identification.problem import Problem, Target
-from mechid.identification.progress import Listener, Progress, silent
-from mechid.identification.solve import Solution, solve
+from mechid.identification.problem import Problem
+from mechid.identification.progress import Listener, silent
 from mechid.identification.space import SearchSpace
+from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
+from mechid.identification.trail import Trail, joint_fit
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
-
-
-@dataclass
-class Trail:
-    """The search in progress: best point so far, what has been done, whom to tell."""
-
-    problem: Problem
-    listener: Listener
-    total: int
-    q: FloatArray
-    windows: dict[str, tuple[int, int]]
-    outcome: FitOutcome = FitOutcome.FAILED
-    stages: list[StageReport] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
-    moved: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
-    began: float = field(default_factory=time.perf_counter)
-    stage_began: float = field(default_factory=time.perf_counter)
-
-    def tell(self, stage: str, line: str, cost: float | None = None) -> None:
-        """Report progress of the stage at work."""
-        number = min(len(self.stages) + 1, self.total)
-        self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
-
-    def ending(self, seed: int) -> Ending:
-        """Return where the search stands, for the conclusion."""
-        seconds = time.perf_counter() - self.began
-        stages, warnings = tuple(self.stages), tuple(self.warnings)
-        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, self.moved, seed, seconds)
-
-    def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
-        """Note a finished stage."""
-        now = time.perf_counter()
-        rates = {t.name: t.base.sample_rate_hz for t in self.problem.targets}
-        used = {name: (w[1] - w[0]) / rates[name] for name, w in self.windows.items()}
-        self.stages.append(StageReport(name=name, records=used, free=free, cost=cost, evaluations=evaluations,
-                                       seconds=now - self.stage_began, note=note))  # fmt: skip
-        self.stage_began = now
+LONGEST_STEP_S = 2e-4
+"""Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
 
 def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent) -> Fit:
@@ -92,9 +57,7 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
         If nothing is free, or no record is to be estimated from.
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
-    plan = _follow_stages if campaign.stages else _follow_plan
-    trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole(),
-                  moved=np.zeros(problem.size, dtype=bool))  # fmt: skip
+    trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole())
     trail.warnings += [
         f"{q.name}: its prior (sigma = {q.sigma:g}) is not used by the fit yet"
         for q in campaign.mechanism.free
@@ -102,7 +65,10 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
     ]
     with one_core_algebra():
         try:
-            plan(trail, campaign, seed)
+            if campaign.stages:
+                follow_stages(trail, campaign)
+            else:
+                _follow_plan(trail, campaign, seed)
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
         return conclude(campaign, trail.ending(seed))
@@ -119,7 +85,9 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     targets = tuple(target_of(r) for r in campaign.estimated)
     if not targets:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
-    return Problem(SearchSpace(campaign.mechanism), targets, workers=workers)
+    longest = max(t.base.interval_s for t in targets)
+    substeps = max(1, math.ceil(longest / LONGEST_STEP_S - 1e-6))
+    return Problem(SearchSpace(campaign.mechanism), targets, substeps=substeps, workers=workers)
 
 
 def _refuse_free_voltage(campaign: Campaign) -> None:
@@ -133,66 +101,27 @@ def _refuse_free_voltage(campaign: Campaign) -> None:
         )
 
 
-def _follow_stages(trail: Trail, campaign: Campaign, seed: int) -> None:
-    """Work through the user's stages in order; each starts where the one before ended."""
-    del seed
-    used: dict[str, tuple[int, int]] = {}
-    for number, stage in enumerate(campaign.stages, 1):
-        trail.problem, trail.q = trail.problem.in_polar(_halves(trail.problem, stage), trail.q)
-        trail.windows = {t.name: _window(t, stage) for t in trail.problem.targets if t.name in stage.records}
-        trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-        free = np.array([name in stage.free for name in trail.problem.names])
-        name = f"stage {number}"
-        told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
-        solution = solve(trail.problem, trail.q, trail.windows, free=free, progress=told)
-        trail.q = solution.q
-        trail.moved = trail.moved | free
-        trail.close(name, stage.free, solution.triangle.cost, solution.evaluations, solution.message)
-        used = {n: _joined(used.get(n, w), w) for n, w in (used | trail.windows).items()}
-        if not solution.converged:
-            trail.warnings.append(f"{name}: stopped at its limit of steps before it converged")
-    trail.windows = used
-    sigmas = released_sigmas(trail.problem, trail.q, used, trail.warnings)
-    trail.problem = trail.problem.with_sigmas(sigmas)
-    trail.outcome = FitOutcome.STAGES_DONE
-
-
-def _halves(problem: Problem, stage: Stage) -> frozenset[str]:
-    """Return the detents of which the stage frees amplitude or phase alone."""
-    pairs = ((c.name, c.partner) for c in problem.space.coordinates if c.kind == "cosine")
-    return frozenset(a for a, phase in pairs if (a in stage.free) != (phase in stage.free))
-
-
-def _joined(a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
-    return min(a[0], b[0]), max(a[1], b[1])
-
-
-def _window(target: Target, stage: Stage) -> tuple[int, int]:
-    if stage.window_s is None:
-        return 0, target.samples
-    first, last = ((s - target.base.start_s) * target.base.sample_rate_hz for s in stage.window_s)
-    return max(0, math.ceil(first - 1e-6)), min(target.samples, math.floor(last + 1e-6) + 1)
-
-
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
-    names = tuple(p.name for p in campaign.mechanism.free)
-    trail.moved = np.ones(trail.problem.size, dtype=bool)
+    delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
+    names = (*(p.name for p in campaign.mechanism.free), *delays)
     candidates = _candidates(trail, seed)
     trail.close("multi-start", names, candidates[0].cost if candidates else math.inf, len(candidates))
     if not candidates:
         return
     growth = _grow_best(trail, candidates, seed)
-    trail.q = growth.q
-    trail.windows = {name: (0, n) for name, n in growth.horizons.items()}
+    trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-    _joint_fit(trail, "joint fit", names)
+    converged = joint_fit(trail, "joint fit", names)
     _check_followed(trail)
     trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
-    _joint_fit(trail, "noise released", names)
+    converged &= joint_fit(trail, "noise released", names)
+    if not converged and trail.outcome is FitOutcome.CONVERGED:
+        trail.outcome = FitOutcome.NOT_CONVERGED
 
 
 def _check_followed(trail: Trail) -> None:
@@ -205,50 +134,49 @@ def _check_followed(trail: Trail) -> None:
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
 
 
-def _joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> Solution:
-    line = f"{trail.problem.substeps} steps a sample"
-    solution = solve(trail.problem, trail.q, trail.windows, progress=partial(trail.tell, name, line))
-    trail.q = solution.q
-    outside = trail.problem.space.outside_disc(solution.q)
-    if outside:
-        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
-        return _joint_fit(trail, name, free)
-    trail.close(name, free, solution.triangle.cost, solution.evaluations, solution.message)
-    if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
-        trail.outcome = FitOutcome.NOT_CONVERGED
-    return solution
+def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
+    """Name the records that are not followed to their ends."""
+    return [
+        f"record {t.name}: the model follows it for {growth.horizons[t.name] / t.base.sample_rate_hz:.4g} s "
+        f"of {(t.samples - 1) / t.base.sample_rate_hz:.4g} s"
+        for t in problem.targets
+        if growth.horizons[t.name] < t.samples
+    ]
 
 
 def _candidates(trail: Trail, seed: int) -> list[Candidate]:
-    """Return refined candidates in order of cost."""
+    """Return refined candidates in order of cost, each place once."""
     workers = trail.problem.workers
 
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
     found = multistart(trail.problem, seed, workers, told)
-    best = refine_all(trail.problem, found, workers)
+    best = distinct(trail.problem, refine_all(trail.problem, found, workers))
     if best:
-        trail.q = best[0].q
+        trail.at(best[0].q)
         trail.tell("multi-start", f"{len(best)} refined", best[0].cost)
     return best
 
 
 def _grow_best(trail: Trail, candidates: list[Candidate], seed: int) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
-    total = sum(t.samples for t in trail.problem.targets)
     best: Growth | None = None
     for number, candidate in enumerate(candidates[:TRIED_CANDIDATES], 1):
-
-        def told(gates: Mapping[str, int], number: int = number) -> None:
-            share = 100.0 * sum(gates.values()) / total
-            trail.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")
-
+        told = partial(_note_growth, trail, number, best)
         growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):
-            best, trail.q = growth, growth.q
-            trail.windows = {name: (0, n) for name, n in growth.horizons.items()}
+            best = growth
         if best.complete:
             break
     assert best is not None
     return best
+
+
+def _note_growth(trail: Trail, number: int, best: Growth | None, q: FloatArray, gates: Mapping[str, int]) -> None:
+    """Keep a point that follows the records further than all before, and tell of it."""
+    here = sum(gates.values())
+    if best is None or here > sum(best.horizons.values()):
+        trail.at(q, gates)
+    share = 100.0 * here / sum(t.samples for t in trail.problem.targets)
+    trail.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")

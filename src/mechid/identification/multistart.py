@@ -9,18 +9,19 @@ records; the best are refined on the same window.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import lru_cache, partial
 
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
 from scipy.stats import qmc
 
 from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem, Target
+from mechid.identification.reduction import Triangle, absorb, finished
+from mechid.identification.solve import descend
 from mechid.identification.space import Coordinate, SearchSpace
 from mechid.parameter import Declaration
 
@@ -107,16 +108,15 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
     return math.log(value) if c.kind == "log" else value
 
 
-def first_residual(problem: Problem, target: Target, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
+def _first_samples(target: Target) -> int:
+    return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
+
+
+def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return a target's residuals over the first window, in sigmas, without their median."""
-    stop = min(target.samples, round(window_s * target.base.sample_rate_hz))
+    stop = _first_samples(target)
     r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
     return r - np.median(r) if target.linear else r
-
-
-def robust_residual(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return the residuals of all targets over the first window, in sigmas."""
-    return np.concatenate([first_residual(problem, target, q) for target in problem.targets])
 
 
 def robust_cost(residual: FloatArray) -> float:
@@ -136,15 +136,38 @@ def capped_cost(problem: Problem, q: FloatArray, cap: float) -> float:
     return total
 
 
-def robust_jacobian(problem: Problem, q: FloatArray, window_s: float = WINDOW_S) -> FloatArray:
-    """Return the derivative of `robust_residual`, (n, problem.size); the median held as the mean's."""
-    parts = []
+def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
+    """Return the triangle whose norm squared is the robust cost at `q` and whose gradient is that cost's.
+
+    Each sample is weighted as its distance deserves, and the median's derivative is taken for the mean's.
+    """
+    R = np.zeros((1 + problem.size, 1 + problem.size))
+    cost, samples = 0.0, 0
     for target in problem.targets:
-        stop = min(target.samples, round(window_s * target.base.sample_rate_hz))
-        blocks = problem.run(target, q, stop, jacobian=True).blocks()
-        J = np.concatenate([problem.jacobian_block(target, b, b.stop - b.start) for b in blocks]) / target.sigma
-        parts.append(J - J.mean(axis=0) if target.linear else J)
-    return np.concatenate(parts)
+        rows = _first_rows(problem, target, q)
+        cost += robust_cost(rows[0])
+        rows *= (1.0 + (rows[0] / ROBUST_SIGMAS) ** 2) ** -0.25
+        absorb(R, rows, rows.shape[1])
+        samples += rows.shape[1]
+    weighted = finished(R, 0, samples)
+    jacobian = weighted.jacobian
+    jacobian[0] *= weighted.norm / max(math.sqrt(cost), 1e-300)
+    return Triangle(math.sqrt(cost), jacobian, samples)
+
+
+def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
+    """Return a target's residual and Jacobian over the first window as rows, (1 + n, samples), in sigmas."""
+    stop = _first_samples(target)
+    rows = np.empty((1 + problem.size, stop))
+    for block in problem.run(target, q, stop, jacobian=True).blocks():
+        place = slice(block.start, block.stop)
+        rows[0, place] = block.y[:, 0] - target.measured[place]
+        rows[1:, place] = problem.jacobian_block(target, block, block.stop - block.start).T
+    rows /= target.sigma
+    if target.linear:
+        rows[0] -= np.median(rows[0])
+        rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
+    return rows
 
 
 def multistart(
@@ -172,23 +195,22 @@ def refine_all(problem: Problem, candidates: list[Candidate], workers: int) -> l
 
 def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
-    inside = _strictly_inside(candidate.q, problem)
-    try:
-        result = least_squares(
-            lambda q: _finite(robust_residual(problem, q)), inside,
-            jac=lambda q: robust_jacobian(problem, q), bounds=(problem.lower, problem.upper),
-            loss="soft_l1", f_scale=ROBUST_SIGMAS, x_scale="jac", max_nfev=steps,
-        )  # fmt: skip
-    except (ValueError, np.linalg.LinAlgError):
-        return replace(candidate, cost=math.inf)
-    return Candidate(result.x, 2.0 * float(result.cost))
+    found = descend(
+        lambda q: math.sqrt(capped_cost(problem, q, math.inf)),
+        lambda q: robust_triangle(problem, q),
+        candidate.q,
+        (problem.lower, problem.upper),
+        steps=steps,
+        tolerance=1e-8,
+    )
+    return Candidate(found.q, found.triangle.cost)
 
 
-def _finite(residual: FloatArray) -> FloatArray:
-    """Make a failed simulation a very bad fit: it must never count as a zero residual."""
-    return np.where(np.isfinite(residual), residual, 1e6)
-
-
-def _strictly_inside(q: FloatArray, problem: Problem) -> FloatArray:
-    gap = 1e-9 * (problem.upper - problem.lower)
-    return np.asarray(np.clip(q, problem.lower + gap, problem.upper - gap), dtype=np.float64)
+def distinct(problem: Problem, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates without those that came within a tenth of a sigma to where an earlier one is."""
+    kept: list[Candidate] = []
+    for candidate in candidates:
+        steps = [robust_triangle(problem, other.q).jacobian @ (candidate.q - other.q) for other in kept]
+        if all(np.linalg.norm(step) > 0.1 for step in steps):
+            kept.append(candidate)
+    return kept

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +20,8 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 Result = TypeVar("Result")
+ON_BOUND = 1e-6
+"""Share of its range within which a coordinate counts as on its bound."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +113,21 @@ class Problem:
         values = {p.name: p.value for p in self.space.at(q[: self.space.size]).parameters.values()}
         return replace(self, space=space), np.concatenate([space.from_values(values), q[self.space.size :]])
 
+    def on_bound(self, q: FloatArray) -> NDArray[np.bool_]:
+        """Return which coordinates stand on a bound of the file, (n,); that of a detent's disc is its radius."""
+        span = self.upper - self.lower
+        on = (q - self.lower < ON_BOUND * span) | (self.upper - q < ON_BOUND * span)
+        for j, c in enumerate(self.space.coordinates):
+            if c.kind == "excess":
+                static = self.space.mechanism.parameters[c.name]
+                value, gap = self.space.values(q[: self.space.size])[c.name], ON_BOUND * static.max
+                on[j] |= value >= static.max - gap or 0.0 < static.min >= value - gap
+            elif c.kind == "cosine":
+                on[j] = on[j + 1] = math.hypot(q[j], q[j + 1]) > (1.0 - ON_BOUND) * c.upper
+            elif self.space.is_turning(c):
+                on[j] = False
+        return np.asarray(on, dtype=np.bool_)
+
     @property
     def size(self) -> int:
         """Number of coordinates."""
@@ -136,11 +154,12 @@ class Problem:
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`."""
         here = q[: self.space.size]
+        p = self.space.kernel(here)
+        directions = None
+        if jacobian:  # a time offset that is free alone needs sensitivities too
+            directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
         return self._simulator(target, stop).run(
-            self.space.kernel(here),
-            time_offset_s=self.time_offset(target, q),
-            substeps=self.substeps,
-            directions=self.space.kernel_jacobian(here) if jacobian else None,
+            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions
         )
 
     def _simulator(self, target: Target, stop: int) -> Simulator:

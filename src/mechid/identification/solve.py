@@ -13,6 +13,8 @@ from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
 
 FloatArray = NDArray[np.float64]
+REFUSED = 1e150
+"""The norm of a failed simulation: its square is still a number, and no other comes near."""
 
 
 @dataclass(frozen=True)
@@ -31,43 +33,75 @@ def solve(
     q: FloatArray,
     windows: Windows,
     *,
-    free: NDArray[np.bool_] | None = None,
     steps: int = 50,
     tolerance: float = 1e-10,
     progress: Callable[[float], None] = lambda cost: None,
+    accepted: Callable[[FloatArray], None] = lambda q: None,
 ) -> Solution:
-    """Minimise the joint cost from `q` over the windows, within bounds, moving the `free` coordinates.
+    """Minimise the joint cost from `q` over the windows, within bounds.
 
-    SciPy's trust-region reflective method on the triangle: the residual is (||r||, 0, ..., 0), so that
-    trial points need no Jacobian. A failed simulation is infinitely bad; the solver steps back.
+    A failed simulation is infinitely bad; the solver steps back, and where it fails at `q` itself it stays
+    there. `progress` is told every cost, `accepted` every point that is better than all before.
     """
-    moves = np.ones(problem.size, dtype=bool) if free is None else free
-    gap = 1e-10 * (problem.upper - problem.lower)[moves]
-    lower, upper = problem.lower[moves], problem.upper[moves]
-    start = np.clip(q[moves], lower + gap, upper - gap)
-    latest: dict[str, Triangle] = {}
 
-    def whole(x: FloatArray) -> FloatArray:
-        full = q.copy()
-        full[moves] = x
-        return full
+    def norm(x: FloatArray) -> float:
+        found = float(np.linalg.norm(problem.norms(x, windows)))
+        progress(found**2)
+        return found
+
+    def triangle(x: FloatArray) -> Triangle:
+        accepted(x)
+        return problem.joint(x, windows)
+
+    return descend(norm, triangle, q, (problem.lower, problem.upper), steps=steps, tolerance=tolerance)
+
+
+def descend(
+    norm: Callable[[FloatArray], float],
+    triangle: Callable[[FloatArray], Triangle],
+    start: FloatArray,
+    bounds: tuple[FloatArray, FloatArray],
+    *,
+    steps: int,
+    tolerance: float,
+) -> Solution:
+    """Minimise `norm` within bounds by SciPy's trust-region reflective method on its `triangle`.
+
+    The residual is (norm, 0, ..., 0) in the triangle's basis: trial points need no Jacobian, and no matrix
+    is decomposed that is larger than the number of coordinates.
+    """
+    lower, upper = bounds
+    gap = 1e-10 * (upper - lower)
+    inside = np.clip(start, lower + gap, upper - gap)
+    first, at = norm(inside), (start, _lost(start.size))
+    calls = 1
 
     def fun(x: FloatArray) -> FloatArray:
-        norm = float(np.linalg.norm(problem.norms(whole(x), windows)))
-        out = np.zeros(problem.size + 1)
-        out[0] = norm if np.isfinite(norm) else 1e150
-        progress(out[0] ** 2)
+        nonlocal calls
+        calls += 1
+        found = first if np.array_equal(x, inside) else norm(x)
+        out = np.zeros(x.size + 1)
+        out[0] = found if np.isfinite(found) else REFUSED
         return out
 
     def jac(x: FloatArray) -> FloatArray:
-        latest["triangle"] = problem.joint(whole(x), windows)
-        return latest["triangle"].jacobian[:, moves]
+        nonlocal at
+        found = triangle(x)
+        if not np.all(np.isfinite(found.jacobian)):
+            raise ArithmeticError("the simulation or its sensitivities failed")
+        at = x, found
+        return found.jacobian
 
-    result = least_squares(
-        fun, start, jac=jac, bounds=(lower, upper), x_scale="jac", max_nfev=steps,
-        ftol=tolerance, xtol=1e-12, gtol=1e-14,
-    )  # fmt: skip
-    return Solution(whole(result.x), latest["triangle"], result.status > 0, int(result.nfev), str(result.message))
+    try:
+        result = least_squares(fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps,
+                               ftol=tolerance, xtol=1e-12, gtol=1e-14)  # fmt: skip
+    except ArithmeticError as error:
+        return Solution(*at, False, calls, str(error))
+    return Solution(*at, result.status > 0, calls, str(result.message))
+
+
+def _lost(size: int) -> Triangle:
+    return Triangle(np.inf, np.full((1 + size, size), np.nan), 0)
 
 
 def covariance(triangle: Triangle) -> FloatArray:

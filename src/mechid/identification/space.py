@@ -20,6 +20,8 @@ from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
 STATIC, COULOMB = "friction.static", "friction.coulomb"
+LEAST_AMPLITUDE = 1e-12
+"""N m; below it a detent's phase has no derivative worth the name."""
 
 
 @dataclass(frozen=True)
@@ -83,8 +85,10 @@ class SearchSpace:
             least = coulomb.min if coulomb.is_free else coulomb.value
             most = coulomb.max if coulomb.is_free else coulomb.value
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
-        if q.name == COULOMB and not self.mechanism.parameters[STATIC].is_free:
-            return Coordinate(q.name, "linear", q.min, min(q.max, self.mechanism.value(STATIC)))
+        if q.name == COULOMB:
+            static = self.mechanism.parameters[STATIC]
+            most = min(q.max, static.max if static.is_free else static.value)
+            return Coordinate(q.name, "linear", q.min, max(most, q.min + 1e-12))
         if q.is_periodic:
             return Coordinate(q.name, "linear", -720.0, 720.0)
         if q.min > 0.0:
@@ -158,6 +162,11 @@ class SearchSpace:
             out[STATIC] = self._within_bounds(STATIC, total)
         return out
 
+    def _carries_static(self, q: FloatArray) -> float:
+        """Return 1 where static friction moves with its excess and with Coulomb friction, 0 where it cannot."""
+        static = self.mechanism.parameters[STATIC]
+        return float(static.is_free and static.min < self.values(q)[STATIC] < static.max)
+
     def _within_bounds(self, name: str, value: float) -> float:
         """Clip a value that the way through a coordinate may have carried past its bounds."""
         q = self.mechanism.parameters[name]
@@ -177,22 +186,24 @@ class SearchSpace:
         by_file = mechanism.kernel_jacobian()
         order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
         pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
-        out = np.zeros((len(order), self.size))
+        out, carries = np.zeros((len(order), self.size)), self._carries_static(q)
         for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
             if c.kind in ("cosine", "sine"):
                 pair = pairs[c.name]
                 out[order[pair.cosine if c.kind == "cosine" else pair.sine], j] = 1.0
+            elif c.kind == "excess":
+                out[:, j] = by_file[STATIC] * carries
             else:
                 out[:, j] = by_file[c.name] * (math.exp(x) if c.kind == "log" else 1.0)
-                if c.name == COULOMB and self.mechanism.parameters[STATIC].is_free:
-                    out[:, j] += by_file[STATIC]
+                if c.name == COULOMB:
+                    out[:, j] += by_file[STATIC] * carries
         return out
 
     def value_jacobian(self, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
         """Return the names of the free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
         values = self.values(q)
         names = tuple(p.name for p in self.mechanism.free)
-        out = np.zeros((len(names), self.size))
+        out, carries = np.zeros((len(names), self.size)), self._carries_static(q)
         for j, c in enumerate(self.coordinates):
             i = names.index(c.name)
             if c.kind in ("cosine", "sine"):
@@ -201,9 +212,11 @@ class SearchSpace:
                 if c.kind == "sine":
                     toward, across = math.sin(phase), math.cos(phase)
                 out[i, j] = toward
-                out[names.index(c.partner), j] = math.degrees(across / max(amplitude, 1e-300))
+                out[names.index(c.partner), j] = math.degrees(across / max(amplitude, LEAST_AMPLITUDE))
+            elif c.kind == "excess":
+                out[i, j] = carries
             else:
                 out[i, j] = values[c.name] if c.kind == "log" else 1.0
                 if c.name == COULOMB and STATIC in names:
-                    out[names.index(STATIC), j] = 1.0
+                    out[names.index(STATIC), j] = carries
         return names, out

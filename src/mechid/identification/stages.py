@@ -1,0 +1,79 @@
+"""The user's own stages: each moves only the parameters it names, on its records and windows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from mechid.campaign import Campaign, Stage
+from mechid.identification.accuracy import enough_substeps
+from mechid.identification.fit import FitOutcome
+from mechid.identification.noise import released_sigmas
+from mechid.identification.problem import Target
+from mechid.identification.space import SearchSpace
+from mechid.identification.trail import Trail, joint_fit
+
+Window = tuple[int, int]
+
+
+def follow_stages(trail: Trail, campaign: Campaign) -> None:
+    """Work through the user's stages in order; each starts where the one before ended.
+
+    The trail ends, also when interrupted, with all parameters free that a stage has moved, and with all
+    records and windows that were used.
+    """
+    begun: list[Stage] = []
+    values: dict[str, float] = {}
+    try:
+        for number, stage in enumerate(campaign.stages, 1):
+            begun.append(stage)
+            _begin(trail, campaign, [stage], values)
+            trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
+            if not joint_fit(trail, f"stage {number}", stage.free):
+                trail.warnings.append(f"stage {number} did not converge: {trail.stages[-1].note}")
+            if not math.isfinite(trail.stages[-1].cost):
+                return
+            values |= _free_values(trail)
+        trail.outcome = FitOutcome.STAGES_DONE
+    finally:
+        _begin(trail, campaign, begun, values | _free_values(trail))
+    sigmas = released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings)
+    trail.problem = trail.problem.with_sigmas(sigmas)
+
+
+def _begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:
+    """Set the trail to the parameters, records and windows of some stages, and to values found before."""
+    names = tuple(name for stage in stages for name in stage.free)
+    mechanism = campaign.mechanism
+    mechanism = mechanism.with_values({n: v for n, v in values.items() if n in mechanism.parameters})
+    targets = tuple(_target(t, campaign, names, values) for t in trail.problem.targets)
+    trail.problem = replace(trail.problem, space=SearchSpace(mechanism.with_free(names)), targets=targets)
+    trail.q = trail.problem.start
+    trail.windows = {}
+    for target in targets:
+        windows = [_window(target, stage) for stage in stages if target.name in stage.records]
+        if windows:
+            trail.windows[target.name] = min(w[0] for w in windows), max(w[1] for w in windows)
+
+
+def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
+    """Return a target whose time offset is free only where it is named."""
+    own = campaign.record(target.name).time_offset
+    bounds = (own.min, own.max) if own.name in names else None
+    return replace(target, time_offset_s=values.get(own.name, own.value), time_offset_bounds=bounds)
+
+
+def _free_values(trail: Trail) -> dict[str, float]:
+    """Return where the trail stands, by name of what is free there."""
+    problem, size = trail.problem, trail.problem.space.size
+    mechanism = problem.space.at(trail.q[:size])
+    delays = zip(problem.names[size:], trail.q[size:].tolist(), strict=True)
+    return {**{p.name: mechanism.value(p.name) for p in mechanism.free}, **dict(delays)}
+
+
+def _window(target: Target, stage: Stage) -> Window:
+    if stage.window_s is None:
+        return 0, target.samples
+    first, last = ((s - target.base.start_s) * target.base.sample_rate_hz for s in stage.window_s)
+    return max(0, math.ceil(first - 1e-6)), min(target.samples, math.floor(last + 1e-6) + 1)

@@ -1,0 +1,98 @@
+"""The search in progress: where it stands, what it has done, and whom it tells."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.conclude import Ending
+from mechid.identification.doubts import refused_gain
+from mechid.identification.fit import FitOutcome, StageReport
+from mechid.identification.problem import Problem
+from mechid.identification.progress import Listener, Progress
+from mechid.identification.solve import Solution, solve
+
+FloatArray = NDArray[np.float64]
+WORTH_SAYING = 1.0
+"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
+
+
+@dataclass
+class Trail:
+    """The problem at present, the best point of it so far, the stages done; an interruption leaves it usable."""
+
+    problem: Problem
+    listener: Listener
+    total: int
+    q: FloatArray
+    windows: dict[str, tuple[int, int]]
+    outcome: FitOutcome = FitOutcome.FAILED
+    stages: list[StageReport] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    began: float = field(default_factory=time.perf_counter)
+    stage_began: float = field(default_factory=time.perf_counter)
+
+    def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> None:
+        """Note a better point, and how far it follows the records where that is what makes it better."""
+        self.q = q
+        if gates is not None:
+            self.windows = {name: (0, n) for name, n in gates.items()}
+
+    def tell(self, stage: str, line: str, cost: float | None = None) -> None:
+        """Report progress of the stage at work."""
+        number = min(len(self.stages) + 1, self.total)
+        self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
+
+    def ending(self, seed: int) -> Ending:
+        """Return where the search stands, for the conclusion."""
+        seconds = time.perf_counter() - self.began
+        stages, warnings = tuple(self.stages), tuple(self.warnings)
+        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds)
+
+    def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
+        """Note a finished stage."""
+        now = time.perf_counter()
+        rates = {t.name: t.base.sample_rate_hz for t in self.problem.targets}
+        used = {name: (w[1] - w[0] - 1) / rates[name] for name, w in self.windows.items()}
+        self.stages.append(StageReport(name=name, records=used, free=free, cost=cost, evaluations=evaluations,
+                                       seconds=now - self.stage_began, note=note))  # fmt: skip
+        self.stage_began = now
+
+
+def joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> bool:
+    """Fit all windows of the trail to convergence, and return whether it came there.
+
+    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
+    """
+    line = f"{trail.problem.substeps} steps a sample"
+    evaluations = 0
+    while True:
+        told = partial(trail.tell, name, line)
+        solution = solve(trail.problem, trail.q, trail.windows, progress=told, accepted=trail.at)
+        trail.q = solution.q
+        evaluations += solution.evaluations
+        outside = trail.problem.space.outside_disc(solution.q)
+        if not outside:
+            break
+        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+    trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
+    trail.warnings += _cliff(name, trail.problem, solution)
+    return solution.converged
+
+
+def _cliff(name: str, problem: Problem, solution: Solution) -> list[str]:
+    """Say where the solver called it converged although its own derivatives promise better."""
+    if not solution.converged:
+        return []
+    gain = refused_gain(solution.triangle, ~problem.on_bound(solution.q))
+    if gain <= WORTH_SAYING:
+        return []
+    return [
+        f"{name}: stopped where the cost should still fall by {gain:.3g} but does not: a stick/slip hangs by a thread "
+        "near the estimate, which may be off by more than its error; try another seed, or a shorter record"
+    ]
