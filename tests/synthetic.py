@@ -6,7 +6,6 @@ from pathlib import Path
 from types import MappingProxyType
 
 import numpy as np
-from paper import ESTIMATED, constant
 
 from mechid.campaign import Campaign, CampaignRecord, Stage, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
@@ -18,6 +17,7 @@ from mechid.records import Record, RecordSpec
 from mechid.records.record import Channel
 from mechid.records.spec import Role
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from paper import constant
 
 RATE_HZ = 10_000.0
 NOISE_NM = 0.002
@@ -84,9 +84,7 @@ def record(
         name=record_parameter_name(name, TIME_OFFSET.key), declaration=TIME_OFFSET, status=status,
         **(time_offset or {"value": 0.0}),
     )  # fmt: skip
-    data = Record(
-        name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=rate_hz, channels=(channel,)
-    )
+    data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=rate_hz, channels=(channel,))
     return CampaignRecord(
         name=name, use=use, command=command, spec=RecordSpec(name=name, path=path.name), file=path,
         offset=offset, drift=drift, parameters=(own,), data=data,
