@@ -14,6 +14,7 @@ from mechid.identification.fit import FitOutcome
 from mechid.parameter import Status
 
 QUANTITY = "torque"
+PERIOD = ".period_deg"
 SHOWN = 8
 """Digits of a digest that tell one from another in a message."""
 
@@ -145,12 +146,22 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
             name=name,
             outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
             equations=str(content["provenance"].get("plant", "")),
-            parameters={n: _believed(n, p) for n, p in content["parameters"].items()},
+            parameters={n: _believed(n, p) for n, p in _detents_by_period(content["parameters"]).items()},
             records={n: _evidence(n, r) for n, r in content["records"].items()},
         )
     except (KeyError, TypeError, StopIteration) as error:
         what = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
         raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
+
+
+def _detents_by_period(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters with each detent's number replaced by its period: the same harmonic, wherever it stands."""
+    own = {n.removesuffix(PERIOD): f"{p['value']:.9g}deg" for n, p in parameters.items() if n.endswith(PERIOD)}
+    if len(set(own.values())) < len(own):
+        return dict(parameters)
+    tables = {table: f"{table.rpartition('.')[0]}.{period}" for table, period in own.items()}
+    split = ((*name.rpartition("."), p) for name, p in parameters.items())
+    return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
 
 
 def _believed(name: str, p: Mapping[str, Any]) -> Believed:

@@ -93,11 +93,11 @@ def order_errors(
         used = [order for order in ORDERS if order * rate < HIGHEST_SHARE * 0.5 * sample_rate_hz]
         if window.size <= 4 * len(used) + 4 or not used:
             continue
-        c_y, error = order_amplitudes(measured[window], travel[window], used)
-        c_p, _ = order_amplitudes(modelled[window], travel[window], used)
-        for order, y, p in zip(used, c_y.tolist(), c_p.tolist(), strict=True):
-            lines[order].append(OrderLine(rate=rate, measured=y, modelled=p, error=error))
-    return tuple(_summed_up(order, found) for order, found in lines.items() if found)
+        both = np.column_stack((measured[window], modelled[window]))
+        found, error = order_amplitudes(both, travel[window], used)
+        for order, (y, p) in zip(used, found.tolist(), strict=True):
+            lines[order].append(OrderLine(rate=rate, measured=y, modelled=p, error=float(error[0])))
+    return tuple(_summed_up(order, each) for order, each in lines.items() if each)
 
 
 def _windows(travel: FloatArray) -> Iterator[NDArray[np.int64]]:

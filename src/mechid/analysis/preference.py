@@ -118,7 +118,7 @@ def _relation(best: Hypothesis, other: Hypothesis) -> str:
     more = len(large.free) - len(small.free)
     if more == 0:
         return f"{pair} have the same free parameters"
-    return f"{pair} are nested: {large.name} has {more} free parameters more"
+    return f"{pair} are nested: {large.name} has {more} free parameter{'s' if more > 1 else ''} more"
 
 
 def _commands(hypothesis: Hypothesis) -> dict[str, Mapping[str, object]]:

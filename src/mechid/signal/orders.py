@@ -11,13 +11,13 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 
-def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, float]:
-    """Return the sines of all orders together that fit `y` best beside a constant.
+def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, FloatArray]:
+    """Return the sines of all orders together that fit each signal best beside a constant.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
-        Samples in any unit.
+    y : ndarray, shape (N, C)
+        Signals as columns, in any unit.
     position : ndarray, shape (N,)
         Travelled cycles of order one.
     orders : sequence of float, (K,)
@@ -25,16 +25,17 @@ def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float
 
     Returns
     -------
-    amplitudes : ndarray, shape (K,), complex
+    amplitudes : ndarray, shape (K, C), complex
         c in Re(c exp(2 pi i order position)), in the unit of `y`.
-    error : float
+    error : ndarray, shape (C,)
         Standard error of an amplitude's real and imaginary part, as if what is left over were white.
     """
     angle = 2.0 * np.pi * np.outer(position, orders)
-    columns = np.column_stack((np.ones(y.size), np.cos(angle), np.sin(angle)))
+    columns = np.column_stack((np.ones(position.size), np.cos(angle), np.sin(angle)))
     solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
     left = y - columns @ solution
-    variance = float(left @ left) / (y.size - columns.shape[1])
+    variance = np.sum(left**2, axis=0) / (position.size - columns.shape[1])
     count = len(orders)
     amplitudes = solution[1 : count + 1] - 1j * solution[count + 1 :]
-    return np.asarray(amplitudes, dtype=np.complex128), float(np.sqrt(2.0 * variance / y.size))
+    error = np.sqrt(2.0 * variance / position.size)
+    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(error, dtype=np.float64)

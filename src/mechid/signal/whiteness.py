@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len, rfft
 from scipy.stats import chi2
 
 from mechid.signal.autoregression import autocovariance
@@ -92,10 +93,11 @@ def effective_samples(series: FloatArray) -> float:
     ----------
     .. [Bayley1946] G. V. Bayley, J. M. Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184-197, doi:10.2307/2983560.
     """
-    spectrum = np.fft.rfft(series - np.mean(series))[1 : (series.size + 1) // 2]
+    size = int(prev_fast_len(series.size, real=True))  # a few samples less, and no transform of prime length
+    spectrum = rfft(series[:size] - np.mean(series[:size]))[1 : (size + 1) // 2]
     power = spectrum.real**2 + spectrum.imag**2
     total = float(power.sum())
     if not total > 0.0:
         return math.nan
-    worth = 4.0 * total**2 / float(np.sum(power**2))
-    return min(max(worth, 1.0), float(series.size))
+    share = 4.0 * total**2 / float(np.sum(power**2)) / size
+    return min(max(share * series.size, 1.0), float(series.size))
