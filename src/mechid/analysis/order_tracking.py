@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 """Half: the rotor tooth of 3.6 deg in a 1.8 deg motor; one to four: the full step and its harmonics."""
 WINDOW_STEPS = 16.0
-"""Full steps a window: it tells orders apart that differ by a sixteenth."""
+"""Least full steps a window where the record has them: tells orders apart that differ by a sixteenth."""
 LEAST_STEPS = 4.0
 """A record that travels less has no orders."""
 HIGHEST_SHARE = 0.8

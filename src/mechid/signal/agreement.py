@@ -34,7 +34,7 @@ class TheilInequality:
 
 
 def theil_inequality(measured: FloatArray, predicted: FloatArray) -> TheilInequality:
-    """Return Theil's inequality of a prediction [Theil1966]_, as in [Jategaonkar2006]_, section 11.2.
+    """Return Theil's inequality of a prediction [Theil1961]_, as used in [Jategaonkar2006]_.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def theil_inequality(measured: FloatArray, predicted: FloatArray) -> TheilInequa
 
     References
     ----------
-    .. [Theil1966] H. Theil, Applied Economic Forecasting, North-Holland 1966.
+    .. [Theil1961] H. Theil, Economic Forecasts and Policy, 2nd ed., North-Holland 1961.
     .. [Jategaonkar2006] R. V. Jategaonkar, Flight Vehicle System Identification, AIAA 2006.
 
     Examples
