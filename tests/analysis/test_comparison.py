@@ -95,6 +95,7 @@ def test_a_record_that_cannot_be_simulated_is_no_rival(pair):
     found = pair({"x": record(0.002)}, {"x": record(None)})
     assert found.preference.preferred == "A"
     assert math.isinf(found.scores[1].aic_effective)
+    assert "B: a record it was estimated from cannot be simulated" in found.preference.grounds[-1]
 
 
 def test_none_is_preferred_where_none_succeeded(pair):
@@ -112,6 +113,7 @@ def test_how_clearly_is_said_in_words(pair):
     [
         ({"gear.damping": known(0.48), "gear.stiffness": free(914.0, 0.4)}, {}, "are nested: A has 1 free parameter"),
         ({"gear.damping": known(0.48), "load.inertia": free(0.01, 0.1)}, {}, "are not nested"),
+        (BOTH | {"gear.damping": known(0.48) | {"status": "at_bound"}}, {}, "have the same free parameters"),
         (BOTH, {"waveform": "square"}, "are not nested"),
         (BOTH, {}, "have the same free parameters"),
     ],

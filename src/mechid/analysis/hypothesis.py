@@ -87,6 +87,11 @@ class Hypothesis:
         """Names of the parameters that the records estimate."""
         return frozenset(n for n, p in self.parameters.items() if p.status == Status.FREE)
 
+    @property
+    def adjustable(self) -> frozenset[str]:
+        """Names of the parameters that the fit could move, those that ended at a bound included."""
+        return self.free | {n for n, p in self.parameters.items() if p.status == Status.AT_BOUND}
+
     def used_for(self, use: str) -> tuple[RecordEvidence, ...]:
         """Return the records of a use."""
         return tuple(r for r in self.records.values() if r.use == use)

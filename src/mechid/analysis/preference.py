@@ -9,6 +9,7 @@ from enum import Enum
 
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
+from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))
 """A difference of a criterion up to so much, in words; after Burnham and Anderson, Kass and Raftery."""
@@ -55,7 +56,7 @@ def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Pre
     """Return which hypothesis is preferred, and why."""
     by_name = {h.name: h for h in hypotheses}
     succeeded = [s for s in scores if by_name[s.hypothesis].outcome.good and math.isfinite(s.aic_effective)]
-    lost = [f"{s.hypothesis}: {by_name[s.hypothesis].outcome.value}" for s in scores if s not in succeeded]
+    lost = [_why_lost(by_name[s.hypothesis]) for s in scores if s not in succeeded]
     if not succeeded:
         return Preference(outcome=ComparisonOutcome.NONE, preferred=None, grounds=tuple(lost))
     ranked = sorted(succeeded, key=lambda s: s.aic_effective)
@@ -67,6 +68,11 @@ def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Pre
         preferred=None if outcome in UNDECIDED else best.hypothesis,
         grounds=(*grounds, *_held_out_words(scores, by_name), *lost),
     )
+
+
+def _why_lost(hypothesis: Hypothesis) -> str:
+    unfollowed = "a record it was estimated from cannot be simulated to its end with its values"
+    return f"{hypothesis.name}: {unfollowed if hypothesis.outcome.good else hypothesis.outcome.value}"
 
 
 def _outcome(ranked: Sequence[Score]) -> ComparisonOutcome:
@@ -107,15 +113,15 @@ def _margin(best: Score, other: Score) -> str:
 
 def _relation(best: Hypothesis, other: Hypothesis) -> str:
     pair = f"{best.name} and {other.name}"
-    large, small = (best, other) if len(best.free) >= len(other.free) else (other, best)
+    large, small = (best, other) if len(best.adjustable) >= len(other.adjustable) else (other, best)
     same_known = all(
         small.parameters[name].value == p.value
         for name, p in large.parameters.items()
-        if name not in large.free and name in small.parameters and small.parameters[name].status == p.status == "known"
+        if name in small.parameters and small.parameters[name].status == p.status == Status.KNOWN
     )
-    if _commands(best) != _commands(other) or not same_known or not small.free <= large.free:
+    if _commands(best) != _commands(other) or not same_known or not small.adjustable <= large.adjustable:
         return f"{pair} are not nested: no likelihood-ratio test applies, the criteria and the prediction do"
-    more = len(large.free) - len(small.free)
+    more = len(large.adjustable) - len(small.adjustable)
     if more == 0:
         return f"{pair} have the same free parameters"
     return f"{pair} are nested: {large.name} has {more} free parameter{'s' if more > 1 else ''} more"
