@@ -216,8 +216,8 @@ class Problem:
             rows[target.linear, :n] = block.y[-n:, 0] - target.measured[first : block.stop]
             if jacobian:
                 self._jacobian_rows(rows[target.linear + 1 :], target, block, n)
-            rows[target.linear :, :n] /= target.sigma
             absorb(R, rows, n)
+        R[:, target.linear :] /= target.sigma
         return R, run.outcome is SimulationOutcome.COMPLETE
 
     def _jacobian_rows(self, rows: FloatArray, target: Target, block: Block, n: int) -> None:
