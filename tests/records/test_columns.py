@@ -7,13 +7,19 @@ import pytest
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, Role
 from mechid.records.columns import choose_columns
+from mechid.records.table import Column
 
 
 @dataclass
 class Head:
     """A table that is nothing but its headers."""
 
-    columns: tuple
+    headers: tuple
+    is_ordered: bool = True
+
+    @property
+    def columns(self):
+        return tuple(Column(name=header) for header in self.headers)
 
     def error(self, message, row=None):
         return RecordError(message)
