@@ -65,8 +65,8 @@ class Dialect:
 def sniff(path: Path, label: str) -> Dialect:
     """Find out how the file at `path` is written.
 
-    The samples begin where two lines with a number, of as many cells, follow one another. The header is
-    the line before them, or the second before where a line of units stands between.
+    The header is the line before the first sample, or the second before where a line of units stands
+    between.
 
     Raises
     ------
@@ -96,20 +96,26 @@ def sniff(path: Path, label: str) -> Dialect:
 
 
 def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
-    """Return the place of the first sample among the first lines that are not blank."""
-    counts = [_numbered_cells(line, comma=comma) for _, line in lines]
-    for place, (count, following) in enumerate(pairwise(counts)):
-        if count and count == following:
+    """Return the place of the first sample among the first lines that are not blank.
+
+    It is the first line that begins with a number; where none does, the first of two with a number in some
+    cell and as many cells.
+    """
+    numbers = [_numbers(line, comma=comma) for _, line in lines]
+    for place, found in enumerate(numbers):
+        if found[:1] == [True]:
+            return place
+    for place, (found, following) in enumerate(pairwise(numbers)):
+        if any(found) and any(following) and len(found) == len(following):
             return place
     return min(1, len(lines) - 1)
 
 
-def _numbered_cells(line: str, *, comma: bool) -> int:
-    """Return how many cells a line has, 0 where none of them is a number."""
+def _numbers(line: str, *, comma: bool) -> list[bool]:
+    """Return which cells of a line are numbers."""
     separator = _separator(line, line)
-    cells = split_cells(line, separator)
     decimal_comma = separator in (";", "\t") and comma
-    return len(cells) if any(_is_number(cell, decimal_comma) for cell in cells) else 0
+    return [_is_number(cell, decimal_comma) for cell in split_cells(line, separator)]
 
 
 def _units(

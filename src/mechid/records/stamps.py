@@ -12,7 +12,13 @@ from mechid.records.table import Clock, FloatArray, Table
 
 MOST_JITTER = 0.5
 """Sample intervals that a stamp may be off a regular clock: beyond, its sample cannot be told."""
-GAP = 1.5
+FIRST_STAMPS = 64
+"""So many stamps the search for the interval begins with; it grows from there."""
+REFITS = 3
+"""Lines fitted before it grows, each to places told by the line before."""
+RANGE, TRIALS = 0.1, 1001
+"""Relative distance from the median interval, and trials in it, where the interval is looked for."""
+GAP = 2.5
 """Median intervals between two stamps beyond which samples are missing between them."""
 MEND = "window_s cuts a part out"
 
@@ -68,11 +74,16 @@ def placed(table: Table, time: FloatArray, rate_hz: float | None, first: int = 0
     RecordError
         A stamp is off by half an interval or more, so that its place cannot be told.
     """
-    interval = 1.0 / rate_hz if rate_hz else float(np.median(np.diff(time)))
-    index = np.concatenate(([0], np.cumsum(np.maximum(np.rint(np.diff(time) / interval), 1.0)))).astype(np.int64)
-    start, interval = _line(index, time, None if rate_hz is None else interval)
+    start, interval = _comb(time[:FIRST_STAMPS], rate_hz)
+    used = min(FIRST_STAMPS, time.size)
+    while True:  # each line tells the places of some more stamps
+        for _ in range(REFITS):
+            index = np.rint((time[:used] - start) / interval).astype(np.int64)
+            start, interval = _line(index, time[:used], None if rate_hz is None else interval)
+        if used == time.size:
+            break
+        used = min(used + used // 4, time.size)
     index = np.rint((time - start) / interval).astype(np.int64)
-    start, interval = _line(index, time, None if rate_hz is None else interval)
     off = time - (start + interval * index)
     worst = int(np.argmax(np.abs(off)))
     repeated = np.flatnonzero(np.diff(index) < 1)
@@ -101,8 +112,8 @@ def resampled_clock(time: FloatArray, rate_hz: float | None) -> tuple[Clock, int
 def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) -> FloatArray:
     """Return samples at the instants of `clock`, by the cubic spline through those at `time`.
 
-    NaN in a gap, where the stamps on both sides are 1.5 median intervals apart or more. Interpolation does
-    not hold noise and signal above a third of the rate as they were.
+    NaN in a gap, where the stamps on both sides are more than 2.5 median intervals apart. Interpolation does
+    not keep noise, nor signal above a third of the rate, as they were.
     """
     from scipy.interpolate import make_interp_spline
 
@@ -115,6 +126,16 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
     between = (instants > kept[after - 1]) & (instants < kept[after])
     out[wide & between] = np.nan
     return out
+
+
+def _comb(time: FloatArray, rate_hz: float | None) -> tuple[float, float]:
+    """Return start and interval of the comb that the stamps fit best: the largest |sum exp(2 pi i t / h)|."""
+    median = float(np.median(np.diff(time)))
+    trials = np.array([1.0 / rate_hz]) if rate_hz else median * np.linspace(1.0 - RANGE, 1.0 + RANGE, TRIALS)
+    resultants = np.exp(2j * np.pi * (time - time[0])[:, None] / trials).sum(axis=0)
+    best = int(np.argmax(np.abs(resultants)))
+    interval = float(trials[best])
+    return float(time[0]) + interval * float(np.angle(resultants[best])) / (2.0 * np.pi), interval
 
 
 def _line(index: NDArray[np.int64], time: FloatArray, interval: float | None) -> tuple[float, float]:
