@@ -3,8 +3,8 @@
 import json
 
 import numpy as np
-from instrument_files import FORMATS, write_csv, write_tdms
 
+from instrument_files import FORMATS, write_csv, write_tdms
 from mechid.campaign import load_campaign
 from mechid.report import campaign_data, file_data
 

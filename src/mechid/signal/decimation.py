@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import firwin, kaiserord, upfirdn
 
 FloatArray = NDArray[np.float64]
 
@@ -19,6 +18,8 @@ PASS, STOP = 0.95, 1.05
 
 def anti_alias_filter(factor: int) -> FloatArray:
     """Return the taps of the low-pass before a decimation by `factor`, shape (2 n + 1,), their sum 1."""
+    from scipy.signal import firwin, kaiserord  # takes a second to load, which only those who decimate pay
+
     taps, beta = kaiserord(ATTENUATION_DB, (STOP - PASS) / factor)
     return np.asarray(firwin(taps | 1, 1.0 / factor, window=("kaiser", beta)), dtype=np.float64)
 
@@ -38,6 +39,8 @@ def decimate(data: FloatArray, factor: int) -> FloatArray:
     -------
     ndarray, shape (ceil(N / factor),)
     """
+    from scipy.signal import upfirdn
+
     taps = anti_alias_filter(factor)
     half = taps.size // 2
     ahead = -2 * half % factor  # zeros in front move the delay onto a multiple of the factor
