@@ -17,6 +17,22 @@ def places(kernel):
     return vars(kernel.module)
 
 
+def lane_rows(run, first, count):
+    """Return (count, lanes) numbers of all lanes in rows of their groups, from the row of that name on."""
+    at = places(run.simulator.kernel)
+    groups = run.buffers.w[: at["NG"] * at["GROUP_SIZE"]].reshape(at["NG"], -1, at["LANES_PER_GROUP"])
+    return groups[:, at[first] : at[first] + count].transpose(1, 0, 2).reshape(count, -1)
+
+
+def set_lanes(run, S):
+    """Set the lanes' states to S, (n_x + n_z, m), and those beyond to zero."""
+    at = places(run.simulator.kernel)
+    rows = np.zeros((S.shape[0], at["NL"]))
+    rows[:, : S.shape[1]] = S
+    groups = run.buffers.w[: at["NG"] * at["GROUP_SIZE"]].reshape(at["NG"], -1, at["LANES_PER_GROUP"])
+    groups[:, at["ROW_S"] : at["ROW_S"] + len(S)] = rows.reshape(len(S), at["NG"], -1).transpose(1, 0, 2)
+
+
 def twin_state(run) -> TwinState:
     """Return where a run stands, for the twin to go on from."""
     kernel, buffers = run.simulator.kernel, run.buffers
@@ -27,8 +43,7 @@ def twin_state(run) -> TwinState:
     counts = [len(list(s.guards.values())[m]) for s, m in zip(run.simulator.plant.switches, modes, strict=True)]
     m = len(run.simulator.sensitive)
     rows = at["NX"] + at["NF"]
-    first = at.get("ROW_S", 0) * at["NL"]
-    S = w[first : first + rows * at["NL"]].reshape(rows, -1)[:, :m] if m else np.zeros((rows, 0))
+    S = lane_rows(run, "ROW_S", rows)[:, :m] if m else np.zeros((rows, 0))
     return TwinState(
         time=float(w[at["AT_TIME"]]),
         s=np.concatenate([x, z]),
@@ -63,17 +78,15 @@ def _at(m, x, z, u, mode, S, sensitive) -> Point:
     lanes_wanted = tuple((i,) for i in sensitive) or ((0,),)
     run = Simulator(m.plant, STANDSTILL, TimeBase(1e4, 1), lanes_wanted, capacity=len(SENSITIVE)).run(m.kernel_values())
     at, b = places(run.simulator.kernel), run.buffers
-    lanes, n = at["NL"], S.shape[1] or len(sensitive)
+    n = S.shape[1] or len(sensitive)
     if not sensitive:
         b.directions[:] = 0.0  # no lane moves a parameter; each starts as one state
-    rows = b.w[at["ROW_S"] * lanes : (at["ROW_S"] + at["NX"] + at["NF"]) * lanes].reshape(-1, lanes)
-    rows[:] = 0.0
-    rows[:, : S.shape[1]] = S
+    set_lanes(run, S)
     b.w[at["AT_X"] : at["END_X"]], b.w[at["AT_Z"] : at["END_Z"]] = x, z
     b.w[at["AT_U"] : at["END_U"]] = u
     b.discrete[at["MODE"]] = mode
     (block,) = run.blocks()
-    rates_by = b.w[at["ROW_K"] * lanes : (at["ROW_K"] + at["NX"]) * lanes].reshape(-1, lanes)
+    rates_by = lane_rows(run, "ROW_K", at["NX"])
     rates = b.w[at["AT_K"] : at["AT_K"] + at["NX"]]
     return Point(
         rates.copy(), block.y[0].copy(), block.rate[0].copy(), rates_by[:, :n].copy(), block.jacobian[0, :, :n].copy()

@@ -23,24 +23,27 @@ SUBSTEPS = 1
 
 
 def prepare(problem: Problem, *, jacobian: bool, keep_jacobian: bool = False, substeps: int = SUBSTEPS) -> Run:
-    """Return the run over the whole record, compiled and loaded."""
-    run = partial(run_mechid, problem, jacobian, keep_jacobian=keep_jacobian, substeps=substeps)
+    """Return the run over the whole record, compiled and loaded, its edges found: the peers are given theirs."""
+    mechanism = mechanism_of(problem)
+    base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
+    simulator = Simulator(mechanism.plant, command_of(problem), base, capacity=len(PARAMETERS))
+    directions = directions_of(mechanism) if jacobian else None
+    run = partial(run_mechid, simulator, mechanism, directions, keep_jacobian=keep_jacobian, substeps=substeps)
     run()
     return run
 
 
-def run_mechid(problem: Problem, jacobian: bool, *, keep_jacobian: bool, substeps: int) -> Output:
-    """Simulate `problem`; a call is what is timed, the search for the edges included.
+def run_mechid(
+    simulator: Simulator, mechanism: Mechanism, directions: np.ndarray | None, *, keep_jacobian: bool, substeps: int
+) -> Output:
+    """Simulate; a call is what is timed.
 
     The Jacobian to the fifteen parameters and dy/dt are computed block by block, as the fit does it.
     """
-    mechanism = mechanism_of(problem)
-    base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
-    directions = directions_of(mechanism) if jacobian else None
-    simulator = Simulator(mechanism.plant, command_of(problem), base, capacity=len(PARAMETERS))
+    n = simulator.base.samples
     run = simulator.run(mechanism.kernel_values(), substeps=substeps, directions=directions)
-    y = np.empty(problem.n_samples)
-    kept = np.empty((problem.n_samples, len(PARAMETERS))) if keep_jacobian else None
+    y = np.empty(n)
+    kept = np.empty((n, len(PARAMETERS))) if keep_jacobian else None
     for block in run.blocks():
         y[block.start : block.stop] = block.y[:, 0]
         if kept is not None:

@@ -9,6 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from mechid.analysis.comparison import compare
+    from mechid.analysis.validation import validate
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.prediction import simulate
     from mechid.identification.fit import Fit
@@ -16,14 +18,16 @@ if TYPE_CHECKING:
     from mechid.simulation.trajectory import Trajectory
 
 __version__ = "0.1.0"
-__all__ = ["Fit", "Trajectory", "__version__", "identify", "load_campaign", "simulate"]
+__all__ = ["Fit", "Trajectory", "__version__", "compare", "identify", "load_campaign", "simulate", "validate"]
 
 _HOMES = {
     "Fit": "mechid.identification.fit",
     "Trajectory": "mechid.simulation.trajectory",
+    "compare": "mechid.analysis.comparison",
     "identify": "mechid.identification.identify",
     "load_campaign": "mechid.campaign.campaign_file",
     "simulate": "mechid.campaign.prediction",
+    "validate": "mechid.analysis.validation",
 }
 
 

@@ -5,9 +5,13 @@ import math
 import numpy as np
 import pytest
 
+from mechid.analysis import ChannelValidation, RecordValidation
+from mechid.analysis.order_tracking import OrderError
+from mechid.analysis.validation import BandError
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
 from mechid.parameter import Status
+from mechid.signal import LjungBox, TheilInequality
 
 TRUTH = {"stepper.coil_resistance": 9.9, "stepper.detent.0.phase_deg": -179.0, "gear.stiffness": 913.47}
 SIGMAS = {"stepper.coil_resistance": 0.0123, "stepper.detent.0.phase_deg": 0.5, "gear.stiffness": 0.5}
@@ -75,3 +79,32 @@ def make_fit():
 @pytest.fixture
 def truth():
     return TRUTH
+
+
+def channel(order):
+    return ChannelValidation(
+        quantity="torque", unit="N*m", samples=600001, samples_sha256="ab" * 32, fit_percent=96.4321,
+        residual_rms=0.00234567,
+        theil=TheilInequality(coefficient=0.0182, bias=2.7e-28, variance=0.125, covariance=0.875),
+        whiteness=LjungBox(statistic=41.0, lags=25, p_value=0.0231, largest=-0.0456), effective_samples=412345.6,
+        spectrum_hz=np.arange(3.0), measured_density=np.ones(3), residual_density=np.ones(3),
+        bands=(BandError(centre_hz=1000.0, measured_rms=0.5, residual_rms=0.001),), orders=(order,),
+    )  # fmt: skip
+
+
+@pytest.fixture
+def validation():
+    """Return the validation of the two records, every number known."""
+    resolved = OrderError(
+        order=0.5, windows=225, measured=0.159345, modelled=0.162345, amplitude_error_percent=1.8827,
+        phase_error_deg=-3.456, peak_rate=92.78, peak_measured=0.3414, peak_modelled=0.35,
+    )  # fmt: skip
+    lost = OrderError(
+        order=4.0, windows=1, measured=0.0001, modelled=0.0002, amplitude_error_percent=None, phase_error_deg=None,
+        peak_rate=46.0, peak_measured=0.0001, peak_modelled=0.0002,
+    )  # fmt: skip
+    pairs = (("full_46", "estimate", lost), ("sweep", "validate", resolved))
+    return {
+        name: RecordValidation(name=name, use=use, command={"waveform": "cosine"}, channels={"torque": channel(order)})
+        for name, use, order in pairs
+    }

@@ -54,3 +54,16 @@ def test_a_folder_that_cannot_be_made_is_refused(make_fit, tmp_path):
     fit = make_fit()
     with pytest.raises(UsageError, match="cannot be written to"):
         write_results(fit, report_data(fit), tmp_path / "file" / "result")
+
+
+def test_the_validation_stands_under_each_record_and_leaves_the_rest(make_fit, validation, tmp_path):
+    """Truth: the contract of estimate.json: existing keys unchanged."""
+    fit = make_fit()
+    write_results(fit, report_data(fit), tmp_path)
+    before = read_estimate(tmp_path / "estimate.json")
+    write_results(fit, report_data(fit), tmp_path, validation=validation)
+    after = read_estimate(tmp_path / "estimate.json")
+    torque = [record.pop("validation")["channels"]["torque"] for record in after["records"].values()]
+    assert after == before
+    assert [channel["theil"]["coefficient"] for channel in torque] == [0.0182, 0.0182]
+    assert torque[0]["orders"][0]["phase_error_deg"] is None

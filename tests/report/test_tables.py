@@ -55,3 +55,13 @@ def test_it_is_strict_json_with_null_for_what_is_not_finite(data):
     assert read["records"][1]["text"]["fit_percent"] == "-"
     assert read["stages"][0]["cost"] is None
     assert read["provenance"]["wall_time_s"] == 1.5
+
+
+def test_every_record_is_validated_in_the_dict(make_fit, validation):
+    data = report_data(make_fit(), validation=validation)
+    assert [(row["name"], row["use"]) for row in data["validation"]] == [("full_46", "estimate"), ("sweep", "validate")]
+    assert data["validation"][1]["text"]["theil"] == "0.0182"
+    assert data["validation"][1]["text"]["bias"] == "0.000"
+    assert data["orders"][0]["text"]["phase_error_deg"] == "-"
+    assert data["orders"][1]["text"]["amplitude_error_percent"] == "1.9"
+    json.loads(json_text(data))

@@ -1,34 +1,14 @@
 """Truth: every name and number of the report's dict stands in what is printed, whole."""
 
-import io
-
 import pytest
-from rich.console import Console
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.identification.fit import FitOutcome
 from mechid.report import campaign_data, print_campaign, print_report, report_data
+from printing import printed, tables
 
 ESCAPE = "\x1b"
-
-
-def printed(show, data, width, *, terminal=False, **more):
-    stream = io.StringIO()
-    console = Console(
-        file=stream, width=width, markup=False, highlight=False, force_terminal=terminal,
-        color_system="standard" if terminal else "auto", legacy_windows=False, _environ={},
-    )  # fmt: skip
-    show(data, console, **more)
-    return stream.getvalue()
-
-
-def tables(text):
-    """Return the lines of the tables, which begin with a header and end with an empty line."""
-    lines = text.splitlines()
-    rules = [i for i, line in enumerate(lines) if line and not line.strip(" -")]
-    ends = [next(i for i in range(start, len(lines)) if not lines[i]) for start in rules]
-    return [lines[start - 1 : end] for start, end in zip(rules, ends, strict=True)]
 
 
 @pytest.mark.parametrize("width", [80, 120, 200])
@@ -54,6 +34,23 @@ def test_a_wide_console_gets_one_table_of_parameters_a_narrow_one_two(make_fit, 
     count = {width: len(tables(printed(print_report, data, width))) for width in (80, 200)}
     assert count[200] == 3
     assert count[80] > count[200]
+
+
+@pytest.mark.parametrize("width", [80, 120])
+def test_records_held_out_are_shown_and_no_others(make_fit, validation, width):
+    """Truth: the validation made by hand; the record that was estimated from has its line elsewhere."""
+    data = report_data(make_fit(), validation=validation)
+    text = printed(print_report, data, width)
+    shown = text[text.index("Prediction of the records held out") : text.index("Stages")]
+    assert "full_46" not in shown
+    for row in (data["validation"][1], data["orders"][1]):
+        assert all(cell in shown.split() for cell in row["text"].values())
+    assert max(len(line) for table in tables(text) for line in table) <= width
+
+
+def test_without_records_held_out_there_is_no_such_table(make_fit, validation):
+    del validation["sweep"]
+    assert "held out" not in printed(print_report, report_data(make_fit(), validation=validation), 120)
 
 
 def test_a_long_name_runs_over_rather_than_being_cut(make_fit):

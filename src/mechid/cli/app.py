@@ -14,6 +14,7 @@ import typer
 from typer.core import TyperGroup
 
 from mechid.cli.check import check
+from mechid.cli.compare import compare
 from mechid.cli.demo import demo
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
@@ -50,7 +51,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, kernel):
+for verb in (demo, new, check, simulate, identify, compare, kernel):
     app.command()(verb)
 
 

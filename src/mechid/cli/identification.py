@@ -7,6 +7,7 @@ from pathlib import Path
 
 import typer
 
+from mechid.analysis import validate
 from mechid.campaign import Campaign
 from mechid.cli.journal import Journal
 from mechid.cli.progress_line import ProgressLine
@@ -42,8 +43,9 @@ def identify_into(
         It was interrupted, with its exit code; the results are those so far.
     """
     fit, journal = _followed(campaign, folder, seed, workers)
-    data = report_data(fit, truth, synthetic=truth is not None)
-    files = write_results(fit, data, folder, mechanism_name=mechanism_name)
+    validation = validate(campaign, fit)
+    data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+    files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
     print_report(data, console_on(), [*files, journal])
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)

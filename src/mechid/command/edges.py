@@ -94,6 +94,39 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     return np.minimum(times[within], duration_s), index[within].astype(np.int64)
 
 
+def steps_travelled(profile: RateProfile, times_s: Floats) -> Floats:
+    """Return the full steps travelled since t = 0 under a rate, both directions counted up, (N,).
+
+    Parameters
+    ----------
+    profile : RateProfile
+        Commanded rate in full steps/s.
+    times_s : (N,) float
+        Command time in s, N at least 1; before 0 nothing is travelled.
+
+    Raises
+    ------
+    UsageError
+        If there are more steps than `MOST_EDGES`.
+
+    Examples
+    --------
+    >>> sweep = RateProfile.through([(0.0, 2.0), (4.0, -2.0)])
+    >>> steps_travelled(sweep, np.array([-1.0, 2.0, 4.0, 5.0]))
+    array([0., 2., 4., 6.])
+    """
+    end_s = float(np.max(times_s))
+    if end_s <= 0.0:
+        return np.zeros_like(times_s)
+    pieces = _pieces(profile, 1, end_s)
+    before = np.concatenate([[0.0], running_sum(np.abs(pieces.end - pieces.start))])
+    at = np.maximum(np.searchsorted(pieces.start_s, times_s, side="right") - 1, 0)
+    lapse = np.clip(times_s - pieces.start_s[at], 0.0, pieces.duration_s[at])
+    start, end = np.abs(pieces.start_rate)[at], np.abs(pieces.end_rate)[at]
+    done: Floats = before[at] + lapse * (start + (end - start) * lapse / (2.0 * pieces.duration_s[at]))
+    return done
+
+
 def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
     """Cut a profile into pieces, with the positions at their ends."""
     start_s, duration, start_rate, end_rate = _split_at_reversals(*_segments(profile, duration_s))

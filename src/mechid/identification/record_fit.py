@@ -14,6 +14,7 @@ from mechid.identification.gates import followed
 from mechid.identification.problem import Problem, Target, Windows
 from mechid.identification.target import target_of
 from mechid.identification.uncertainty import linear_part
+from mechid.signal import fit_percent
 
 FloatArray = NDArray[np.float64]
 
@@ -27,13 +28,12 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     residual = measured - problem.predict(target, q, stop)[first:]
     fitted, offset, slope = _linear(residual, target)
     residual -= fitted
-    spread = float(np.linalg.norm(measured - fitted - np.mean(measured - fitted)))
     follows = followed(problem, replace(target, sigma=floor), q)
     return RecordFit(
         name=record.name,
         use=record.use,
         samples=stop - first,
-        fit_percent=100.0 * (1.0 - float(np.linalg.norm(residual)) / spread) if spread > 0.0 else math.nan,
+        fit_percent=fit_percent(measured - fitted, residual),
         residual_rms=float(np.sqrt(np.mean(residual**2))),
         noise_sigma=floor,
         offset=None if offset is None else offset - (slope or 0.0) * first,

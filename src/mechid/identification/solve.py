@@ -71,7 +71,7 @@ def descend(
     is decomposed that is larger than the number of coordinates.
     """
     lower, upper = bounds
-    gap = 1e-10 * (upper - lower)
+    gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
     inside = np.clip(start, lower + gap, upper - gap)
     first, at = norm(inside), (start, _lost(start.size))
     calls = 1

@@ -153,7 +153,7 @@ def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sen
     rows = samples if sensitive else 0
     return Buffers(
         directions=np.zeros(len(plant.parameters) * lanes),
-        discrete=np.zeros(3 + n_s + armed, dtype=np.int64),
+        discrete=np.zeros(4 + n_s + armed + int(module.NG), dtype=np.int64),
         w=_aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),
         y_dot=np.zeros(rows * n_y),

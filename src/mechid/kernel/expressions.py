@@ -113,15 +113,21 @@ class Angles:
         atoms = {a: self._by_symbols(a) for a in expr.atoms(sp.sin, sp.cos) if self._split(a.args[0])[0] != 0}
         return expr.xreplace(atoms)
 
-    def lines(self, expressions: Sequence[sp.Expr]) -> list[tuple[str, sp.Expr | None]]:
-        """Return assignments (name, expression) of the needed symbols; None marks a sincos call."""
+    def pair(self, k: int) -> tuple[sp.Symbol, sp.Symbol]:
+        """Return the symbols of sine and cosine of base angle k."""
+        return _pair(k, 1)
+
+    @property
+    def pairs(self) -> tuple[sp.Symbol, ...]:
+        """Symbols of sine and cosine of every base angle, in order."""
+        return tuple(s for k in range(len(self.bases)) for s in self.pair(k))
+
+    def multiples(self, expressions: Sequence[sp.Expr]) -> list[tuple[str, sp.Expr]]:
+        """Return assignments (name, expression) of the needed sines and cosines of multiples of the bases."""
         seen = set().union(*(e.free_symbols for e in expressions)) if expressions else set()
-        result: list[tuple[str, sp.Expr | None]] = []
-        for k, base in enumerate(self.bases):
-            needed = {n for n in range(1, 65) if seen & set(_pair(k, n))}
-            if not needed:
-                continue
-            result += [(f"turn_{k}", base), (f"sin_{k}_1, cos_{k}_1", None)]
+        result: list[tuple[str, sp.Expr]] = []
+        for k in range(len(self.bases)):
+            needed = {n for n in range(2, 65) if seen & set(_pair(k, n))}
             for n in sorted(_chain(needed)):
                 if n > 1:
                     result += _multiple(k, n)
@@ -164,7 +170,7 @@ def _chain(orders: Iterable[int]) -> set[int]:
     return done
 
 
-def _multiple(k: int, n: int) -> list[tuple[str, sp.Expr | None]]:
+def _multiple(k: int, n: int) -> list[tuple[str, sp.Expr]]:
     (s, c), (s1, c1) = _pair(k, n), _pair(k, 1)
     if n % 2 == 0:
         sh, ch = _pair(k, n // 2)

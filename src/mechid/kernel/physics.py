@@ -1,7 +1,8 @@
 """The plant's part of a kernel as Python text: rates, guards, outputs, start.
 
-Every function reads its numbers from arrays: states `x`, filter states `z`, inputs `u`, mode
-symbols `m`, constants `c` (functions of parameters `p` alone), rates `k`, the lane workspace `w`.
+Every function reads its numbers from arrays: a point `x` (the states, then sine and cosine of each base
+angle), filter states `z`, inputs `u`, mode symbols `m`, constants `c` (functions of parameters `p` alone),
+rates `k`, the lane workspace `w`.
 """
 
 from __future__ import annotations
@@ -21,11 +22,15 @@ _PLACES = {
     "g": "w_[g_at + {}]",
     "z": "w_[AT_Z + {}]", "u": "w_[AT_U + {}]", "m": "w_[AT_M + {}]", "c": "w_[AT_C + {}]",
     "x_p": "w_[AT_X_P + {}]", "g_x": "w_[AT_G_X + {}]", "g_p": "w_[AT_G_P + {}]", "pinned": "w_[AT_PINNED + {}]",
+    "points": "w_[AT_POINTS + {}]", "tangent": "w_[AT_TANGENT + {}]",
     "y_x": "w_[AT_Y_X + {}]", "y_p": "w_[AT_Y_P + {}]", "A": "w_[AT_A + {}]", "B": "w_[AT_B + {}]",
     "dA": "w_[AT_DA + {}]", "dB": "w_[AT_DB + {}]", "dz": "w_[AT_DZ + {}]", "prop": "w_[prop_at + {}]",
     "p": "p_[{}]", "w": "w_[{}]", "y": "y_[{}]",
 }  # fmt: skip
 """Where the short names of this module stand: nearly all in one flat workspace `w_`."""
+NAMED_PLACE = re.compile(r"\bAT_([A-Z_]+)_(\d+)\b")
+"""A place of a part by its number, e.g. ``AT_C_5``: a constant of the module, cheaper to compile than a sum."""
+_SUM = re.compile(r"\b(AT_[A-Z_]+) \+ (\d+)\]")
 _READ = re.compile(r"\b(" + "|".join(_PLACES) + r")\[([^\[\]]*(?:\[[^\]]*\][^\[\]]*)?)\]")
 NJIT = "@njit(**INNER, fastmath=FAST{inline})"
 Assignments = Sequence[tuple[str, sp.Expr]]
@@ -60,9 +65,14 @@ class Writer:
         return inputs + [f"m[{i}]" for i in range(len(self.mode_symbols))]
 
     @property
+    def point(self) -> tuple[sp.Symbol, ...]:
+        """States, then sine and cosine of each base angle."""
+        return (*self.plant.states, *self.angles.pairs)
+
+    @property
     def unpacked(self) -> str:
         """All scalar arguments of the rates, read from the workspace."""
-        return ", ".join([f"x[{i}]" for i in range(len(self.plant.states))] + self.held_arguments)
+        return ", ".join([f"x[{i}]" for i in range(len(self.point))] + self.held_arguments)
 
     def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
         """Return the lines that compute `wanted` ({target: expression}).
@@ -74,17 +84,17 @@ class Writer:
         assignments = [(str(s), e) for s, e in terms] + list(wanted)
         turned = [(name, self.angles.replace(e)) for name, e in assignments]
         ready = [(name, self.constants.hoist(e)) for name, e in turned]
-        angle_lines = [
-            (name, None if e is None else self.constants.hoist(e))
-            for name, e in self.angles.lines([e for _, e in ready])
-        ]
+        multiples = self.angles.multiples([e for _, e in ready])
         if share:
             shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
             pairs = zip(ready, reduced, strict=True)
             ready = [(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs]
-        expressions = [e for _, e in ready] + [e for _, e in angle_lines if e is not None]
-        loads = self._loads(expressions, set(scalars))
-        return loads + _angle_text(angle_lines) + [f"{name} = {python_text(e)}" for name, e in ready]
+        lines = [*multiples, *ready]
+        return self._loads([e for _, e in lines], set(scalars)) + [f"{name} = {python_text(e)}" for name, e in lines]
+
+    def expression_loads(self, expressions: Sequence[sp.Expr]) -> list[str]:
+        """Return the lines that read all symbols of some expressions."""
+        return self._loads(expressions, set())
 
     def _needed_terms(self, expressions: Iterable[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
         definitions = dict(self.plant.terms)
@@ -98,7 +108,7 @@ class Writer:
     def _loads(self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
         seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
         sources = {
-            "x": self.plant.states, "z": self.plant.filter.states,
+            "x": self.point, "z": self.plant.filter.states,
             "u": self.plant.inputs, "m": self.mode_symbols,
         }  # fmt: skip
         lines = [
@@ -107,22 +117,11 @@ class Writer:
         return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
 
 
-def _angle_text(lines: Iterable[tuple[str, sp.Expr | None]]) -> list[str]:
-    out, angle = [], ""
-    for name, e in lines:
-        if e is None:
-            out.append(f"{name} = sincos({angle})")
-        else:
-            angle = name
-            out.append(f"{name} = {python_text(e)}")
-    return out
-
-
 def placed(line: str) -> str:
     """Return a line with the short array names replaced by places in the workspace."""
     while _READ.search(line):
         line = _READ.sub(lambda found: _PLACES[found[1]].format(found[2]), line)
-    return line
+    return _SUM.sub(r"\1_\2]", line)
 
 
 def function(name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False) -> str:
@@ -135,7 +134,7 @@ def function(name: str, arguments: str, doc: str, lines: Iterable[str], *, inlin
 def rates(writer: Writer) -> list[str]:
     """Rates and filter inputs, on scalars and on arrays."""
     plant, fed = writer.plant, writer.program.filter_inputs
-    scalars = (*plant.states, *plant.inputs, *writer.mode_symbols)
+    scalars = (*writer.point, *plant.inputs, *writer.mode_symbols)
     wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
     wanted += [(f"v_{k}", e) for k, e in enumerate(fed)]
     names = ", ".join(name for name, _ in wanted)
@@ -151,31 +150,67 @@ def rates(writer: Writer) -> list[str]:
             lines,
             inline=True,
         ),
-        function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill),
+        function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill, inline=True),
     ]
+
+
+def turns(writer: Writer) -> str:
+    """Sine and cosine of the base angles of a point, from its states."""
+    first = len(writer.plant.states)
+    angles = [(f"turn_{k}", writer.constants.hoist(base)) for k, base in enumerate(writer.angles.bases)]
+    lines = writer.expression_loads([e for _, e in angles]) + [f"{name} = {python_text(e)}" for name, e in angles]
+    lines += [f"x[{first + 2 * k}], x[{first + 2 * k + 1}] = sincos(turn_{k})" for k in range(len(angles))]
+    return function("turn", "w_, x_at", "Complete a point from its states.", [*lines, "return"])
 
 
 def step(writer: Writer) -> str:
     """One classical Runge-Kutta step: its first rates are known, the other three stages are a loop."""
     states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
-    at = ", ".join([f"{s} + f * k_{s}" for s in states] + writer.held_arguments)
+    pairs = writer.angles.pairs
+    arguments = ", ".join([f"at_{s}" for s in writer.point] + writer.held_arguments)
     results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)])
     body = [
         "f = h if stage == 2 else 0.5 * h",
         "weight = 1.0 if stage == 2 else 2.0",
         "half_share = 0.25 if stage == 2 else 0.5",
-        f"{results} = rates_of({at}, w_)",
+        *(f"at_{s} = {s} + f * k_{s}" for s in states),
+        *_turned(writer, "f * ", "k_"),
+        *(f"points[{4 * i} + stage] = at_{s}" for i, s in enumerate(writer.point)),
+        f"{results} = rates_of({arguments}, w_)",
         *(f"acc_{s} += weight * k_{s}" for s in states),
         *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
     ]
-    lines = [f"{s} = x[{i}]" for i, s in enumerate(states)]
+    lines = [f"{s} = x[{i}]" for i, s in enumerate((*states, *pairs))]
+    lines += [f"{s} = c[{k}]" for k, s in writer.constants.used_in(_increments(writer))]
     lines += [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
     lines += [f"acc_{s} = k_{s}" for s in states] + [f"mid_{j} = 0.0" for j in range(n_fed)]
     lines += ["for stage in range(3):", *(f"    {line}" for line in body)]
-    lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
+    lines += [f"at_{s} = {s} + h / 6.0 * acc_{s}" for s in states]
+    lines += _turned(writer, "h / 6.0 * ", "acc_")
+    for i, s in enumerate(writer.point):
+        lines += [f"new[{i}] = at_{s}", f"points[{4 * i + 3}] = at_{s}"]
     lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
-    doc = "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at."
-    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines)
+    doc = (
+        "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at, "
+        "the points of the stages and of the end, side by side, to AT_POINTS."
+    )
+    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
+
+
+def _increments(writer: Writer) -> list[sp.Expr]:
+    """Rates of the base angles; a base is linear in the states."""
+    return [writer.constants.hoist(base) for base in writer.angles.bases]
+
+
+def _turned(writer: Writer, factor: str, prefix: str) -> list[str]:
+    """Return the lines that turn each pair from the step's start by its rate times a factor."""
+    rate_names = {s: sp.Symbol(f"{prefix}{s}") for s in writer.plant.states}
+    lines = []
+    for k, rate in enumerate(_increments(writer)):
+        sine, cosine = writer.angles.pair(k)
+        text = python_text(rate.xreplace(rate_names))
+        lines.append(f"at_{sine}, at_{cosine} = turned({sine}, {cosine}, {factor}({text}))")
+    return lines
 
 
 def start(writer: Writer) -> str:
@@ -214,9 +249,28 @@ def outputs(writer: Writer) -> list[str]:
     return [
         function("outputs", "w_, x_at, y_, at", "Measured quantities.", [*writer.body(wanted), "return"],
                  inline=True),
+        _output_flow(writer),
         function("output_gradient", "w_, x_at", "Their gradients; y_p holds zeros elsewhere.",
                  [*writer.body(gradient, share=True), "return"], inline=True),
     ]  # fmt: skip
+
+
+def _output_flow(writer: Writer) -> str:
+    """Time derivative of the outputs: their gradients along the rates and the filter's flow."""
+    plant, width = writer.plant, len(writer.plant.filter.inputs)
+    states, z = plant.states, plant.filter.states
+    rates = {s: sp.Symbol(f"k_{s}") for s in (*states, *z)}
+    lines = [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
+    for i, s in enumerate(z):
+        parts = [f"A[{i * len(z) + j}] * z[{j}]" for j in range(len(z)) if plant.filter.A[i, j] != 0]
+        parts += [f"B[{i * width + j}] * k[{len(states) + j}]" for j in range(width) if plant.filter.B[i, j] != 0]
+        lines.append(f"k_{s} = " + (" + ".join(parts) or "0.0"))
+    flows = [
+        (f"y[at + {j}]", sp.Add(*(d * rates[s] for s, d in node.inner.items() if s in rates)))
+        for j, node in enumerate(writer.program.measured)
+    ]
+    lines += writer.body(flows, scalars=rates.values(), share=True)
+    return function("output_flow", "w_, x_at, k_at, y_, at", "Their time derivatives.", [*lines, "return"], inline=True)
 
 
 def linear_filter(writer: Writer) -> str:

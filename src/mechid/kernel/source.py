@@ -9,15 +9,17 @@ import numpy as np
 
 from mechid.kernel import physics
 from mechid.kernel.switching import guards
-from mechid.kernel.tangents import LaneWriter
+from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
 
-LANE_WIDTH = 8
+GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py")
+TEMPLATES = ("places", "filter", "guards", "lanes", "switches", "loop")
+"""The texts that are the same for all plants, in the order in which a kernel needs them."""
 TERMS = 30
 """Most terms of the series of the filter's propagator."""
 
 SINCOS = '''
-@njit(**INNER, forceinline=True)
+@njit(**INNER)
 def sincos(angle):
     """Sine and cosine to 1e-16 for |angle| < 1e6: reduction by pi/2 in three parts, then series."""
     turns = math.floor(angle * 0.6366197723675814 + 0.5)
@@ -35,27 +37,31 @@ def sincos(angle):
     return (-s, -c) if quadrant & 2 else (s, c)
 
 
+@njit(**INNER, fastmath=FAST, forceinline=True)
+def turned(s, c, angle):
+    """Sine and cosine after a small turn, to 1e-15; a large one goes by `sincos`."""
+    if abs(angle) > 0.1:
+        sine, cosine = sincos(angle)
+        return s * cosine + c * sine, c * cosine - s * sine
+    q = angle * angle
+    sine = angle * (1.0 + q * (-1.0 / 6.0 + q * (1.0 / 120.0 - q / 5040.0)))
+    versine = q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0 - q / 40320.0)))
+    return s + (c * sine - s * versine), c - (s * sine + c * versine)
+
+
 '''
 
 
 def lanes_for(parameters: int) -> int:
-    """Return the lane count for so many directions: whole vectors, at least two of them."""
-    return max(-(-parameters // LANE_WIDTH), 2) * LANE_WIDTH
+    """Return the lane count for so many directions: whole groups, at least four of them."""
+    return max(-(-parameters // WIDTH), 4) * WIDTH
 
 
 def fingerprint(plant: Plant, lanes: int) -> str:
     """Return the name of a plant's kernel: its structure, the lanes, and mechid's own generator."""
     generator = "".join(
         resources.files("mechid.kernel").joinpath(name).read_text(encoding="utf-8")
-        for name in (
-            "source.py",
-            "physics.py",
-            "switching.py",
-            "tangents.py",
-            "program.py",
-            "expressions.py",
-            "loop.py.in",
-        )
+        for name in (*GENERATOR, *(f"templates/{name}.py.in" for name in TEMPLATES))
     )
     return hashlib.sha256(f"{plant.digest} {lanes} {generator}".encode()).hexdigest()[:24]
 
@@ -63,21 +69,28 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
-    functions = [*physics.rates(writer), physics.step(writer), *guards(writer), physics.start(writer)]
+    functions = [physics.turns(writer), *physics.rates(writer), physics.step(writer)]
+    functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
     functions += [*lane_writer.functions(), physics.constants(writer)]
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
+    numbers |= {
+        "TERMS": TERMS, "NT": lane_writer.coefficients,
+        "NG": lanes // WIDTH, "LANES_PER_GROUP": WIDTH, "GROUP_SIZE": rows["END"] * WIDTH,
+    }  # fmt: skip
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
-    sizes = _size_lines(numbers | {"TERMS": TERMS} | {f"ROW_{name}": row for name, row in rows.items()}, parts)
-    tables = [*_guard_tables(plant), *_output_table(writer)]
-    body = "\n\n".join(functions) + "\n\n" + _loop_text()
-    return _header(plant, lanes, body) + "\n".join([*sizes, *tables]) + "\n\n" + SINCOS + body
+    sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
+    moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
+    tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
+    body = "\n\n".join([*functions, *map(_template, TEMPLATES)])
+    names = _place_lines(parts, body)
+    return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n" + SINCOS + body
 
 
-def _loop_text() -> str:
-    return resources.files("mechid.kernel").joinpath("loop.py.in").read_text(encoding="utf-8")
+def _template(name: str) -> str:
+    return resources.files("mechid.kernel").joinpath(f"templates/{name}.py.in").read_text(encoding="utf-8")
 
 
 def _header(plant: Plant, lanes: int, body: str) -> str:
@@ -101,23 +114,26 @@ def _numbers(plant: Plant, lanes: int, writer: physics.Writer) -> dict[str, int]
         "NL": lanes, "NX": len(plant.states), "NF": len(plant.filter.states), "NV": len(plant.filter.inputs),
         "NU": len(plant.inputs), "NY": len(plant.outputs), "NP": len(plant.parameters),
         "NC": len(writer.constants.names), "NM": len(writer.mode_symbols), "NS": len(plant.switches),
-        "NPF": len(physics.filter_parameters(plant)),
+        "NPF": len(physics.filter_parameters(plant)), "NPOINT": len(writer.point),
     }  # fmt: skip
 
 
 def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
     """Return the size of each part of the workspace behind the lanes, in order."""
+    turns = n["NPOINT"] - n["NX"]
     both, width = n["NX"] + n["NV"], n["NF"] + 3 * n["NV"]
     square, prop = (1 + n["NPF"]) * n["NF"] ** 2, (1 + n["NPF"]) * n["NF"] * width
     return {
-        "TIME": 1, "X": n["NX"], "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
+        "X": n["NX"], "X_TURN": turns, "X_NEW": n["NX"], "X_NEW_TURN": turns, "X_TRY": n["NX"], "X_TRY_TURN": turns,
+        "POINTS": 4 * n["NPOINT"], "TIME": 1, "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
         "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
-        "X_NEW": n["NX"], "X_TRY": n["NX"], "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
+        "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
         "TABLE": (TERMS + 2) * prop,
         "JUMP": 2 * n["NY"], "JUMP_LANES": n["NY"] * n["NL"], "X_P": n["NX"] * n["NP"],
-        "G_OLD": guards, "G_NEW": guards, "G_SLOPE": guards, "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
+        "G_OLD": n["NS"] * guards, "G_NEW": n["NS"] * guards, "G_SLOPE": guards,
+        "TANGENT": 4 * n["NT"], "PAIR": 2 * n["NY"], "DOT_PAIR": 2 * n["NY"],
         "J_PAIR": 2 * n["NY"] * n["NL"],
         "Y_X": n["NY"] * (n["NX"] + n["NF"]), "Y_P": n["NY"] * n["NP"],
         "G_X": guards * n["NX"], "G_P": guards * n["NP"],
@@ -136,10 +152,20 @@ def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
     return [*lines, f"SIZE = {first}"]
 
 
-def _output_table(writer: physics.Writer) -> list[str]:
-    order = writer.plant.parameters
-    measured = sorted({order.index(q) for node in writer.program.measured for q in node.outer})
-    return [f"N_OUTPUT_P = {len(measured)}", f"OUTPUT_P = np.array({measured or [0]})"]
+def _place_lines(parts: dict[str, int], body: str) -> list[str]:
+    """Return the assignments of the single places that the text names, a line each part.
+
+    They too are NumPy integers: Numba 0.68 miscounts references to arrays indexed by literal ones.
+    """
+    used: dict[str, set[int]] = {}
+    for part, place in physics.NAMED_PLACE.findall(body):
+        used.setdefault(part, set()).add(int(place))
+    return [
+        ", ".join(f"AT_{part}_{i}" for i in sorted(places))
+        + f", = (np.int64(AT_{part} + i) for i in {tuple(sorted(places))})"
+        for part, places in used.items()
+        if part in parts
+    ]
 
 
 def _most_guards(plant: Plant) -> int:

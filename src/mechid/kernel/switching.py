@@ -62,7 +62,7 @@ def _by_mode(name: str, arguments: str, doc: str, bodies: Sequence[Sequence[str]
             call = [f"{name}_{s}_{mode}({arguments})"]
         if call:
             lines += [f"if s == {s} and mode == {mode}:", *(f"    {line}" for line in call)]
-    return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"])]
+    return [*functions, function(name, f"s, mode, {arguments}", doc, [*lines, "return"], inline=True)]
 
 
 def _entry(writer: Writer) -> str:

@@ -1,13 +1,16 @@
 """The lanes of a kernel as Python text: the variational equations of all parameters side by side.
 
-Lane l holds dx/dq for one direction q in the space of parameters. All lanes live in one flat workspace
-`w`, row by row of `lanes` doubles, so that the innermost loop runs over lanes and the compiler sees every
-distance. A parameter's own partial derivative enters every lane by the share that the lane's direction has
-of it (rows DIR): so ties and search coordinates cost nothing.
+Lane l holds dx/dq for one direction q in the space of parameters. Lanes come in groups of `WIDTH`; all that
+belongs to a group lies together in the flat workspace, row by row, so that one pass over a group carries its
+lanes through a whole step in the processor's registers. What multiplies them, the tangent program's
+coefficients at the points of the step's stages, is written down before by `tangent`. A parameter's own partial
+derivative enters every lane by the share that the lane's direction has of it (rows DIR): so ties and search
+coordinates cost nothing.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,23 +20,28 @@ from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import Writer, filter_parameters, function
 from mechid.kernel.program import Node
 
+WIDTH = 4
+"""Lanes of a group."""
+STAGES = ("1", "2", "3", "4")
+"""The points of a step at which tangents are taken behind its start: three stages, then its end."""
+
 
 @dataclass(frozen=True)
 class Layout:
-    """Rows of the workspace, counted in lanes."""
+    """Rows of a group, each of `WIDTH` lanes."""
 
     states: int
     filter_states: int
     fed: int
     parameters: int
+    outputs: int
 
     @cached_property
     def rows(self) -> dict[str, int]:
         """First row of each part, and the total under ``"END"``."""
         sizes = {
-            "S": self.states, "SZ": self.filter_states, "K": self.states, "ACC": self.states,
-            "V0": self.fed, "VM": self.fed, "V1": self.fed,
-            "DIR": self.parameters, "DTAU": 1,
+            "S": self.states, "SZ": self.filter_states, "K": self.states, "V": self.fed,
+            "DIR": self.parameters, "DTAU": 1, "J": self.outputs,
         }  # fmt: skip
         first, out = 0, {}
         for name, size in sizes.items():
@@ -55,18 +63,35 @@ class LaneWriter:
             len(program.filter_states),
             len(program.filter_inputs),
             len(program.plant.parameters),
+            len(program.plant.outputs),
         )
         self._coefficients: dict[str, sp.Expr] = {}
         self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
         self._seeds = {n.symbol: {q: self._coefficient(n, q, d) for q, d in n.outer.items()} for n in self.seeded}
 
+    @property
+    def coefficients(self) -> int:
+        """Number of coefficients that change in time."""
+        return len(self._coefficients)
+
+    @property
+    def drive_parameters(self) -> list[int]:
+        """Places of the parameters that move anything but the filter and the outputs."""
+        plant = self.writer.plant
+        guards = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
+        moved = {q for n in self.nodes for q in n.outer}
+        for e in (*plant.initial, *map(plant.expand, guards)):
+            moved |= sp.sympify(e).free_symbols
+        return [k for k, q in enumerate(plant.parameters) if q in moved]
+
     def functions(self) -> list[str]:
         """Return all lane functions."""
         return [
-            self._linearise_of(),
-            self._step_lanes(),
-            self._evaluate_lanes(),
-            self._advance_filter_lanes(),
+            self._tangent(),
+            self._lane_rates(),
+            self._carry_lanes(),
+            self._carry_filter_lanes(),
+            self._measure_group(),
         ]
 
     def _is_shared(self, node: Node) -> bool:
@@ -83,126 +108,140 @@ class LaneWriter:
         self._coefficients[name] = derivative
         return name
 
+    def _tangent(self) -> str:
+        """Write the coefficients at all points of a step side by side, the points as lanes."""
+        wanted = [(f"tangent[{4 * i} + l]", e) for i, e in enumerate(self._coefficients.values())]
+        lines = self.writer.body(wanted, share=True)
+        held = [line for line in lines if re.fullmatch(r"\w+ = [umc]\[\d+\]", line)]
+        body = [
+            re.sub(r" = x\[(\d+)\]$", lambda found: f" = points[{4 * int(found[1])} + l]", line)
+            for line in lines
+            if line not in held
+        ]
+        doc = "Coefficients of the tangent program at the points of a step."
+        return function("tangents", "w_", doc, [*held, "for l in range(4):", *(f"    {line}" for line in body)])
+
     def _constant_loads(self) -> list[str]:
         texts = [t for part in (self._slopes, self._seeds) for row in part.values() for t in row.values()]
         used = [sp.Symbol(t.lstrip("-")) for t in texts]
         return [f"{s} = c[{k}]" for k, s in self.writer.constants.used_in(used)]
 
-    def _results(self, prefix: str) -> str:
-        plant, n_fed = self.writer.plant, self.layout.fed
-        names = [f"{prefix}_{s}" for s in plant.states] + [f"{prefix}_v{j}" for j in range(n_fed)]
-        return ", ".join(names + list(self._coefficients))
+    def _coefficient_loads(self, stage: str) -> list[str]:
+        point = STAGES.index(stage)
+        return [f"{name}_{stage} = tangent[{4 * i + point}]" for i, name in enumerate(self._coefficients)]
 
-    def _linearise_of(self) -> str:
-        plant, program = self.writer.plant, self.writer.program
-        scalars = (*plant.states, *plant.inputs, *self.writer.mode_symbols)
-        wanted = [(f"e_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
-        wanted += [(f"e_v{j}", e) for j, e in enumerate(program.filter_inputs)]
-        wanted += list(self._coefficients.items())
-        lines = [*self.writer.body(wanted, scalars=scalars, share=True), f"return {self._results('e')}"]
-        arguments = ", ".join(map(str, scalars))
-        return function(
-            "linearise_of",
-            f"{arguments}, w_",
-            "Rates, filter inputs, and the derivatives that change.",
-            lines,
-            inline=True,
-        )
+    def _direction_loads(self) -> list[str]:
+        seeds = {q for row in self._seeds.values() for q in row}
+        order = self.writer.plant.parameters
+        return [f"dir_{q} = {self._row('DIR', order.index(q))}" for q in order if q in seeds]
 
-    def _flow_lines(self) -> list[str]:
-        """Tangents of all nodes from ``y_<state>``, inside a loop over l."""
+    def _flow_lines(self, stage: str) -> list[str]:
+        """Tangents of all nodes from ``y_<state>_<stage>``, inside a loop over l."""
         lines = []
         for node in self.nodes:
-            parts = [
-                _product(text, f"t_{v}" if v in self.writer.program.shared else f"y_{v}")
+            parts = [self._product(t, f"dir_{q}", stage) for q, t in self._seeds.get(node.symbol, {}).items()]
+            parts += [
+                self._product(text, f"t_{v}_{stage}" if v in self.writer.program.shared else f"y_{v}_{stage}", stage)
                 for v, text in self._slopes[node.symbol].items()
             ]
-            parts += [_product(text, self._direction(q)) for q, text in self._seeds.get(node.symbol, {}).items()]
-            lines.append(f"t_{node.symbol} = {' + '.join(parts) or '0.0'}")
+            lines.append(f"t_{node.symbol}_{stage} = {' + '.join(parts) or '0.0'}")
         return lines
 
-    def _direction(self, parameter: sp.Symbol) -> str:
-        """Return a lane's share of a parameter."""
-        return self._row("DIR", self.writer.plant.parameters.index(parameter))
+    def _product(self, factor: str, variable: str, stage: str) -> str:
+        if factor == "1.0":
+            return variable
+        if factor == "-1.0":
+            return f"-{variable}"
+        return f"{factor}_{stage} * {variable}" if factor in self._coefficients else f"{factor} * {variable}"
 
-    def _fed_tangent(self, j: int) -> str:
+    def _fed_tangent(self, j: int, stage: str) -> str:
         source = self.writer.program.filter_inputs[j]
-        return f"t_{source}" if source in self.writer.program.shared else f"t_v_{j}"
+        return f"t_{source}_{stage}" if source in self.writer.program.shared else f"t_v_{j}_{stage}"
 
     def _row(self, part: str, index: int) -> str:
-        return f"w[{self.layout.rows[part] + index} * NL + l]"
+        return f"w[g + {(self.layout.rows[part] + index) * WIDTH} + l]"
 
-    def _loop(self, displaced: bool, after: list[str]) -> list[str]:
-        """One pass over the lanes: ``y_<state>`` from S (displaced by f K), tangents, and what follows."""
-        lines = []
-        for i, s in enumerate(self.writer.plant.states):
-            lines.append(f"y_{s} = {self._row('S', i)}" + (f" + f * {self._row('K', i)}" if displaced else ""))
-        lines += self._flow_lines() + after
-        return ["for l in range(NL):", *(f"    {line}" for line in lines)]
+    def _group_function(self, name: str, arguments: str, doc: str, before: list[str], body: list[str]) -> str:
+        """One pass over the lanes of the group at place g; the bounds on g spare the compiler negative places."""
+        lines = ["if g < 0 or g >= END_LANES:", "    return", *before]
+        lines += [f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
+        return function(name, arguments, doc, lines)
 
-    def _step_lanes(self) -> str:
-        """Write the three inner stages of a step as one loop."""
-        states, n_fed = self.writer.plant.states, self.layout.fed
-        at = ", ".join([f"{s} + f * k_{s}" for s in states] + self.writer.held_arguments)
-        results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)] + list(self._coefficients))
-        after = []
-        for i, s in enumerate(states):
-            after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} += weight * t_k_{s}"]
-        after += [f"{self._row('VM', j)} = share * {self._row('VM', j)} + half_share * {self._fed_tangent(j)}"
-                  for j in range(n_fed)]  # fmt: skip
-        body = [
-            "f = h if stage == 2 else 0.5 * h",
-            "weight = 1.0 if stage == 2 else 2.0",
-            "share = 1.0 if stage > 0 else 0.0",
-            "half_share = 0.25 if stage == 2 else 0.5",
-            f"{results} = linearise_of({at}, w_)",
-            *self._loop(True, after),
-            *(f"acc_{s} += weight * k_{s}" for s in states),
-            *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
-        ]
-        lines = [f"{s} = x[{i}]" for i, s in enumerate(states)]
-        lines += [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
-        lines += [f"acc_{s} = k_{s}" for s in states] + [f"mid_{j} = 0.0" for j in range(n_fed)]
-        lines += [*self._constant_loads(), "for stage in range(3):", *(f"    {line}" for line in body)]
-        lines += [f"new[{i}] = {s} + h / 6.0 * acc_{s}" for i, s in enumerate(states)]
-        lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
-        doc = "As `step`; the lanes' weighted rates into ACC, their filter inputs half way into VM. Consumes K."
-        return function("step_lanes", "w_, x_at, k_at, h, new_at, mid_at", doc, lines)
-
-    def _evaluate_lanes(self) -> str:
+    def _lane_rates(self) -> str:
         states = self.writer.plant.states
-        lines = [*self._constant_loads()]
-        lines += [f"{self._results('e')} = linearise_of({self.writer.unpacked}, w_)"]
-        after = []
-        for i, s in enumerate(states):
-            after += [f"{self._row('K', i)} = t_k_{s}", f"{self._row('ACC', i)} = t_k_{s}"]
-        after += [f"{self._row('V1', j)} = {self._fed_tangent(j)}" for j in range(self.layout.fed)]
-        lines += self._loop(False, after)
-        lines += [f"k[{i}] = e_{s}" for i, s in enumerate(states)]
-        lines += [f"k[{len(states) + j}] = e_v{j}" for j in range(self.layout.fed)]
-        doc = "Rates k and filter inputs at x; those of the lanes into K (and ACC) and V1."
-        return function("evaluate_lanes", "w_, x_at, k_at", doc, lines)
+        body = [f"y_{s}_4 = {self._row('S', i)}" for i, s in enumerate(states)]
+        body += [*self._direction_loads(), *self._flow_lines("4")]
+        body += [f"{self._row('K', i)} = t_k_{s}_4" for i, s in enumerate(states)]
+        body += [f"{self._row('V', j)} = {self._fed_tangent(j, '4')}" for j in range(self.layout.fed)]
+        doc = "Rates K and filter inputs V of a group's lanes where they stand, by the last coefficients."
+        before = self._constant_loads() + self._coefficient_loads("4")
+        return self._group_function("lane_rates", "w_, g", doc, before, body)
 
-    def _advance_filter_lanes(self) -> str:
-        """Write S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
-        own, n, n_fed = filter_parameters(self.writer.plant), self.layout.filter_states, self.layout.fed
-        columns = [self._row("SZ", i) for i in range(n)]
-        columns += [self._row(part, j) for part in ("V0", "VM", "V1") for j in range(n_fed)]
-        width = len(columns)
+    def _carry_lanes(self) -> str:
+        """Write the step of a group: classical Runge-Kutta, then the filter, K and V left at the step's end."""
+        states, n_fed = self.writer.plant.states, self.layout.fed
+        before = self._constant_loads()
+        for stage in STAGES:
+            before += self._coefficient_loads(stage)
+        before += ["half = 0.5 * h", "sixth = h / 6.0", *self._filter_loads()]
+        body = [f"s_{s} = {self._row('S', i)}" for i, s in enumerate(states)]
+        body += [f"k_{s} = {self._row('K', i)}" for i, s in enumerate(states)]
+        body += [f"v_{j} = {self._row('V', j)}" for j in range(n_fed)]
+        body += self._direction_loads()
+        for stage, reach, rate in (("1", "half", "k_{}"), ("2", "half", "t_k_{}_1"), ("3", "h", "t_k_{}_2")):
+            body += [f"y_{s}_{stage} = s_{s} + {reach} * {rate.format(s)}" for s in states]
+            body += self._flow_lines(stage)
+        body += [f"y_{s}_4 = s_{s} + sixth * ((k_{s} + t_k_{s}_3) + 2.0 * (t_k_{s}_1 + t_k_{s}_2))" for s in states]
+        body += self._flow_lines("4")
+        for j in range(n_fed):
+            one, two, three = (self._fed_tangent(j, stage) for stage in STAGES[:3])
+            body.append(f"m_{j} = 0.5 * ({one} + {two}) + 0.25 * {three}")
+        body += self._filter_lines([*(f"v_{j}" for j in range(n_fed)), *(f"m_{j}" for j in range(n_fed)),
+                                    *(self._fed_tangent(j, "4") for j in range(n_fed))])  # fmt: skip
+        body += [f"{self._row('S', i)} = y_{s}_4" for i, s in enumerate(states)]
+        body += [f"{self._row('K', i)} = t_k_{s}_4" for i, s in enumerate(states)]
+        body += [f"{self._row('V', j)} = {self._fed_tangent(j, '4')}" for j in range(n_fed)]
+        doc = "A step of length h of the lanes of the group at g, along the coefficients of its stages."
+        return self._group_function("carry_lanes", "w_, g, h, prop_at", doc, before, body)
+
+    def _carry_filter_lanes(self) -> str:
+        """Write the step of a group whose lanes move nothing but the filter's own parameters."""
+        body = self._filter_lines(["0.0"] * (3 * self.layout.fed))
+        doc = "As carry_lanes, where only parameters of the filter move."
+        return self._group_function("carry_filter_lanes", "w_, g, prop_at", doc, self._filter_loads(), body or ["pass"])
+
+    def _filter_loads(self) -> list[str]:
+        own, n = filter_parameters(self.writer.plant), self.layout.filter_states
+        width = n + 3 * self.layout.fed
         lines = [f"p_{i}_{j} = prop[{i * width + j}]" for i in range(n) for j in range(width)]
-        lines += [f"d_{f}_{i} = dz[{f * n + i}]" for f in range(len(own)) for i in range(n)]
-        body = []
+        return lines + [f"d_{f}_{i} = dz[{f * n + i}]" for f in range(len(own)) for i in range(n)]
+
+    def _filter_lines(self, inputs: list[str]) -> list[str]:
+        """S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
+        own, n, order = filter_parameters(self.writer.plant), self.layout.filter_states, self.writer.plant.parameters
+        body = [f"z_{i} = {self._row('SZ', i)}" for i in range(n)]
+        body += [f"own_{f} = {self._row('DIR', order.index(q))}" for f, q in enumerate(own) if n]
+        columns = [*(f"z_{i}" for i in range(n)), *inputs]
         for i in range(n):
-            parts = [f"p_{i}_{j} * {column}" for j, column in enumerate(columns)]
-            parts += [f"d_{f}_{i} * {self._direction(q)}" for f, q in enumerate(own)]
+            parts = [f"p_{i}_{j} * {column}" for j, column in enumerate(columns) if column != "0.0"]
+            parts += [f"d_{f}_{i} * own_{f}" for f in range(len(own))]
             body.append(f"n_{i} = " + " + ".join(parts))
-        body += [f"{self._row('SZ', i)} = n_{i}" for i in range(n)]
-        lines += ["for l in range(NL):", *(f"    {line}" for line in body)]
-        doc = "Filter lanes over one step; dz holds what the filter's own parameters add."
-        return function("advance_filter_lanes", "w_, prop_at", doc, lines if n else ["return"])
+        return body + [f"{self._row('SZ', i)} = n_{i}" for i in range(n)]
 
-
-def _product(factor: str, variable: str) -> str:
-    if factor == "1.0":
-        return variable
-    return f"-{variable}" if factor == "-1.0" else f"{factor} * {variable}"
+    def _measure_group(self) -> str:
+        """Write dy/dp of a group's lanes, output by output, into its rows J."""
+        plant, program = self.writer.plant, self.writer.program
+        every = (*plant.states, *plant.filter.states)
+        before, body = [], []
+        for j, node in enumerate(program.measured):
+            before += [f"y_x_{j}_{i} = y_x[{j * len(every) + i}]" for i, s in enumerate(every) if s in node.inner]
+            before += [
+                f"y_p_{j}_{k} = y_p[{j * len(plant.parameters) + k}]"
+                for k, q in enumerate(plant.parameters)
+                if q in node.outer
+            ]
+            parts = [f"y_x_{j}_{i} * {self._row('S', i)}" for i, s in enumerate(every) if s in node.inner]
+            parts += [f"y_p_{j}_{k} * {self._row('DIR', k)}" for k, q in enumerate(plant.parameters) if q in node.outer]
+            body.append(f"{self._row('J', j)} = " + (" + ".join(parts) or "0.0"))
+        doc = "dy/dp of the lanes of the group at g, by the gradients of the outputs."
+        return self._group_function("measure_group", "w_, g", doc, before, body)

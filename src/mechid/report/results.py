@@ -7,10 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import UsageError
 from mechid.identification.estimate_file import FILE_NAME as ESTIMATE_NAME
-from mechid.identification.estimate_file import estimate_text, json_text
+from mechid.identification.estimate_file import json_text
 from mechid.identification.fit import Fit
 
 REPORT_NAME = "report.json"
@@ -18,7 +19,12 @@ MECHANISM_NAME = "mechanism.toml"
 
 
 def write_results(
-    fit: Fit, data: Mapping[str, Any], folder: Path | str, *, mechanism_name: str = MECHANISM_NAME
+    fit: Fit,
+    data: Mapping[str, Any],
+    folder: Path | str,
+    *,
+    mechanism_name: str = MECHANISM_NAME,
+    validation: Mapping[str, RecordValidation] | None = None,
 ) -> list[Path]:
     """Write estimate.json, report.json and the mechanism with the estimated values.
 
@@ -33,6 +39,8 @@ def write_results(
         Made with its parents where it is missing.
     mechanism_name : str
         Name of the mechanism file.
+    validation : mapping or None
+        Of the records, as `validate` makes it; estimate.json holds it under each record.
 
     Returns
     -------
@@ -48,7 +56,7 @@ def write_results(
     texts = {
         folder / mechanism_name: mechanism_text(fit.mechanism, _comment(data)),
         folder / REPORT_NAME: json_text(data),
-        folder / ESTIMATE_NAME: estimate_text(fit),
+        folder / ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
     try:
         folder.mkdir(parents=True, exist_ok=True)

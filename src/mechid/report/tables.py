@@ -5,15 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.analysis.validation import RecordValidation
 from mechid.identification.fit import Fit, ParameterEstimate, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
+from mechid.report.validation import order_rows, validation_rows
 
 FORMAT = "mechid-report/1"
 BAD_DEVIATION = 3.0
 
 
-def report_data(fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic: bool = False) -> dict[str, Any]:
+def report_data(
+    fit: Fit,
+    truth: Mapping[str, float] | None = None,
+    *,
+    synthetic: bool = False,
+    validation: Mapping[str, RecordValidation] | None = None,
+) -> dict[str, Any]:
     """Return all that a report of a fit shows.
 
     Parameters
@@ -23,6 +31,8 @@ def report_data(fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic
         True values in the file's units, where they are known: of a synthetic campaign alone.
     synthetic : bool
         Whether the records are made up, which every report then says.
+    validation : mapping or None
+        Of the records, as `validate` makes it.
 
     Returns
     -------
@@ -37,6 +47,8 @@ def report_data(fit: Fit, truth: Mapping[str, float] | None = None, *, synthetic
         "has_truth": bool(truth),
         "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
         "records": [_record(r) for r in fit.records.values()],
+        "validation": validation_rows(validation or {}),
+        "orders": order_rows(validation or {}),
         "stages": [_stage(s) for s in fit.stages],
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from mechid.report.text_table import Column, print_table, print_tables
+from mechid.report.validation import ORDER_COLUMNS, VALIDATION_LAYOUTS
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
@@ -70,11 +71,23 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
     print_tables(console, RECORD_LAYOUTS, data["records"])
+    _print_held_out(data, console)
     say(console, "Stages", "bold")
     print_table(console, STAGE_COLUMNS, data["stages"])
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
+    """Print how the records kept out of the fit are predicted, where there are any."""
+    held_out, orders = ([r for r in data[key] if r["use"] == "validate"] for key in ("validation", "orders"))
+    if held_out:
+        say(console, "Prediction of the records held out; residual in N m", "bold")
+        print_tables(console, VALIDATION_LAYOUTS, held_out)
+    if orders:
+        say(console, "At orders of the step rate (1: once a full step); amplitudes in N m, RMS over windows", "bold")
+        print_table(console, ORDER_COLUMNS, orders)
 
 
 def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:

@@ -1,6 +1,24 @@
-"""Plain numerics on arrays of samples: spectra and noise."""
+"""Plain numerics on arrays of samples: spectra, orders, noise, and how well a prediction agrees."""
 
+from mechid.signal.agreement import TheilInequality, fit_percent, theil_inequality
+from mechid.signal.density import Band, power_density, third_octaves
 from mechid.signal.noise import noise_floor
+from mechid.signal.orders import order_amplitudes
 from mechid.signal.spectrum import amplitude_spectrum, line_amplitude
+from mechid.signal.whiteness import LjungBox, effective_samples, ljung_box
 
-__all__ = ["amplitude_spectrum", "line_amplitude", "noise_floor"]
+__all__ = [
+    "Band",
+    "LjungBox",
+    "TheilInequality",
+    "amplitude_spectrum",
+    "effective_samples",
+    "fit_percent",
+    "line_amplitude",
+    "ljung_box",
+    "noise_floor",
+    "order_amplitudes",
+    "power_density",
+    "theil_inequality",
+    "third_octaves",
+]

@@ -1,0 +1,141 @@
+"""Hypotheses side by side: finished fits of the same records by criteria, residuals and parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from mechid.analysis.criteria import Score, score, shared_effective_samples
+from mechid.analysis.hypothesis import Believed, Hypothesis, read_hypotheses
+from mechid.analysis.preference import Preference, cautions, preference
+from mechid.parameter import Status
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordComparison:
+    """One record under each hypothesis, in their order; residuals in N m, effective samples as the criteria count."""
+
+    name: str
+    use: str
+    samples: int
+    effective_samples: float
+    residual_rms: tuple[float, ...]
+    fit_percent: tuple[float, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterComparison:
+    """One parameter under each hypothesis, None where a hypothesis has no such parameter.
+
+    `differences_sigmas` are those to the first hypothesis over the larger of the two standard errors: both
+    estimates come from the same records and share their noise, so the errors do not add. None where neither
+    has an error.
+    """
+
+    name: str
+    unit: str
+    values: tuple[Believed | None, ...]
+    differences_sigmas: tuple[float | None, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """Finished fits side by side.
+
+    Attributes
+    ----------
+    hypotheses : tuple of Hypothesis
+        In the order given.
+    scores : tuple of Score
+    records : tuple of RecordComparison
+    parameters : tuple of ParameterComparison
+        Those that any hypothesis estimates, or that differ.
+    preference : Preference
+    cautions : tuple of str
+        What weakens the comparison.
+    """
+
+    hypotheses: tuple[Hypothesis, ...]
+    scores: tuple[Score, ...]
+    records: tuple[RecordComparison, ...]
+    parameters: tuple[ParameterComparison, ...]
+    preference: Preference
+    cautions: tuple[str, ...]
+
+
+def compare(*folders: Path | str) -> Comparison:
+    """Compare finished fits of the same records.
+
+    Parameters
+    ----------
+    *folders : Path
+        Two or more result folders of `mechid identify`, or their estimate.json.
+
+    Raises
+    ------
+    UsageError
+        Fewer than two, one twice, or fits of different records.
+    InputFileError
+        An estimate.json is missing, wrong, or without validation.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.compare("fit_rigid", "fit_housing").preference.preferred  # doctest: +SKIP
+    'fit_housing'
+    """
+    hypotheses = read_hypotheses(folders)
+    effective = shared_effective_samples(hypotheses)
+    scores = tuple(score(h, effective) for h in hypotheses)
+    return Comparison(
+        hypotheses=hypotheses,
+        scores=scores,
+        records=tuple(_record(name, hypotheses, effective[name]) for name in hypotheses[0].records),
+        parameters=_parameters(hypotheses),
+        preference=preference(hypotheses, scores),
+        cautions=cautions(hypotheses, scores),
+    )
+
+
+def _record(name: str, hypotheses: Sequence[Hypothesis], effective: float) -> RecordComparison:
+    each = [h.records[name] for h in hypotheses]
+    return RecordComparison(
+        name=name,
+        use=each[0].use,
+        samples=each[0].samples,
+        effective_samples=effective,
+        residual_rms=tuple(r.residual_rms for r in each),
+        fit_percent=tuple(r.fit_percent for r in each),
+    )
+
+
+def _parameters(hypotheses: Sequence[Hypothesis]) -> tuple[ParameterComparison, ...]:
+    names = dict.fromkeys(name for h in hypotheses for name in h.parameters)
+    rows = (_parameter(name, [h.parameters.get(name) for h in hypotheses]) for name in names)
+    return tuple(row for row in rows if _is_of_interest(row))
+
+
+def _is_of_interest(row: ParameterComparison) -> bool:
+    """Whether a parameter is more than the same known number everywhere."""
+    known = {None if p is None or p.status != Status.KNOWN else p.value for p in row.values}
+    return known == {None} or len(known) > 1
+
+
+def _parameter(name: str, values: Sequence[Believed | None]) -> ParameterComparison:
+    unit = next(p.unit for p in values if p is not None)
+    first, *others = values
+    differences = (None, *(_difference(first, other) for other in others))
+    return ParameterComparison(name=name, unit=unit, values=tuple(values), differences_sigmas=differences)
+
+
+def _difference(first: Believed | None, other: Believed | None) -> float | None:
+    """Return other - first in the larger standard error, an angle the short way round."""
+    if first is None or other is None:
+        return None
+    sigma = max(first.std_error or 0.0, other.std_error or 0.0)
+    difference = other.value - first.value
+    if first.unit == "deg":
+        difference = (difference + 180.0) % 360.0 - 180.0
+    return difference / sigma if sigma > 0.0 and math.isfinite(difference) else None

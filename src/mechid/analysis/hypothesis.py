@@ -1,0 +1,213 @@
+"""A finished fit as one hypothesis among several: what of its estimate.json a comparison rests on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.errors import InputFileError, UsageError
+from mechid.identification.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.fit import FitOutcome
+from mechid.parameter import Status
+
+QUANTITY = "torque"
+PERIOD = ".period_deg"
+SHOWN = 8
+"""Digits of a digest that tell one from another in a message."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordEvidence:
+    """One record as a hypothesis predicts it, over all of its samples.
+
+    Attributes
+    ----------
+    name, use : str
+    digest : str
+        Of the samples compared.
+    used : int
+        Samples that the fit itself counted; fewer than `samples` where a window or a horizon cut it short.
+    samples : int
+    effective_samples, residual_rms, fit_percent : float
+        NaN where the simulation failed; the RMS in N m.
+    projected : int
+        How many of offset and drift were fitted.
+    command : mapping
+        How the driver was taken to step.
+    """
+
+    name: str
+    use: str
+    digest: str
+    used: int
+    samples: int
+    effective_samples: float
+    residual_rms: float
+    fit_percent: float
+    projected: int
+    command: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Believed:
+    """One parameter of a hypothesis, in the file's unit."""
+
+    name: str
+    unit: str
+    value: float
+    std_error: float | None
+    status: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hypothesis:
+    """A finished fit.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    outcome : FitOutcome
+    equations : str
+        Digest of the plant.
+    parameters, records : mapping by name
+    """
+
+    name: str
+    outcome: FitOutcome
+    equations: str
+    parameters: Mapping[str, Believed]
+    records: Mapping[str, RecordEvidence]
+
+    @property
+    def free(self) -> frozenset[str]:
+        """Names of the parameters that the records estimate."""
+        return frozenset(n for n, p in self.parameters.items() if p.status == Status.FREE)
+
+    @property
+    def adjustable(self) -> frozenset[str]:
+        """Names of the parameters that the fit could move, those that ended at a bound included."""
+        return self.free | {n for n, p in self.parameters.items() if p.status == Status.AT_BOUND}
+
+    def used_for(self, use: str) -> tuple[RecordEvidence, ...]:
+        """Return the records of a use."""
+        return tuple(r for r in self.records.values() if r.use == use)
+
+    @property
+    def counted(self) -> int:
+        """Number of all that was fitted: free parameters, offsets, drifts, and a noise level a record."""
+        return len(self.free) + sum(r.projected + 1 for r in self.used_for("estimate"))
+
+
+def read_hypotheses(folders: Sequence[Path | str]) -> tuple[Hypothesis, ...]:
+    """Return the finished fits of some folders, all of the same records.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Two or more result folders of `mechid identify`, or their estimate.json.
+
+    Raises
+    ------
+    UsageError
+        Fewer than two, one twice, or fits of different records.
+    InputFileError
+        An estimate.json is missing, wrong, or without validation.
+    """
+    files = [_file(Path(folder)) for folder in folders]
+    if len(files) < 2:
+        raise UsageError(f"compare: found {len(files)} folder; give two or more result folders of mechid identify")
+    twice = [file for i, file in enumerate(files) if file.resolve() in {f.resolve() for f in files[:i]}]
+    if twice:
+        raise UsageError(f"{twice[0]}: given twice; give each result folder once")
+    found = [_hypothesis(file, name) for file, name in zip(files, _names(files), strict=True)]
+    for other in found[1:]:
+        _refuse_other_records(found[0], other)
+    return tuple(found)
+
+
+def _file(path: Path) -> Path:
+    return path if path.suffix == ".json" else path / FILE_NAME
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """Return the folders' names, with as many of their parents as tells them apart."""
+    parts = [file.resolve().parent.parts for file in files]
+    deepest = max(map(len, parts))
+    for depth in range(1, deepest + 1):
+        names = ["/".join(p[-depth:]) for p in parts]
+        if len(set(names)) == len(names):
+            return names
+    return [str(file) for file in files]
+
+
+def _hypothesis(file: Path, name: str) -> Hypothesis:
+    content = read_estimate(file)
+    try:
+        return Hypothesis(
+            name=name,
+            outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
+            equations=str(content["provenance"].get("plant", "")),
+            parameters={n: _believed(n, p) for n, p in _detents_by_period(content["parameters"]).items()},
+            records={n: _evidence(n, r) for n, r in content["records"].items()},
+        )
+    except (KeyError, TypeError, StopIteration) as error:
+        what = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
+        raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
+
+
+def _detents_by_period(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters with each detent's number replaced by its period: the same harmonic, wherever it stands."""
+    own = {n.removesuffix(PERIOD): f"{p['value']:.9g}deg" for n, p in parameters.items() if n.endswith(PERIOD)}
+    if len(set(own.values())) < len(own):
+        return dict(parameters)
+    tables = {table: f"{table.rpartition('.')[0]}.{period}" for table, period in own.items()}
+    split = ((*name.rpartition("."), p) for name, p in parameters.items())
+    return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
+
+
+def _believed(name: str, p: Mapping[str, Any]) -> Believed:
+    return Believed(
+        name=name, unit=p["unit"], value=_number(p["value"]), std_error=p["std_error"], status=p["status"]
+    )  # fmt: skip
+
+
+def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
+    channel = r["validation"]["channels"][QUANTITY]
+    return RecordEvidence(
+        name=name,
+        use=r["use"],
+        digest=channel["samples_sha256"],
+        used=r["samples"],
+        samples=channel["samples"],
+        effective_samples=_number(channel["effective_samples"]),
+        residual_rms=_number(channel["residual_rms"]),
+        fit_percent=_number(channel["fit_percent"]),
+        projected=(r["offset"] is not None) + (r["drift"] is not None),
+        command=r["validation"]["command"],
+    )
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else float(value)
+
+
+def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:
+    """Refuse fits whose records are not the same samples, or not put to the same use."""
+    remedy = "compare fits of the same records"
+    missing = first.records.keys() ^ other.records.keys()
+    for name in sorted(missing):
+        has, lacks = (first, other) if name in first.records else (other, first)
+        raise UsageError(f'{lacks.name}: no record "{name}", which {has.name} has; {remedy}')
+    for name, a in first.records.items():
+        b = other.records[name]
+        if a.digest != b.digest:
+            digests = f"sha256 {b.digest[:SHOWN]}, {a.digest[:SHOWN]} in {first.name}"
+            said = f'record "{name}": other samples ({digests})'
+            raise UsageError(f"{other.name}: {said}: another file, column, unit, gain or clock; {remedy}")
+        if a.use != b.use:
+            said = f'record "{name}": use = "{b.use}", "{a.use}" in {first.name}'
+            raise UsageError(f"{other.name}: {said}; estimate from the same records, hold the same ones out")

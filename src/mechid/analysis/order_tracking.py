@@ -1,0 +1,131 @@
+"""Amplitude and phase of measured and modelled torque at multiples of the commanded step rate.
+
+A record is cut into windows of equal travel, so that a sweep is tracked as well as a constant rate. In each
+the sines of all orders are fitted together, their phase taken from the commanded position; order 1 is once a
+full step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal import order_amplitudes
+
+FloatArray = NDArray[np.float64]
+
+ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
+"""Half: the rotor tooth of 3.6 deg in a 1.8 deg motor; one to four: the full step and its harmonics."""
+WINDOW_STEPS = 16.0
+"""Least full steps a window where the record has them: tells orders apart that differ by a sixteenth."""
+LEAST_STEPS = 4.0
+"""A record that travels less has no orders."""
+HIGHEST_SHARE = 0.8
+"""Of half the sample rate; an order above it is left out."""
+RESOLVED = 3.0
+"""Standard errors from which a line's amplitude and phase are compared."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderLine:
+    """One order in one window: complex amplitudes in N m, c in Re(c exp(2 pi i order position)).
+
+    `rate` is the mean commanded rate, full steps/s; `error` the standard error of the measured amplitude.
+    """
+
+    rate: float
+    measured: complex
+    modelled: complex
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderError:
+    """What the model makes of one order of the commanded step rate.
+
+    Attributes
+    ----------
+    order : float
+        Multiple of the step rate, 1 is once a full step.
+    windows : int
+    measured, modelled : float
+        Amplitude, N m, root mean square over the windows.
+    amplitude_error_percent : float or None
+        100 (modelled / measured - 1); None where the measured line is not resolved.
+    phase_error_deg : float or None
+        By how much the model leads, amplitudes weighting the windows; None as above.
+    peak_rate : float
+        Full steps/s in the window where the measured amplitude is largest.
+    peak_measured, peak_modelled : float
+        Amplitudes in that window, N m.
+    """
+
+    order: float
+    windows: int
+    measured: float
+    modelled: float
+    amplitude_error_percent: float | None
+    phase_error_deg: float | None
+    peak_rate: float
+    peak_measured: float
+    peak_modelled: float
+
+
+def order_errors(
+    measured: FloatArray, modelled: FloatArray, travel: FloatArray, sample_rate_hz: float
+) -> tuple[OrderError, ...]:
+    """Return the error at each of `ORDERS` that the record reaches.
+
+    Parameters
+    ----------
+    measured, modelled : (N,)
+        N m.
+    travel : (N,)
+        Full steps travelled at each sample, never falling.
+    sample_rate_hz : float
+    """
+    lines: dict[float, list[OrderLine]] = {order: [] for order in ORDERS}
+    for window in _windows(travel):
+        rate = float(travel[window][-1] - travel[window][0]) * sample_rate_hz / (window.size - 1)
+        used = [order for order in ORDERS if order * rate < HIGHEST_SHARE * 0.5 * sample_rate_hz]
+        if window.size <= 4 * len(used) + 4 or not used:
+            continue
+        both = np.column_stack((measured[window], modelled[window]))
+        found, error = order_amplitudes(both, travel[window], used)
+        for order, (y, p) in zip(used, found.tolist(), strict=True):
+            lines[order].append(OrderLine(rate=rate, measured=y, modelled=p, error=float(error[0])))
+    return tuple(_summed_up(order, each) for order, each in lines.items() if each)
+
+
+def _windows(travel: FloatArray) -> Iterator[NDArray[np.int64]]:
+    """Yield the samples of windows of equal travel, without those at which the command dwells."""
+    total = float(travel[-1] - travel[0])
+    if total < LEAST_STEPS:
+        return
+    moving = np.flatnonzero(np.diff(travel, prepend=travel[0]) > 0.0)
+    count = max(int(total / WINDOW_STEPS), 1)
+    which = np.minimum((travel[moving] - travel[0]) / total * count, count - 0.5).astype(np.int64)
+    yield from (part for part in np.split(moving, np.flatnonzero(np.diff(which)) + 1) if part.size > 1)
+
+
+def _summed_up(order: float, lines: list[OrderLine]) -> OrderError:
+    y = np.array([line.measured for line in lines])
+    p = np.array([line.modelled for line in lines])
+    error = float(np.sqrt(np.mean([line.error**2 for line in lines])))
+    size_y, size_p = (float(np.sqrt(np.mean(np.abs(c) ** 2))) for c in (y, p))
+    peak = int(np.argmax(np.abs(y)))
+    resolved = size_y > RESOLVED * error
+    return OrderError(
+        order=order,
+        windows=len(lines),
+        measured=size_y,
+        modelled=size_p,
+        amplitude_error_percent=100.0 * (size_p / size_y - 1.0) if resolved else None,
+        phase_error_deg=float(np.degrees(np.angle(np.sum(p * np.conj(y))))) if resolved else None,
+        peak_rate=lines[peak].rate,
+        peak_measured=float(np.abs(y[peak])),
+        peak_modelled=float(np.abs(p[peak])),
+    )

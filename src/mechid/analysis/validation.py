@@ -1,0 +1,204 @@
+"""How well a fit predicts each record, whether it was estimated from or held out."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.order_tracking import OrderError, order_errors
+from mechid.analysis.prediction import Prediction, predict
+from mechid.campaign import Campaign
+from mechid.command import Command
+from mechid.identification.fit import Fit
+from mechid.signal import (
+    Band,
+    LjungBox,
+    TheilInequality,
+    effective_samples,
+    fit_percent,
+    ljung_box,
+    power_density,
+    theil_inequality,
+    third_octaves,
+)
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class BandError:
+    """A third-octave band: RMS of measured torque and of residual within it, N m."""
+
+    centre_hz: float
+    measured_rms: float
+    residual_rms: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ChannelValidation:
+    """The prediction of one channel over the whole of its record, offset and drift removed.
+
+    Attributes
+    ----------
+    quantity, unit : str
+    samples : int
+    samples_sha256 : str
+        Digest of the samples as compared, their rate and start: equal where the data are.
+    fit_percent : float
+    residual_rms : float
+        In the channel's unit.
+    theil : TheilInequality
+        Its bias is 0 where an offset is removed.
+    whiteness : LjungBox
+    effective_samples : float
+        How many independent samples the residual is worth.
+    spectrum_hz : (M,)
+    measured_density, residual_density : (M,)
+        Welch's power density, unit squared per Hz.
+    bands : tuple of BandError
+        The same in third octaves; empty where the simulation failed.
+    orders : tuple of OrderError
+        Empty where the command travels less than four full steps, or the simulation failed.
+    """
+
+    quantity: str
+    unit: str
+    samples: int
+    samples_sha256: str
+    fit_percent: float
+    residual_rms: float
+    theil: TheilInequality
+    whiteness: LjungBox
+    effective_samples: float
+    spectrum_hz: FloatArray
+    measured_density: FloatArray
+    residual_density: FloatArray
+    bands: tuple[BandError, ...]
+    orders: tuple[OrderError, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return what estimate.json holds of it: all but the fine spectra."""
+        return {
+            "unit": self.unit,
+            "samples": self.samples,
+            "samples_sha256": self.samples_sha256,
+            "fit_percent": self.fit_percent,
+            "residual_rms": self.residual_rms,
+            "theil": asdict(self.theil),
+            "ljung_box": asdict(self.whiteness),
+            "effective_samples": self.effective_samples,
+            "bands": [asdict(band) for band in self.bands],
+            "orders": [asdict(order) for order in self.orders],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordValidation:
+    """The validation of a record: how it was taken to be driven, and its channels by quantity."""
+
+    name: str
+    use: str
+    command: Mapping[str, str | int | float]
+    channels: Mapping[str, ChannelValidation]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record's ``validation`` table in estimate.json."""
+        channels = {quantity: channel.to_dict() for quantity, channel in self.channels.items()}
+        return {"command": dict(self.command), "channels": channels}
+
+
+def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
+    """Predict each record of a campaign with a fit, untouched, and judge the residual.
+
+    The whole record counts, also where a stage used a window of it or the model follows it in part. A record
+    whose simulation fails gets NaN throughout.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        With its records read, as the fit had it.
+    fit : Fit
+
+    Returns
+    -------
+    dict of str to RecordValidation
+        By name, in the order of the campaign.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> campaign = mechid.load_campaign("bench")  # doctest: +SKIP
+    >>> held_out = mechid.validate(campaign, mechid.identify(campaign))["sweep"]  # doctest: +SKIP
+    >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
+    """
+    with np.errstate(all="ignore"):  # where a simulation fails its numbers are none
+        return {
+            record.name: RecordValidation(
+                name=record.name,
+                use=record.use,
+                command=_stepping(record.command),
+                channels={"torque": channel_validation("torque", "N*m", predict(record, fit))},
+            )
+            for record in campaign.records
+            if record.data is not None
+        }
+
+
+def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordValidation]) -> dict[str, Any]:
+    """Return the content of estimate.json with a ``validation`` table under each record."""
+    own = {name: {"validation": v.to_dict()} for name, v in validation.items()}
+    records = {name: {**record, **own.get(name, {})} for name, record in content["records"].items()}
+    return {**content, "records": records}
+
+
+def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValidation:
+    """Return the judgement on one predicted channel."""
+    measured, r = p.measured - p.removed, p.residual
+    frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
+    residual_density = power_density(r, p.base.sample_rate_hz)[1]
+    return ChannelValidation(
+        quantity=quantity,
+        unit=unit,
+        samples=r.size,
+        samples_sha256=_digest(p),
+        fit_percent=fit_percent(measured, r) if p.finite else math.nan,
+        residual_rms=float(np.sqrt(np.mean(r**2))),
+        theil=theil_inequality(measured, p.modelled),
+        whiteness=ljung_box(r),
+        effective_samples=effective_samples(r),
+        spectrum_hz=frequency,
+        measured_density=measured_density,
+        residual_density=residual_density,
+        bands=_bands(frequency, measured_density, residual_density) if p.finite else (),
+        orders=order_errors(measured, p.modelled, p.travel, p.base.sample_rate_hz) if p.finite else (),
+    )
+
+
+def _stepping(command: Command) -> dict[str, str | int | float]:
+    """Return what of a command is a hypothesis on the driver rather than its rate."""
+    return {
+        "stepping": command.stepping,
+        "microsteps": command.microsteps,
+        "start_angle_deg": command.start_angle_deg,
+        "waveform": command.waveform,
+        "start": command.start,
+    }
+
+
+def _bands(frequency: FloatArray, measured: FloatArray, residual: FloatArray) -> tuple[BandError, ...]:
+    pairs: zip[tuple[Band, Band]] = zip(
+        third_octaves(frequency, measured), third_octaves(frequency, residual), strict=True
+    )
+    return tuple(BandError(centre_hz=m.centre_hz, measured_rms=m.rms, residual_rms=r.rms) for m, r in pairs)
+
+
+def _digest(p: Prediction) -> str:
+    clock = f"{p.base.sample_rate_hz!r} {p.base.start_s!r}".encode()
+    samples = np.ascontiguousarray(p.measured, dtype="<f8").tobytes()
+    return hashlib.sha256(clock + samples).hexdigest()

@@ -1,0 +1,70 @@
+"""Where in frequency a residual lies: Welch's power density, and the RMS in third-octave bands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import welch
+
+FloatArray = NDArray[np.float64]
+LONGEST_SEGMENT = 8192
+SEGMENTS = 2
+"""A record is at least this many segments long; half overlapping they are three."""
+THIRD = 10.0**0.1
+"""Ratio of neighbouring third-octave bands, base ten (IEC 61260-1)."""
+
+
+def power_density(y: FloatArray, sample_rate: float) -> tuple[FloatArray, FloatArray]:
+    """Return the power density by Welch's method: Hann window, half overlap.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        Samples in any unit, N at least 16.
+    sample_rate : float
+        In Hz.
+
+    Returns
+    -------
+    frequency : ndarray, shape (M,)
+        In Hz, from 0 to half the sample rate.
+    density : ndarray, shape (M,)
+        In the unit squared per Hz; its integral is the variance.
+    """
+    longest = min(LONGEST_SEGMENT, max(y.size // SEGMENTS, 16))
+    length = 2 ** int(np.log2(longest))
+    frequency, density = welch(y, sample_rate, window="hann", nperseg=length)
+    return np.asarray(frequency, dtype=np.float64), np.asarray(density, dtype=np.float64)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Band:
+    """The RMS of a signal within lower to upper frequency, Hz; `rms` in the signal's unit."""
+
+    centre_hz: float
+    lower_hz: float
+    upper_hz: float
+    rms: float
+
+
+def third_octaves(frequency: FloatArray, density: FloatArray) -> tuple[Band, ...]:
+    """Return the RMS in third-octave bands from the first that spans a bin up to half the sample rate.
+
+    Parameters
+    ----------
+    frequency, density : ndarray, shape (M,)
+        As from `power_density`.
+    """
+    width, end = float(frequency[1]), float(frequency[-1])
+    step = np.arange(np.ceil(10.0 * np.log10(width / (THIRD**0.5 - THIRD**-0.5))), 10.0 * np.log10(end))
+    centre = 10.0 ** (step / 10.0)
+    lower, upper = centre / THIRD**0.5, np.minimum(centre * THIRD**0.5, end)
+    edges = np.append(np.maximum(frequency - 0.5 * width, 0.0), end)
+    power = np.concatenate([[0.0], np.cumsum(density * np.diff(edges))])
+    rms = np.sqrt(np.interp(upper, edges, power) - np.interp(lower, edges, power))
+    columns = (column.tolist() for column in (centre, lower, upper, rms))
+    return tuple(
+        Band(centre_hz=c, lower_hz=low, upper_hz=high, rms=r) for c, low, high, r in zip(*columns, strict=True)
+    )

@@ -1,0 +1,41 @@
+"""Orders: sines whose phase is a multiple of a travelled position rather than of time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, FloatArray]:
+    """Return the sines of all orders together that fit each signal best beside a constant.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N, C)
+        Signals as columns, in any unit.
+    position : ndarray, shape (N,)
+        Travelled cycles of order one.
+    orders : sequence of float, (K,)
+        Above 0; N is more than 2 K + 1, and the travel tells the orders apart.
+
+    Returns
+    -------
+    amplitudes : ndarray, shape (K, C), complex
+        c in Re(c exp(2 pi i order position)), in the unit of `y`.
+    error : ndarray, shape (C,)
+        Standard error of an amplitude's real and imaginary part, as if what is left over were white.
+    """
+    angle = 2.0 * np.pi * np.outer(position, orders)
+    columns = np.column_stack((np.ones(position.size), np.cos(angle), np.sin(angle)))
+    solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
+    left = y - columns @ solution
+    variance = np.sum(left**2, axis=0) / (position.size - columns.shape[1])
+    count = len(orders)
+    amplitudes = solution[1 : count + 1] - 1j * solution[count + 1 :]
+    error = np.sqrt(2.0 * variance / position.size)
+    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(error, dtype=np.float64)

@@ -1,0 +1,103 @@
+"""Whether a residual is white, and how many independent samples it is worth where it is not."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import prev_fast_len, rfft
+from scipy.stats import chi2
+
+from mechid.signal.autoregression import autocovariance
+
+FloatArray = NDArray[np.float64]
+LAGS = 25
+
+
+@dataclass(frozen=True, kw_only=True)
+class LjungBox:
+    """The Ljung-Box test that the autocorrelation at lags 1 to `lags` is nothing but chance.
+
+    Attributes
+    ----------
+    statistic : float
+        Q; for a white series chi-square with `lags` degrees of freedom.
+    lags : int
+    p_value : float
+        Chance of such a Q or a larger one from a white series.
+    largest : float
+        Autocorrelation of the largest magnitude among the lags: what p, which falls with the number of
+        samples, does not tell.
+    """
+
+    statistic: float
+    lags: int
+    p_value: float
+    largest: float
+
+
+def ljung_box(series: FloatArray, lags: int = LAGS) -> LjungBox:
+    """Return the test of Ljung and Box, Q = n (n + 2) sum_k rho_k^2 / (n - k) [LjungBox1978]_.
+
+    No degree of freedom is taken off for fitted parameters: those of an output-error model of many
+    samples are not those of an ARMA model of the series.
+
+    Parameters
+    ----------
+    series : ndarray, shape (N,)
+        Its mean is removed.
+    lags : int
+        At most N - 1 are used.
+
+    Returns
+    -------
+    LjungBox
+        NaN where the series is constant or not finite.
+
+    References
+    ----------
+    .. [LjungBox1978] G. M. Ljung, G. E. P. Box, Biometrika 65 (1978) 297-303, doi:10.1093/biomet/65.2.297.
+    """
+    n = series.size
+    lags = min(lags, n - 1)
+    covariance = autocovariance(series - np.mean(series), lags)
+    if not covariance[0] > 0.0 or lags < 1:
+        return LjungBox(statistic=math.nan, lags=lags, p_value=math.nan, largest=math.nan)
+    rho = covariance[1:] / covariance[0]
+    statistic = n * (n + 2) * float(np.sum(rho**2 / (n - np.arange(1, lags + 1))))
+    largest = float(rho[np.argmax(np.abs(rho))])
+    return LjungBox(statistic=statistic, lags=lags, p_value=float(chi2.sf(statistic, lags)), largest=largest)
+
+
+def effective_samples(series: FloatArray) -> float:
+    """Return how many independent samples give a sum of squares as uncertain as this series does.
+
+    The variance of a sum of squares grows by the sum of rho_k^2 over all lags of both signs, so
+    n_eff = n / sum_k rho_k^2 [Bayley1946]_. By Parseval the sum is n sum_j S_j^2 / (sum_j S_j)^2 over the
+    spectrum, and the squared periodogram is twice S_j^2 on average, its ordinates being exponentially
+    distributed.
+
+    Parameters
+    ----------
+    series : ndarray, shape (N,)
+        Its mean is removed.
+
+    Returns
+    -------
+    float
+        From 1 to N; NaN where the series is constant or not finite.
+
+    References
+    ----------
+    .. [Bayley1946] G. V. Bayley, J. M. Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184-197, doi:10.2307/2983560.
+    """
+    size = int(prev_fast_len(series.size, real=True))  # a few samples less, and no transform of prime length
+    spectrum = rfft(series[:size] - np.mean(series[:size]))[1 : (size + 1) // 2]
+    power = spectrum.real**2 + spectrum.imag**2
+    total = float(power.sum())
+    if not total > 0.0:
+        return math.nan
+    share = 4.0 * total**2 / float(np.sum(power**2)) / size
+    return min(max(share * series.size, 1.0), float(series.size))
