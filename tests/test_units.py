@@ -127,3 +127,19 @@ def test_pint_is_not_loaded_for_units_that_are_si_already():
         "to_si_factor('Nm', 'torque'); split_header('time_s'); sys.exit('pint' in sys.modules)"
     )
     subprocess.run([sys.executable, "-c", program], check=True)
+
+
+@pytest.mark.parametrize(
+    ("spelled", "quantity", "factor"),
+    [
+        ("Volts", "voltage_phase_a", 1.0),
+        ("Amps", "current_phase_a", 1.0),
+        ("Newton-meters", "torque", 1.0),
+        ("in-lbs", "torque", 0.0254 * 4.4482216152605),
+        ("foot-pounds", "torque", 0.3048 * 4.4482216152605),
+        ("Degrees", "rotor_angle", 0.017453292519943295),
+    ],
+)
+def test_units_in_words_are_those_of_the_sign(spelled, quantity, factor):
+    """Truth: the international foot and pound; force by standard gravity."""
+    assert to_si_factor(spelled, quantity) == pytest.approx(factor, rel=1e-12)

@@ -47,6 +47,21 @@ HEADER_SUFFIXES: Mapping[str, str] = {
 A closed list: to Pint the end of ``phase_a`` is a year and that of ``u_B`` a byte.
 """
 
+SPELLED_OUT: Mapping[str, str] = {
+    **dict.fromkeys(("volt", "volts"), "V"),
+    **dict.fromkeys(("ampere", "amperes", "amp", "amps"), "A"),
+    **dict.fromkeys(("newton", "newtons"), "N"),
+    **dict.fromkeys(("newton-meter", "newton-meters", "newton meters", "newton metres"), "N*m"),
+    **dict.fromkeys(("inch-pounds", "in-lbs", "in.-lbs", "inch-pound"), "inch*lbf"),
+    **dict.fromkeys(("foot-pounds", "ft-lbs", "foot-pound"), "foot*lbf"),
+    **dict.fromkeys(("inch-ounces", "in-ozs", "in.-ozs"), "inch*force_ounce"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("meter", "meters", "metre", "metres"), "m"),
+    **dict.fromkeys(("second", "seconds", "sec"), "s"),
+}
+"""Units as LabVIEW, DAQmx and others write them in words, in whatever case."""
+
 _ANGLE_UNITS = ("radian", "degree", "arcminute", "arcsecond", "grade", "turn", "revolutions_per_minute")
 _PLAIN_TEXT = re.compile(r"[A-Za-z0-9µμ°·*/^(). -]{1,40}")
 _POWER_OF_NUMBER = re.compile(r"[0-9).]\s*(?:\^|\*\s*\*)")
@@ -77,6 +92,23 @@ def to_si_factor(unit: str, quantity: str) -> float:
     expected = si_unit(quantity)
     spelling = _one_spelling(unit)
     return 1.0 if spelling == expected else _factor(spelling, unit, quantity)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit of some quantity that mechid knows.
+
+    Examples
+    --------
+    >>> is_unit("N m"), is_unit("us"), is_unit("torque")
+    (True, True, False)
+    """
+    for quantity in SI_UNIT:
+        try:
+            to_si_factor(text, quantity)
+        except RecordError:
+            continue
+        return True
+    return False
 
 
 def si_unit(quantity: str) -> str:
@@ -113,6 +145,7 @@ def split_header(column: str) -> tuple[str, str | None]:
 
 def _one_spelling(unit: str) -> str:
     """Write products with ``*`` and take newton metres apart; to Pint, "Nm" is a yarn count."""
+    unit = SPELLED_OUT.get(unit.strip().lower(), unit)
     text = re.sub(r"(?<=[A-Za-z])\s*[.·* -]\s*(?=[A-Za-z])", "*", unit.strip())
     text = re.sub(r"\brev\b", "turn", text)
     return re.sub(r"\b([pnuµμmck]?N)([mc]?m)\b", r"\1*\2", text)

@@ -263,7 +263,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
     "column of a wrong type": (
         NAME,
         f'{NAME}\nchannels = [{{ quantity = "torque", column = -1 }}]',
-        "record[0].channels[0].column: found -1; write the column's header, or its index from 0",
+        "record[0].channels[0].column: found -1; write the column's name or path, or its index from 0",
     ),
     "unit of something else": (
         NAME,

@@ -1,5 +1,6 @@
 """`mechid identify`: files, exit codes, progress. Truth: the bench's own values, and the contract."""
 
+import hashlib
 import json
 from types import SimpleNamespace
 
@@ -42,6 +43,14 @@ def test_the_gear_is_found(real):
         found = parameters[name]
         assert abs(found["value"] - TRUTH[name]) <= 5.0 * found["std_error"]
         assert found["std_error"] < 0.01 * TRUTH[name]
+
+
+def test_the_provenance_names_each_record_file_and_what_was_done_to_it(real, staged):
+    records = json.loads((real.out / "estimate.json").read_text())["provenance"]["records"]
+    assert records["full_46"]["file"] == "full_46.csv"
+    assert records["full_46"]["sha256"] == hashlib.sha256((staged / "full_46.csv").read_bytes()).hexdigest()
+    assert records["full_46"]["channels"]["torque"]["column"] == "torque_Nm"
+    assert records["full_46"]["conditioning"] == []
 
 
 def test_the_mechanism_file_holds_the_estimate(real):

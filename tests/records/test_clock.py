@@ -109,7 +109,7 @@ REFUSED = {
         changed(50, 0.05002),
         None,
         "row 50: irregular time: 0.05002 s comes 0.00102 s after the stamp before it, mostly it is 0.001 s; "
-        "cut the record there or resample it; if the stamps have too few digits, "
+        "declare time_stamps or window_s in its conditioning; if the stamps have too few digits, "
         "give sample_rate_hz and name the channels",
     ),
     "contradiction": (

@@ -7,13 +7,19 @@ import pytest
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, Role
 from mechid.records.columns import choose_columns
+from mechid.records.table import Column
 
 
 @dataclass
 class Head:
     """A table that is nothing but its headers."""
 
-    columns: tuple
+    headers: tuple
+    is_ordered: bool = True
+
+    @property
+    def columns(self):
+        return tuple(Column(name=header) for header in self.headers)
 
     def error(self, message, row=None):
         return RecordError(message)
@@ -80,6 +86,38 @@ def test_a_unit_in_brackets_that_the_campaign_overrides_is_said():
     layout = choose(("t", "Mz [V]"), torque("Mz", unit="N*m", gain=0.5))
     assert layout.channels[0].scale == 0.5
     assert layout.channels[0].warning == ('column "Mz [V]": taken in "N*m", as the campaign says, not in "V"')
+
+
+CONTAINER = (
+    Column(name="t", path="a/t", samples=9),
+    Column(name="Mz", path="a/Mz", samples=9),
+    Column(name="t", path="b/t", samples=9),
+    Column(name="Mz", path="b/Mz", samples=9),
+)
+
+
+@dataclass
+class Container(Head):
+    """A table whose columns have places in groups, and no order."""
+
+    is_ordered: bool = False
+
+    @property
+    def columns(self):
+        return self.headers
+
+
+@pytest.mark.parametrize(("path", "index", "time"), [("a/Mz", 1, 0), ("/b/Mz", 3, 2)])
+def test_a_path_chooses_a_column_and_the_time_beside_it(path, index, time):
+    spec = RecordSpec(name="run", path="run.h5", channels=(torque(path),))
+    layout = choose_columns(Container(CONTAINER), spec)
+    assert (layout.channels[0].index, layout.time.index) == (index, time)
+
+
+def test_two_units_of_one_column_must_agree():
+    columns = (Column(name="t"), Column(name="Mz_mNm", unit="N*m"))
+    with pytest.raises(RecordError, match='the file states two units, "N\\*m" and "mNm"'):
+        choose_columns(Container(columns), RecordSpec(name="run", path="run.h5", channels=(torque("Mz"),)))
 
 
 REFUSED = {

@@ -73,6 +73,14 @@ FILES = {
         text(None, columns=(TIME, CURRENT, TORQUE)),
         asked={"channels": (ChannelSpec(quantity="torque", column=2),)},
     ),
+    "units in a second line": encoded(text("time,torque\nms,mNm"), channels={"torque": 1e-3 * TORQUE}, rate=1e6),
+    "units in a second line, in brackets, not all": encoded(
+        text("time;torque;x\n[s];[mNm];[-]", ";", columns=(TIME, TORQUE, CURRENT)), channels={"torque": 1e-3 * TORQUE}
+    ),
+    "an instrument's own lines before the header": encoded(
+        "Recorder 7\n\nInterval (us)\t1000\nSerial no. 12\n\n" + text("Time (s)\tTorque (mNm)", "\t"),
+        channels={"torque": 1e-3 * TORQUE},
+    ),
     "quoted": encoded(text('"time_s","torque, raw"').replace("0.001,", '"0.001",')),
     "no unit": encoded(text("t,M")),
     "milli": encoded(text("t/ms,M [mNm]"), channels={"torque": 1e-3 * TORQUE}, rate=1e6),
@@ -188,10 +196,16 @@ REFUSED = {
         'run.csv: line 9: column "torque_Nm": "n/a" is not a number',
     ),
     "hole": (rows((0, "0.0,")), {}, 'run.csv: line 2: column "torque_Nm": the cell is empty'),
-    "units in a second line": (
-        rows(header="time,torque\ns,Nm\n"),
+    "words in a second line": (
+        rows(header="time,torque\nsee,log\n"),
+        {"channels": (ChannelSpec(quantity="torque", column="torque"),)},
+        'run.csv: torque: unknown column "torque"; the file has "see", "log"',
+    ),
+    "unit of another quantity in a second line": (
+        rows(header="time,torque\nms,V\n"),
         {},
-        'run.csv: line 2: column "time": "s" is not a number',
+        'run.csv: column "torque": unit "V" does not measure torque; expected N*m or a multiple of it; '
+        "if that is no unit, name the right one in channels",
     ),
     "short row": (rows((19, "0.019")), {}, "run.csv: line 21: 1 cells where the file has 2 columns"),
     "long row": (rows((3, "0.003,1,2")), {}, "run.csv: line 5: 3 cells where the file has 2 columns"),
@@ -268,10 +282,32 @@ def test_a_folder_is_refused(tmp_path):
 
 
 def test_an_unknown_format_is_refused_with_the_known_ones(tmp_path):
-    path = write(tmp_path, text(), "run.tdms")
-    with pytest.raises(RecordError) as caught:
+    path = write(tmp_path, text(), "run.wav")
+    with pytest.raises(RecordError, match=r'run.wav: no reader for ".wav"; mechid reads .csv, .tsv, .*, .mat, .*.npz'):
         read(path)
-    assert str(caught.value) == 'run.tdms: no reader for ".tdms"; mechid reads .csv, .tsv, .txt, .dat, .asc'
+
+
+def test_the_lines_before_the_header_are_kept(tmp_path):
+    path = write(tmp_path, "Recorder 7\nSerial no. 12\n" + text())
+    assert read(path).metadata == {"line 1": "Recorder 7", "line 2": "Serial no. 12"}
+
+
+FIXED = "time_s,torque_Nm\n" + "".join(f"{t:.6f},{m:.9e}\n" for t, m in zip(TIME, TORQUE, strict=True))
+
+
+def test_a_file_cut_within_its_last_number_is_said(tmp_path):
+    """Truth: the file was whole; every cut within the last number leaves a number that is another one."""
+    whole = FIXED.rstrip("\n")
+    start = whole.rindex(",") + 2
+    for end in range(start, len(whole)):
+        try:
+            record = read(write(tmp_path, whole[:end]))
+        except RecordError as error:
+            assert "is not a number" in str(error) or "cells where" in str(error)  # noqa: PT017
+            continue
+        assert record.warnings
+        assert "is the file cut off there?" in record.warnings[0]
+    assert read(write(tmp_path, whole)).warnings == ()
 
 
 def test_the_suffix_may_be_in_capitals(tmp_path):

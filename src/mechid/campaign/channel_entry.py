@@ -15,7 +15,7 @@ from mechid.campaign.place import (
     required,
     text,
 )
-from mechid.command.entry import is_whole
+from mechid.command.entry import is_table, is_whole
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, Role
 from mechid.units import SI_UNIT, to_si_factor
@@ -45,6 +45,23 @@ def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
     return channels
 
 
+def read_time(entry: Any, place: Place) -> ChannelSpec | None:
+    """Return the time column that a record names; None where there is no such entry.
+
+    Raises
+    ------
+    InputFileError
+        It is no table of ``column`` and perhaps ``unit``.
+    """
+    if entry is None:
+        return None
+    if not is_table(entry):
+        raise place.error(f'{found(entry)}; write a table, as {{ column = "Time", unit = "ms" }}')
+    refuse_unknown_keys(entry, ("column", "unit"), place)
+    column = _column(required(entry, "column", place, 'write { column = "Time" }'), place.key("column"))
+    return ChannelSpec(quantity="time", column=column, unit=_unit(entry, "time", place.key("unit")))
+
+
 def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
     refuse_unknown_keys(table, KEYS, place)
     quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
@@ -61,7 +78,7 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
 def _column(entry: Any, place: Place) -> str | int:
     if is_whole(entry, 0, MOST_COLUMNS):
         return int(entry)
-    return text(entry, place, "write the column's header, or its index from 0")
+    return text(entry, place, "write the column's name or path, or its index from 0")
 
 
 def _unit(table: Mapping[str, Any], quantity: str, place: Place) -> str | None:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.campaign import RECORD_DECLARATIONS, USES, CampaignRecord, record_parameter_name
-from mechid.campaign.channel_entry import read_channels
+from mechid.campaign.channel_entry import TORQUE, read_channels, read_time
+from mechid.campaign.conditioning_entry import read_conditioning
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import (
     Place,
@@ -27,7 +28,8 @@ from mechid.records import RecordSpec
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
-KEYS = ("name", "file", "use", "command", "sample_rate_hz", "channels", "offset", "drift", *OWN_KEYS)
+FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
+KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
@@ -105,11 +107,15 @@ def _file(table: Mapping[str, Any], place: Place, *, needed: bool) -> str | None
 
 
 def _spec(table: Mapping[str, Any], name: str, file: str, place: Place) -> RecordSpec:
+    channels = read_channels(table.get("channels"), place.key("channels"))
+    quantities = [channel.quantity for channel in channels] or [TORQUE]
     return RecordSpec(
         name=name,
         path=file,
         sample_rate_hz=_rate(table, place.key("sample_rate_hz")),
-        channels=read_channels(table.get("channels"), place.key("channels")),
+        channels=channels,
+        time=read_time(table.get("time"), place.key("time")),
+        conditioning=read_conditioning(table.get("conditioning"), place.key("conditioning"), quantities),
     )
 
 

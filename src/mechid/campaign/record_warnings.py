@@ -35,13 +35,14 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
 
 
 def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
-    """Yield a warning for each record whose file is one that an earlier record reads too."""
-    seen: dict[str, str] = {}
+    """Yield a warning for each record that has the samples of an earlier one: the same part of the same file."""
+    seen: dict[tuple[object, ...], str] = {}
     for record in records:
-        digest = record.data.digest if record.data else None
-        if digest is None:
+        if record.data is None:
             continue
-        earlier = seen.setdefault(digest, record.name)
+        columns = tuple(channel.column for channel in record.data.channels)
+        part = (record.data.digest, columns, record.data.time_start_s, record.data.samples)
+        earlier = seen.setdefault(part, record.name)
         if earlier != record.name:
             same = f'{record.spec.path} is the same file as that of "{earlier}"'
             yield f'record "{record.name}": {same}; is that meant?'
@@ -56,7 +57,8 @@ def _unused_channels(record: CampaignRecord) -> Iterator[str]:
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
     """Warn where the command runs before the first sample: a recorder's own clock is often the reason."""
     offset = record.time_offset.value
-    if data.time_start_s - offset > SLACK_SAMPLES * data.sample_interval_s:
+    windowed = record.spec.conditioning.window_s is not None
+    if not windowed and data.time_start_s - offset > SLACK_SAMPLES * data.sample_interval_s:
         yield (
             f"the command starts {data.time_start_s - offset:.6g} s before the first sample; "
             f"if they start together, write time_offset_s = {data.time_start_s:.9g}"
@@ -67,9 +69,10 @@ def _end(record: CampaignRecord, data: Record) -> Iterator[str]:
     """Warn where a profile goes on after the last sample."""
     end = data.time_start_s + data.duration_s - record.time_offset.value
     last = record.command.rate.times_s[-1]
+    window = record.spec.conditioning.window_s
     if end <= 0.0:
         yield "the record ends before its command starts; check time_offset_s"
-    elif last - end > SLACK_SAMPLES * data.sample_interval_s:
+    elif (window is None or last < window[1]) and last - end > SLACK_SAMPLES * data.sample_interval_s:
         yield f"the record ends at {end:.6g} s of a command that goes on to {last:.6g} s; is it whole?"
 
 

@@ -1,4 +1,4 @@
-"""``mechid check``: what was understood of a campaign."""
+"""``mechid check``: what was understood of a campaign, or of a data file."""
 
 from __future__ import annotations
 
@@ -9,15 +9,21 @@ import typer
 
 
 def check(
-    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
+    campaign: Annotated[
+        Path, typer.Argument(metavar="CAMPAIGN|FILE", help="campaign.toml, its folder, or a data file.")
+    ],
 ) -> None:
-    """Read a campaign and say what was understood, and what is odd."""
+    """Read a campaign and say what was understood, and what is odd; or list what a data file holds."""
     from mechid.campaign import load_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.visibility import start_warnings
-    from mechid.report import campaign_data, print_campaign
+    from mechid.records import READERS
+    from mechid.report import campaign_data, file_data, print_campaign, print_file
     from mechid.report.terminal import console_on
 
+    if campaign.suffix.lower() in READERS and not campaign.is_dir():
+        print_file(file_data(campaign), console_on())
+        return
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, start_warnings(loaded)), console_on())

@@ -191,6 +191,7 @@ def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:
     return {
         "versions": {name: version(name) for name in PACKAGES} | {"python": platform.python_version()},
         "inputs_sha256": inputs,
+        "records": {r.name: r.data.provenance for r in campaign.records if r.data is not None},
         "seed": ending.seed,
         "substeps": ending.problem.substeps,
         "wall_time_s": ending.seconds,

@@ -3,8 +3,25 @@
 `read_record` makes a `Record` of a file and of what the campaign says about it (`RecordSpec`).
 """
 
-from mechid.records.formats import READERS, read_record
+from mechid.records.formats import READERS, open_table, read_record
 from mechid.records.record import Channel, Record
-from mechid.records.spec import ChannelSpec, RecordSpec, Role
+from mechid.records.sampling import Sampling, samplings
+from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, Role, TimeStamps
+from mechid.records.table import Column, Table
 
-__all__ = ["READERS", "Channel", "ChannelSpec", "Record", "RecordSpec", "Role", "read_record"]
+__all__ = [
+    "READERS",
+    "Channel",
+    "ChannelSpec",
+    "Column",
+    "Conditioning",
+    "Record",
+    "RecordSpec",
+    "Role",
+    "Sampling",
+    "Table",
+    "TimeStamps",
+    "open_table",
+    "read_record",
+    "samplings",
+]

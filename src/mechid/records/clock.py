@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.records.table import FloatArray, Table
+from mechid.records.table import Clock, FloatArray, Table
 
 JITTER = 1e-3
 """How far a time stamp may be off the regular clock, in sample intervals."""
@@ -19,15 +18,7 @@ WHOLE_RATE = 1e-6
 BLOCK = 65536
 
 
-@dataclass(frozen=True)
-class Clock:
-    """Time of the first sample in s, and sample rate in Hz."""
-
-    start_s: float
-    rate_hz: float
-
-
-def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None) -> Clock:
+def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None, first: int = 0) -> Clock:
     """Return the clock that the time stamps follow.
 
     Parameters
@@ -38,50 +29,62 @@ def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None) -> 
         Time stamps in s, N at least 2, finite.
     rate_hz : float or None
         Rate that the campaign states; the stamps have to agree with it to half an interval.
+    first : int
+        Row of the file that the first stamp stands in, for messages.
 
     Raises
     ------
     RecordError
         The clock goes back, repeats, is irregular, or contradicts `rate_hz`.
     """
-    _refuse_back(table, time)
+    _refuse_back(table, time, first)
     if rate_hz is not None:
-        _refuse_contradiction(table, time, rate_hz)
+        _refuse_contradiction(table, time, rate_hz, first)
         return Clock(float(time[0]), rate_hz)
-    _refuse_repeated(table, time)
+    _refuse_repeated(table, time, first)
     interval = float(time[-1] - time[0]) / (time.size - 1)
     unresolved = max(_printed_rounding(time, interval), _binary_rounding(time))
     allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
-    _refuse_jitter(table, time, interval, allowed)
-    return Clock(float(time[0]), _whole_rate(time, allowed))
+    _refuse_jitter(table, time, interval, allowed, first)
+    return Clock(float(time[0]), _mean_rate(time, allowed))
 
 
-def _whole_rate(time: FloatArray, allowed: float) -> float:
+def refuse_not_increasing(table: Table, time: FloatArray, first: int = 0) -> None:
+    """Raise RecordError where the clock goes back or repeats; `first` is the row of the first stamp."""
+    _refuse_back(table, time, first)
+    _refuse_repeated(table, time, first)
+
+
+def _mean_rate(time: FloatArray, allowed: float) -> float:
     """Return the mean rate, or the whole number of hertz that is all but the same."""
     span = float(time[-1] - time[0])
-    rate = (time.size - 1) / span
     near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span)
-    whole = round(rate)
-    return float(whole) if whole > 0 and abs(rate / whole - 1.0) <= near else rate
+    return whole_rate((time.size - 1) / span, near)
 
 
-def _refuse_back(table: Table, time: FloatArray) -> None:
+def whole_rate(rate_hz: float, near: float = WHOLE_RATE) -> float:
+    """Return the whole number of hertz that a rate is all but the same as, else the rate."""
+    whole = round(rate_hz)
+    return float(whole) if whole > 0 and abs(rate_hz / whole - 1.0) <= near else rate_hz
+
+
+def _refuse_back(table: Table, time: FloatArray, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
     if row is not None:
-        raise table.error(f"the clock goes back, from {time[row]:.9g} s to {time[row + 1]:.9g} s", row + 1)
+        raise table.error(f"the clock goes back, from {time[row]:.9g} s to {time[row + 1]:.9g} s", first + row + 1)
 
 
-def _refuse_repeated(table: Table, time: FloatArray) -> None:
+def _refuse_repeated(table: Table, time: FloatArray, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) == 0.0)
     if row is not None:
         raise table.error(
             f"the time stamp {time[row]:.9g} s is repeated; if the stamps have too few digits, "
             "give sample_rate_hz and name the channels",
-            row + 1,
+            first + row + 1,
         )
 
 
-def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: float) -> None:
+def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: float, first: int) -> None:
     """Name the oddest step: with a gap the mean interval is wrong, so every stamp is off."""
     if _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed) is None:
         return
@@ -91,13 +94,13 @@ def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: flo
     row = int(np.argmax(odd > 0.99 * odd.max())) + 1
     raise table.error(
         f"irregular time: {time[row]:.9g} s comes {steps[row - 1]:.6g} s after the stamp before it, mostly "
-        f"it is {usual:.6g} s; cut the record there or resample it; if the stamps have too few digits, "
+        f"it is {usual:.6g} s; declare time_stamps or window_s in its conditioning; if the stamps have too few digits, "
         "give sample_rate_hz and name the channels",
-        row,
+        first + row,
     )
 
 
-def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float) -> None:
+def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float, first: int) -> None:
     interval = 1.0 / rate_hz
     allowed = max(0.5 * interval, _printed_rounding(time, interval))
     row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
@@ -105,7 +108,7 @@ def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float) -> Non
         raise table.error(
             f"sample_rate_hz = {rate_hz:.9g} contradicts the time column: {time[row]:.9g} s "
             f"where it gives {time[0] + row * interval:.9g} s",
-            row,
+            first + row,
         )
 
 

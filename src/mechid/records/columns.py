@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
-from mechid.records.table import Table, column_label
+from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor
 
 
@@ -24,10 +24,11 @@ class ChosenColumn:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """The columns to be read; `time` is None where the file is not asked for its clock."""
+    """The columns to be read; `time` is None where the clock is known without, `clock` where it is not."""
 
     time: ChosenColumn | None
     channels: tuple[ChosenColumn, ...]
+    clock: Clock | None = None
 
     @property
     def chosen(self) -> tuple[ChosenColumn, ...]:
@@ -41,22 +42,37 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
     Raises
     ------
     RecordError
-        A column does not exist, is not unique, has the wrong unit, or the clock is missing.
+        A column does not exist, is not unique, is no channel, has the wrong unit or another length than
+        the others, or the clock is missing.
     """
     asked = spec.channels or (_default_torque(table, spec),)
-    indices = [_find(table, channel) for channel in asked]
+    indices = [find_column(table, channel) for channel in asked]
     _refuse_twice(table, asked, indices)
     channels = tuple(map(_choose, [table] * len(asked), asked, indices))
-    return Layout(time=_choose_time(table, spec, indices), channels=channels)
+    clock = None if spec.time else _own_clock(table, indices)
+    time = None if clock else _choose_time(table, spec, indices)
+    layout = Layout(time=time, channels=channels, clock=clock)
+    _refuse_other_length(table, [column.index for column in layout.chosen])
+    return layout
 
 
 def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
-    """Torque is the second column, after the time, or the first where the rate is given."""
+    """Torque is the second column, after the time, or the first where the rate is given.
+
+    Where columns have no order it is the one that is called so, or the only one.
+    """
+    if not table.is_ordered:
+        usable = [index for index, column in enumerate(table.columns) if column.fault is None]
+        called = [index for index in usable if table.columns[index].bare_name.lower() == "torque"]
+        chosen = called or usable
+        if len(chosen) == 1:
+            return ChannelSpec(quantity="torque", column=chosen[0])
+        raise table.error(f"torque: which column is it? name it in channels; the file has {_listed(table.columns)}")
     if spec.sample_rate_hz is None:
         if len(table.columns) < 2:
             raise table.error("one column only; add a time column before it, or give sample_rate_hz")
         return ChannelSpec(quantity="torque", column=1)
-    if _is_time(table.columns[0]):
+    if is_time(table.columns[0]):
         raise table.error(
             f"{column_label(table.columns, 0)}: with sample_rate_hz and no channels the first column is "
             "the torque; leave sample_rate_hz out, or name the channels"
@@ -64,28 +80,64 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
     return ChannelSpec(quantity="torque", column=0)
 
 
-def _find(table: Table, channel: ChannelSpec) -> int:
-    """Return the index of the channel's column: an exact header wins over a name without its unit."""
+def find_column(table: Table, channel: ChannelSpec) -> int:
+    """Return the index of the channel's column.
+
+    By index; by path; by name, a full one before one without its unit; by the end of a path.
+
+    Raises
+    ------
+    RecordError
+        There is none, or more than one, or it cannot be a channel.
+    """
     columns, wanted = table.columns, channel.column
     if isinstance(wanted, int):
         if not 0 <= wanted < len(columns):
             raise table.error(f"{channel.quantity}: no column {wanted}; they go from 0 to {len(columns) - 1}")
-        return wanted
-    names = [split_header(column)[0] for column in columns]
-    found = [i for i, column in enumerate(columns) if column == wanted]
-    found = found or [i for i, name in enumerate(names) if name == wanted]
+        found = [wanted]
+    else:
+        found = _named(columns, wanted.removeprefix("/"))
     if len(found) > 1:
-        raise table.error(f'{channel.quantity}: {len(found)} columns "{wanted}"; give the index from 0')
+        remedy = _paths([columns[index] for index in found])
+        raise table.error(f'{channel.quantity}: {len(found)} columns "{wanted}"; {remedy}')
     if not found:
-        raise table.error(f'{channel.quantity}: unknown column "{wanted}"{_known(wanted, columns, names)}')
+        raise table.error(f'{channel.quantity}: unknown column "{wanted}"{_known(str(wanted), columns)}')
+    fault = columns[found[0]].fault
+    if fault:
+        raise table.error(f"{channel.quantity}: {column_label(columns, found[0])}: {fault}")
     return found[0]
 
 
-def _known(wanted: str, columns: Sequence[str], names: Sequence[str]) -> str:
-    if not any(columns):
+def _named(columns: Sequence[Column], wanted: str) -> list[int]:
+    """Return the columns that a text means, by the first rule that finds any."""
+    rules: tuple[Callable[[Column], bool], ...] = (
+        lambda column: column.key == wanted,
+        lambda column: column.name == wanted,
+        lambda column: column.bare_name == wanted,
+        lambda column: column.key.endswith(f"/{wanted}"),
+    )
+    matches = ([index for index, column in enumerate(columns) if rule(column)] for rule in rules)
+    return next(filter(None, matches), [])
+
+
+def _paths(columns: Sequence[Column]) -> str:
+    """Return how to tell columns of one name apart."""
+    keys = [column.key for column in columns]
+    if len(set(keys)) < len(keys):
+        return "give the index from 0"
+    return "give the path: " + " or ".join(f'"{key}"' for key in keys[:8])
+
+
+def _known(wanted: str, columns: Sequence[Column]) -> str:
+    if not any(column.key for column in columns):
         return f"; the file has no header, give the index, 0 to {len(columns) - 1}"
-    listed = ", ".join(f'"{column}"' for column in columns[:8])
-    return did_you_mean(wanted, [*names, *columns]) or f"; the file has {listed}"
+    names = [text for column in columns for text in (column.bare_name, column.name, column.key)]
+    return did_you_mean(wanted, names) or f"; the file has {_listed(columns)}"
+
+
+def _listed(columns: Sequence[Column]) -> str:
+    listed = ", ".join(f'"{column.key}"' for column in columns[:8])
+    return f"{listed} and {len(columns) - 8} more" if len(columns) > 8 else listed
 
 
 def _refuse_twice(table: Table, asked: Sequence[ChannelSpec], indices: Sequence[int]) -> None:
@@ -98,6 +150,32 @@ def _refuse_twice(table: Table, asked: Sequence[ChannelSpec], indices: Sequence[
             raise table.error(f"{quantity}: {label} is already {quantities[indices.index(index)]}")
 
 
+def _refuse_other_length(table: Table, indices: Sequence[int]) -> None:
+    first = indices[0]
+    for index in indices[1:]:
+        if table.columns[index].samples != table.columns[first].samples:
+            lengths = [f"{column_label(table.columns, k)} has {table.columns[k].samples}" for k in (first, index)]
+            raise table.error(f"{lengths[0]} samples, {lengths[1]}; channels of one record are sampled together")
+
+
+def _own_clock(table: Table, indices: Sequence[int]) -> Clock | None:
+    """Return the clock that the file gives the channels; all have to have the same one."""
+    first, *others = (table.columns[index] for index in indices)
+    for index, column in zip(indices[1:], others, strict=True):
+        if column.clock == first.clock and column.start_time == first.start_time:
+            continue
+        labels = f"{column_label(table.columns, indices[0])} and {column_label(table.columns, index)}"
+        raise table.error(f"{labels} have not the same clock ({_told(first)}; {_told(column)}); make two records of it")
+    return first.clock
+
+
+def _told(column: Column) -> str:
+    if column.clock is None:
+        return "none"
+    start = f" on {column.start_time}" if column.start_time else ""
+    return f"{column.clock.rate_hz:.9g} Hz from {column.clock.start_s:.9g} s{start}"
+
+
 def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
     factor, warning = _factor(table, channel, index)
     return ChosenColumn(
@@ -105,52 +183,96 @@ def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
         quantity=channel.quantity,
         scale=factor * channel.gain,
         role=channel.role,
-        warning=warning,
+        warning=warning or _raw_counts(table, channel, index),
     )
 
 
 def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> ChosenColumn | None:
-    """Return the time column: called so by its header, else the first; None where it is not needed."""
-    if spec.sample_rate_hz is not None and not spec.channels:
+    """Return the time column: called so by the campaign or by its name, else the first of an ordered file.
+
+    None where it is not needed.
+    """
+    if spec.time is not None:
+        return _choose(table, spec.time, find_column(table, spec.time))
+    if spec.sample_rate_hz is not None and not spec.channels and table.is_ordered:
         return None
-    free = [index for index in range(len(table.columns)) if index not in taken]
-    named = [index for index in free if _is_time(table.columns[index])]
+    named = _times(table, taken)
     if spec.sample_rate_hz is not None and not named:
         return None
-    if not named and 0 in taken:
+    if not named and (0 in taken or not table.is_ordered):
         raise table.error("no time column; give sample_rate_hz")
+    if len(named) > 1 and not table.is_ordered:
+        names = [table.columns[index] for index in named]
+        raise table.error(
+            f"{len(named)} columns may be the time; name it, as time = {{ column = ... }}: {_listed(names)}"
+        )
     index = (named or [0])[0]
     return _choose(table, ChannelSpec(quantity="time", column=index), index)
 
 
-def _is_time(column: str) -> bool:
-    name = split_header(column)[0].lower()
+def time_beside(table: Table, index: int) -> ChosenColumn | None:
+    """Return the one time column that belongs to a column, or None."""
+    named = [index] if is_time(table.columns[index]) else _times(table, [index])
+    if len(named) != 1 and not (named and table.is_ordered):
+        return None
+    return _choose(table, ChannelSpec(quantity="time", column=named[0]), named[0])
+
+
+def _times(table: Table, taken: Sequence[int]) -> list[int]:
+    """Return the columns that may be the time by their names; beside the channels before elsewhere."""
+    first = table.columns[taken[0]]
+    free = [index for index in range(len(table.columns)) if index not in taken]
+    named = [index for index in free if is_time(table.columns[index]) and table.columns[index].fault is None]
+    fitting = [index for index in named if table.columns[index].samples == first.samples]
+    folders = [first.key.rpartition("/")[0], first.key.rpartition("/")[0].rpartition("/")[0]]
+    for folder in folders:
+        beside = [index for index in fitting if table.columns[index].key.rpartition("/")[0] == folder]
+        if beside:
+            return beside
+    return fitting
+
+
+def is_time(column: Column) -> bool:
+    """Whether a column is called so."""
+    name = column.bare_name.lower()
     return name == "t" or name.startswith("time")
 
 
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:
-    """Return the factor to SI, from the campaign's unit and the header's, and a warning if they differ.
+    """Return the factor to SI, from the campaign's unit and the file's, and a warning if they differ.
 
-    A header whose unit measures the same quantity must agree. One that measures something else
-    gives way to the campaign's unit: in brackets (volts of a transducer, say) with a warning; at
-    the end of a name it may not be a unit at all, as in ``u_A``.
+    A unit of the file that measures the same quantity must agree. One that measures something else
+    gives way to the campaign's unit: stated as such or in brackets (volts of a transducer, say) with
+    a warning; at the end of a name it may not be a unit at all, as in ``u_A``.
     """
-    quantity, label = channel.quantity, column_label(table.columns, index)
-    in_header = split_header(table.columns[index])[1]
+    column, quantity, label = table.columns[index], channel.quantity, column_label(table.columns, index)
+    in_file, in_name = column.stated_unit, split_header(column.name)[1]
+    twice = [_factor_or_none(unit, quantity) for unit in (in_file, in_name) if unit]
+    if None not in twice and len(set(twice)) > 1:
+        raise table.error(f'{label}: the file states two units, "{in_file}" and "{in_name}"; correct it')
     try:
         if channel.unit is None:
-            return to_si_factor(in_header or si_unit(quantity), quantity), None
+            return to_si_factor(in_file or si_unit(quantity), quantity), None
         factor = to_si_factor(channel.unit, quantity)
     except RecordError as error:
-        remedy = "; if that is no unit, name the right one in channels" if in_header and not channel.unit else ""
+        remedy = "; if that is no unit, name the right one in channels" if in_file and not channel.unit else ""
         raise table.error(f"{label}: {error}{remedy}") from None
-    if in_header is None or _factor_or_none(in_header, quantity) == factor:
+    if in_file is None or _factor_or_none(in_file, quantity) == factor:
         return factor, None
-    if _factor_or_none(in_header, quantity) is not None:
+    if _factor_or_none(in_file, quantity) is not None:
         raise table.error(f'{label}: its unit contradicts unit = "{channel.unit}" of the campaign; correct one')
-    if table.columns[index].endswith(("]", ")")):
-        return factor, f'{label}: taken in "{channel.unit}", as the campaign says, not in "{in_header}"'
+    if column.unit or column.name.endswith(("]", ")")):
+        return factor, f'{label}: taken in "{channel.unit}", as the campaign says, not in "{in_file}"'
     return factor, None
+
+
+def _raw_counts(table: Table, channel: ChannelSpec, index: int) -> str | None:
+    """Return a warning where integers are about to be taken for SI, which nobody has said."""
+    column = table.columns[index]
+    if not column.whole or channel.unit or column.stated_unit or channel.gain != 1.0 or channel.quantity == "time":
+        return None
+    label, unit = column_label(table.columns, index), si_unit(channel.quantity)
+    return f"{label}: integers without a unit, taken in {unit}; are they raw counts? then give unit and gain"
 
 
 def _factor_or_none(unit: str, quantity: str) -> float | None:

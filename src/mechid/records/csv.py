@@ -16,7 +16,10 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.csv_dialect import Dialect, sniff
-from mechid.records.table import FloatArray, column_label
+from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
+
+TAIL = 1 << 15
+"""Bytes at the end of a file that its last line is compared with."""
 
 
 @dataclass(frozen=True)
@@ -27,18 +30,38 @@ class CsvTable:
     label: str
     dialect: Dialect
 
+    is_ordered = True
+
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Headers from left to right."""
+    def columns(self) -> tuple[Column, ...]:
+        """The columns from left to right."""
         return self.dialect.columns
 
-    def read(self, wanted: Sequence[int]) -> list[FloatArray]:
-        """Return the `wanted` columns, each a strided view of shape (N,)."""
+    @property
+    def metadata(self) -> Metadata:
+        """The lines before the header."""
+        return {f"line {number}": line for number, line in self.dialect.preamble}
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A last line that may be half a line: it has no line end, and the shortest last cell of all near it."""
+        with self.path.open("rb") as file:
+            file.seek(-min(TAIL, self.path.stat().st_size), 2)
+            tail = file.read().replace(b"\0", b"").decode("latin-1")
+        if tail.endswith(("\n", "\r")):
+            return ()
+        cells = [self.dialect.cells(line)[-1].lstrip("+-") for line in tail.split("\n")[1:] if line.strip()]
+        if len(cells) < 2 or len(cells[-1]) >= min(map(len, cells[:-1])):
+            return ()
+        return (f'{self.label}: the last line has no line end and stops at "{cells[-1]}": is the file cut off there?',)
+
+    def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
+        """Return `rows` of the `wanted` columns, each a strided view; the whole file is read for it."""
         try:
-            rows = self._parse(wanted)
+            parsed = self._parse(wanted)
         except ValueError as error:
             raise self._fault(wanted) or self.error(str(error)[:120]) from None
-        return [rows[f"c{index}"] for index in wanted]
+        return [parsed[f"c{index}"][rows] for index in wanted]
 
     def error(self, message: str, row: int | None = None) -> RecordError:
         """Make the error that says file, line of sample `row` and `message`."""

@@ -5,11 +5,13 @@ from __future__ import annotations
 import codecs
 import csv
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice, pairwise
 from pathlib import Path
 
 from mechid.errors import RecordError
+from mechid.records.table import Column
+from mechid.units import is_unit
 
 BYTE_ORDER_MARKS = {
     codecs.BOM_UTF8: "utf-8-sig",
@@ -18,6 +20,8 @@ BYTE_ORDER_MARKS = {
 }
 SEPARATORS = (";", "\t", ",")
 """Looked for in this order: beside the first two a comma is a decimal sign."""
+MOST_HEAD_LINES = 200
+"""So many lines an instrument may write before the samples."""
 _OUTSIDE_BRACKETS = re.compile(r"\s+(?![\[(]|[^\[(]*[\])])")
 
 
@@ -33,17 +37,21 @@ class Dialect:
         None: any white space.
     decimal_comma : bool
         Whether numbers are written with a comma.
-    columns : tuple of str
-        Headers; empty texts where the file has none.
+    columns : tuple of Column
+        Named by the header, without names where the file has none; with units where a line of its own
+        states them.
     head_lines : int
         Lines before the first sample, blank ones included.
+    preamble : tuple of (int, str)
+        What an instrument writes before the header, with line numbers from 1.
     """
 
     encoding: str
     separator: str | None
     decimal_comma: bool
-    columns: tuple[str, ...]
+    columns: tuple[Column, ...]
     head_lines: int
+    preamble: tuple[tuple[int, str], ...] = ()
 
     def cells(self, line: str) -> list[str]:
         """Return a data line's cells as the numbers are to be parsed."""
@@ -55,7 +63,10 @@ class Dialect:
 
 
 def sniff(path: Path, label: str) -> Dialect:
-    """Find out how the file at `path` is written from its first two lines.
+    """Find out how the file at `path` is written.
+
+    The header is the line before the first sample, or the second before where a line of units stands
+    between.
 
     Raises
     ------
@@ -63,24 +74,60 @@ def sniff(path: Path, label: str) -> Dialect:
         It is empty, no text, has a header only, or header and samples differ in columns.
     """
     encoding = _encoding(path)
-    (first_number, first), second = _first_lines(path, label, encoding)
-    separator = _separator(second or first, first)
+    lines = _first_lines(path, label, encoding)
+    place = _first_sample(lines, comma=_has_comma(path))
+    (number, row), before = lines[place], lines[:place]
+    separator = _separator(row, before[-1][1] if before else row)
     decimal_comma = separator in (";", "\t") and _has_comma(path)
-    row = split_cells(second or first, separator)
-    if all(_is_number(cell, decimal_comma) for cell in split_cells(first, separator)):
-        columns, head_lines = ("",) * len(row), first_number - 1
-    elif second is None:
-        raise RecordError(f"{label}: line {first_number}: a header, but no samples after it")
-    else:
-        columns, head_lines = _headers(first, separator, encoding), first_number
-        _refuse_other_width(label, columns, row)
+    cells = split_cells(row, separator)
+    if place == 0 and not all(_is_number(cell, decimal_comma) for cell in cells):
+        raise RecordError(f"{label}: line {number}: a header, but no samples after it")
+    units, before = _units(before, separator, encoding, len(cells))
+    headers = _headers(before[-1][1], separator, encoding) if before else ("",) * len(cells)
+    _refuse_other_width(label, headers, cells)
     return Dialect(
         encoding=encoding,
         separator=separator,
         decimal_comma=decimal_comma,
-        columns=columns,
-        head_lines=head_lines,
+        columns=tuple(Column(name=name, unit=unit) for name, unit in zip(headers, units, strict=True)),
+        head_lines=number - 1,
+        preamble=tuple((line_number, line.strip()) for line_number, line in before[:-1]),
     )
+
+
+def _first_sample(lines: list[tuple[int, str]], *, comma: bool) -> int:
+    """Return the place of the first sample among the first lines that are not blank.
+
+    It is the first line that begins with a number; where none does, the first of two with a number in some
+    cell and as many cells.
+    """
+    numbers = [_numbers(line, comma=comma) for _, line in lines]
+    for place, found in enumerate(numbers):
+        if found[:1] == [True]:
+            return place
+    for place, (found, following) in enumerate(pairwise(numbers)):
+        if any(found) and any(following) and len(found) == len(following):
+            return place
+    return min(1, len(lines) - 1)
+
+
+def _numbers(line: str, *, comma: bool) -> list[bool]:
+    """Return which cells of a line are numbers."""
+    separator = _separator(line, line)
+    decimal_comma = separator in (";", "\t") and comma
+    return [_is_number(cell, decimal_comma) for cell in split_cells(line, separator)]
+
+
+def _units(
+    before: list[tuple[int, str]], separator: str | None, encoding: str, columns: int
+) -> tuple[tuple[str | None, ...], list[tuple[int, str]]]:
+    """Return the units that the last line before the samples states for all columns, and the lines before it."""
+    if len(before) > 1:
+        cells = [cell.strip().strip("[]()") for cell in _headers(before[-1][1], separator, encoding)]
+        stated = [cell for cell in cells if cell not in ("", "-")]
+        if len(cells) == columns and stated and all(map(is_unit, stated)):
+            return tuple(cell if cell in stated else None for cell in cells), before[:-1]
+    return (None,) * columns, before
 
 
 def split_cells(line: str, separator: str | None) -> list[str]:
@@ -98,17 +145,15 @@ def _encoding(path: Path) -> str:
     return next((name for mark, name in BYTE_ORDER_MARKS.items() if head.startswith(mark)), "latin-1")
 
 
-def _first_lines(path: Path, label: str, encoding: str) -> tuple[tuple[int, str], str | None]:
-    """Return the first line that is not blank, with its number, and the next one, None at the end."""
+def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]:
+    """Return the first lines that are not blank, with their numbers."""
     with path.open(encoding=encoding) as file:
-        lines: Iterator[tuple[int, str]] = ((n, line) for n, line in enumerate(file, 1) if line.strip())
-        first = next(lines, None)
-        second = next(lines, (0, None))[1]
-    if first is None:
+        lines = list(islice(((n, line) for n, line in enumerate(file, 1) if line.strip()), MOST_HEAD_LINES))
+    if not lines:
         raise RecordError(f"{label}: the file is empty")
-    if "\0" in first[1]:
+    if any("\0" in line for _, line in lines):
         raise RecordError(f"{label}: not a text file; export it as csv")
-    return first, second
+    return lines
 
 
 def _separator(row: str, header: str) -> str | None:

@@ -1,35 +1,43 @@
 """From a file to a record: the one place that knows which reader reads which format.
 
 A further format is one reader, a function from (path, label for messages) to a `Table`, and its
-suffixes in `READERS`; columns, units, clock and checks are the same for all.
+suffixes in `READERS`; columns, units, clock, conditioning and checks are the same for all.
 """
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
-import numpy as np
-
 from mechid.errors import RecordError, did_you_mean
-from mechid.records.clock import Clock, read_clock
 from mechid.records.columns import ChosenColumn, Layout, choose_columns
 from mechid.records.csv import open_csv
-from mechid.records.health import channel_warnings, refuse_not_finite
+from mechid.records.hdf5 import open_hdf5
+from mechid.records.health import channel_warnings
+from mechid.records.matlab import open_matlab
+from mechid.records.numpy_file import open_npy, open_npz
+from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
+from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
-from mechid.records.table import FloatArray, Table, column_label
+from mechid.records.table import FloatArray, Table
+from mechid.records.tdms import open_tdms
+from mechid.records.uff import open_uff
 from mechid.units import si_unit
 
 MINIMUM_SAMPLES = 16
 
 READERS: Mapping[str, Callable[[Path, str], Table]] = {
-    ".csv": open_csv,
-    ".tsv": open_csv,
-    ".txt": open_csv,
-    ".dat": open_csv,
-    ".asc": open_csv,
+    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp"), open_csv),
+    **dict.fromkeys((".mat",), open_matlab),
+    **dict.fromkeys((".h5", ".hdf5", ".hdf"), open_hdf5),
+    **dict.fromkeys((".tdms",), open_tdms),
+    **dict.fromkeys((".uff", ".unv", ".u58"), open_uff),
+    **dict.fromkeys((".parquet", ".pq"), open_parquet),
+    ".npy": open_npy,
+    ".npz": open_npz,
 }
 """Reader by suffix, in lower case."""
 
@@ -49,14 +57,33 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     RecordError
         The file is missing or cannot be used; one line with file, line and remedy.
     """
-    _refuse_missing(path, spec.path)
+    with _readable(spec.path):
+        return _record(path, spec, open_table(path, spec.path))
+
+
+def open_table(path: Path, label: str) -> Table:
+    """Return the columns of any file that a reader reads; `label` is what messages call it.
+
+    Raises
+    ------
+    RecordError
+        The file is missing, of an unknown format, or cannot be read.
+    """
+    _refuse_missing(path, label)
+    with _readable(label):
+        return _reader(path, label)(path, label)
+
+
+@contextmanager
+def _readable(label: str) -> Iterator[None]:
     try:
-        table = _reader(path, spec.path)(path, spec.path)
-        return _record(path, spec, table)
+        yield
     except OSError as error:
-        raise RecordError(f"{spec.path}: cannot be read: {error.strerror}") from error
+        raise RecordError(f"{label}: cannot be read: {error.strerror or error}") from error
     except UnicodeDecodeError as error:
-        raise RecordError(f"{spec.path}: is not the {error.encoding} text that it says it is") from error
+        raise RecordError(f"{label}: is not the {error.encoding} text that it says it is") from error
+    except MemoryError as error:
+        raise RecordError(f"{label}: does not fit into memory; read a part of it with window_s") from error
 
 
 def _refuse_missing(path: Path, label: str) -> None:
@@ -76,54 +103,41 @@ def _reader(path: Path, label: str) -> Callable[[Path, str], Table]:
 
 def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     layout = choose_columns(table, spec)
-    arrays = table.read([column.index for column in layout.chosen])
-    if arrays[0].size < MINIMUM_SAMPLES:
-        raise table.error(f"{arrays[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
-    clock = _clock(table, layout, arrays, spec.sample_rate_hz)
-    columns = zip(layout.channels, arrays[-len(layout.channels) :], strict=True)
-    channels = tuple(_channel(table, column, data) for column, data in columns)
+    samples = sample(table, layout, spec)
+    if samples.data[0].size < MINIMUM_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    pairs = zip(layout.channels, samples.data, strict=True)
+    channels = tuple(_channel(table, column, data) for column, data in pairs)
     return Record(
         name=spec.name,
         path=path,
         digest=_digest(path),
-        time_start_s=clock.start_s,
-        sample_rate_hz=clock.rate_hz,
+        time_start_s=samples.clock.start_s,
+        sample_rate_hz=samples.clock.rate_hz,
         channels=channels,
         warnings=_warnings(table, layout, channels),
+        start_time=table.columns[layout.channels[0].index].start_time,
+        metadata=table.metadata,
+        treatments=samples.treatments,
     )
 
 
-def _clock(table: Table, layout: Layout, arrays: list[FloatArray], rate_hz: float | None) -> Clock:
-    """Return the clock of the time column, else the one that the campaign gives."""
-    if layout.time is not None:
-        return read_clock(table, _scaled(table, layout.time, arrays[0]), rate_hz)
-    if rate_hz is None:
-        raise table.error("no time column; give sample_rate_hz")
-    return Clock(0.0, rate_hz)
-
-
-def _channel(table: Table, column: ChosenColumn, data: FloatArray) -> Channel:
+def _channel(table: Table, chosen: ChosenColumn, data: FloatArray) -> Channel:
+    column = table.columns[chosen.index]
     return Channel(
-        quantity=column.quantity,
-        unit=si_unit(column.quantity),
-        data=_scaled(table, column, data),
-        role=column.role,
-        column=table.columns[column.index] or str(column.index),
+        quantity=chosen.quantity,
+        unit=si_unit(chosen.quantity),
+        data=data,
+        role=chosen.role,
+        column=column.key or str(chosen.index),
+        metadata=column.metadata,
     )
-
-
-def _scaled(table: Table, column: ChosenColumn, data: FloatArray) -> FloatArray:
-    """Return the column's samples in SI, shape (N,), contiguous, finite."""
-    refuse_not_finite(table, data, column_label(table.columns, column.index))
-    scaled = np.array(data, dtype=np.float64, order="C")
-    if column.scale != 1.0:
-        scaled *= column.scale
-    return scaled
 
 
 def _warnings(table: Table, layout: Layout, channels: tuple[Channel, ...]) -> tuple[str, ...]:
     units = [str(table.error(column.warning)) for column in layout.chosen if column.warning]
-    return (*units, *(line for channel in channels for line in channel_warnings(table, channel)))
+    health = [line for channel in channels for line in channel_warnings(table, channel)]
+    return (*table.warnings, *units, *health)
 
 
 def _digest(path: Path) -> str:

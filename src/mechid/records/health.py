@@ -14,11 +14,11 @@ CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
 
 
-def refuse_not_finite(table: Table, data: FloatArray, label: str) -> None:
-    """Raise RecordError at the first NaN or infinity of `data`, shape (N,)."""
+def refuse_not_finite(table: Table, data: FloatArray, label: str, first: int = 0) -> None:
+    """Raise RecordError at the first NaN or infinity of `data`, shape (N,), whose first row in the file is `first`."""
     rows = np.flatnonzero(~np.isfinite(data))
     if rows.size:
-        raise table.error(f"{label}: {data[rows[0]]} is not a finite number", int(rows[0]))
+        raise table.error(f"{label}: {data[rows[0]]} is not a finite number", first + int(rows[0]))
 
 
 def channel_warnings(table: Table, channel: Channel) -> list[str]:

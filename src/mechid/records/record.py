@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,8 @@ class Channel:
         Output or input.
     column : str
         The column it was read from, as its header names it.
+    metadata : Mapping
+        What the file says of it: serial number, sensitivity, ...
     """
 
     quantity: str
@@ -36,6 +39,7 @@ class Channel:
     data: NDArray[np.float64]
     role: Role
     column: str
+    metadata: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,6 +62,12 @@ class Record:
         All of the same length, in the order of the campaign.
     warnings : tuple of str
         What is odd about the file and yet usable, one line each.
+    start_time : str or None
+        Date and time of the first sample of the file, ISO 8601, where the file tells.
+    metadata : Mapping
+        What else the file says of itself.
+    treatments : tuple of Mapping
+        What conditioning did to the samples, in order: ``step``, ``text``, and its figures.
     """
 
     name: str
@@ -67,6 +77,24 @@ class Record:
     sample_rate_hz: float
     channels: tuple[Channel, ...]
     warnings: tuple[str, ...] = ()
+    start_time: str | None = None
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+    treatments: tuple[Mapping[str, Any], ...] = ()
+
+    @property
+    def provenance(self) -> dict[str, Any]:
+        """Where the samples come from and what was done to them, of plain types.
+
+        Metadata of the file's other arrays, whose keys are paths, are left out.
+        """
+        return {
+            "file": self.path.name,
+            "sha256": self.digest,
+            "start_time": self.start_time,
+            "metadata": {key: value for key, value in self.metadata.items() if "/" not in key},
+            "channels": {c.quantity: {"column": c.column, "metadata": dict(c.metadata)} for c in self.channels},
+            "conditioning": [dict(treatment) for treatment in self.treatments],
+        }
 
     @property
     def samples(self) -> int:

@@ -2,26 +2,104 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import RecordError
+from mechid.units import split_header
 
 FloatArray = NDArray[np.float64]
+Fact = str | int | float
+"""A serial number, a sensitivity, a start time: one entry of a file's metadata."""
+Metadata = Mapping[str, Fact]
+ALL = slice(None)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Time of the first sample in s, and sample rate in Hz."""
+
+    start_s: float
+    rate_hz: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Column:
+    """One series of numbers in a file, as the file's head describes it.
+
+    Parameters
+    ----------
+    name : str
+        As the file has it, perhaps with its unit; empty where it has none.
+    path : str
+        What it is called among all columns, as ``"group/channel"``; the name where left out.
+    unit : str or None
+        The unit that the file states apart from the name.
+    samples : int or None
+        Their number; None where only reading tells.
+    clock : Clock or None
+        The regular clock that the file gives this column.
+    start_time : str or None
+        Date and time of the first sample, ISO 8601.
+    whole : bool
+        Whether the numbers are stored as integers: perhaps raw counts.
+    fault : str or None
+        Why it cannot be a channel, as ``"complex numbers"``.
+    metadata : Mapping
+        What else the file says of it.
+    """
+
+    name: str = ""
+    path: str = ""
+    unit: str | None = None
+    samples: int | None = None
+    clock: Clock | None = None
+    start_time: str | None = None
+    whole: bool = False
+    fault: str | None = None
+    metadata: Metadata = field(default_factory=dict)
+
+    @property
+    def key(self) -> str:
+        """What it is called among all columns."""
+        return self.path or self.name
+
+    @property
+    def bare_name(self) -> str:
+        """The name without the unit that may stand in it."""
+        return split_header(self.name)[0]
+
+    @property
+    def stated_unit(self) -> str | None:
+        """The unit that the file states, apart from the name or in it."""
+        return self.unit or split_header(self.name)[1]
 
 
 class Table(Protocol):
     """An opened file: its head is known, its samples are read on demand."""
 
     @property
-    def columns(self) -> tuple[str, ...]:
-        """Headers from left to right, units included; empty texts where the file has none."""
+    def columns(self) -> tuple[Column, ...]:
+        """The columns in the order of the file."""
 
-    def read(self, wanted: Sequence[int]) -> list[FloatArray]:
-        """Return the `wanted` columns, each of shape (N,) in the file's own unit, perhaps strided.
+    @property
+    def is_ordered(self) -> bool:
+        """Whether place means something: without other word the time is the first column, torque the second."""
+
+    @property
+    def metadata(self) -> Metadata:
+        """What the file says of itself."""
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is odd about the file and yet usable."""
+
+    def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
+        """Return `rows` of the `wanted` columns, each of shape (N,) in the file's own unit, perhaps strided.
 
         Raises
         ------
@@ -33,6 +111,6 @@ class Table(Protocol):
         """Make the error that says file, place of sample `row` (None: of the head) and `message`."""
 
 
-def column_label(columns: Sequence[str], index: int) -> str:
-    """Return how messages call a column: by its header, or by its index from 0 where it has none."""
-    return f'column "{columns[index]}"' if columns[index] else f"column {index}"
+def column_label(columns: Sequence[Column], index: int) -> str:
+    """Return how messages call a column: by its name, or by its index from 0 where it has none."""
+    return f'column "{columns[index].key}"' if columns[index].key else f"column {index}"

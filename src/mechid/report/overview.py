@@ -14,6 +14,7 @@ from mechid.command import Command, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record
+from mechid.report.channels import channel_rows, print_channels
 from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
@@ -49,6 +50,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "validated": len(campaign.validated),
         "free": [parameter.name for parameter in campaign.free],
         "records": [_record(record) for record in campaign.records],
+        "channels": channel_rows(record.data for record in campaign.records),
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
         + [_parameter(q, None) for record in campaign.records for q in record.parameters if q.is_free],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
@@ -66,6 +68,8 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
         for line in record["lines"]:
             say(console, f"  {line}")
     console.print()
+    if data["channels"]:
+        print_channels(console, data["channels"])
     print_table(console, COLUMNS, data["parameters"])
     for row in data["parameters"]:
         if row["tied_to"]:
@@ -130,6 +134,8 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "torque_max": float(torque.max()),
         "torque_rms": math.sqrt(float(np.mean(torque**2))),
         "noise_sigma": noise_floor(torque, data.sample_rate_hz),
+        "start_time": data.start_time,
+        "conditioning": [treatment["text"] for treatment in data.treatments],
     }
 
 
@@ -146,6 +152,8 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         *lines,
         f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
         f"torque {low} to {high} N m, RMS {rms} N m, noise floor {noise} N m",
+        *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
+        *(f"conditioned: {line}" for line in data["conditioning"]),
     ]
 
 

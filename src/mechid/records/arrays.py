@@ -1,0 +1,164 @@
+"""Files that hold arrays: each one-dimensional series in them is a column, read when it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import RecordError
+from mechid.records.foreign import parsing
+from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
+
+Index = tuple[int | slice, ...]
+Load = Callable[[Index], Any]
+MOST_SERIES = 256
+"""So many series may stand side by side in one array; more is a matrix and no record."""
+LARGEST_EXACT = 2**53
+
+
+@dataclass(frozen=True, kw_only=True)
+class Item:
+    """One array in a file.
+
+    Parameters
+    ----------
+    column : Column
+        What is known of it but for its length and kind of numbers.
+    shape : tuple of int
+        A vector, or several side by side: the longest axis is that of the samples.
+    dtype : dtype
+        Of its numbers.
+    load : callable
+        Returns the part of the array at an index, as ``array[index]`` would.
+    """
+
+    column: Column
+    shape: tuple[int, ...] = ()
+    dtype: np.dtype[Any] = field(default_factory=lambda: np.dtype(float))
+    load: Load = np.empty(0).__getitem__
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArrayTable:
+    """A file of arrays whose head has been read."""
+
+    label: str
+    kind: str
+    columns: tuple[Column, ...]
+    series: tuple[tuple[Load, int, Index], ...]
+    """How each column is loaded: the array, the axis of its samples, and the index of its first sample."""
+    metadata: Metadata
+    is_ordered: bool = False
+    warnings: tuple[str, ...] = ()
+
+    def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
+        """Return `rows` of the `wanted` columns, each of shape (N,), in the file's own units."""
+        return [self._one(index, rows) for index in wanted]
+
+    def error(self, message: str, row: int | None = None) -> RecordError:
+        """Make the error that says file, sample (from 0) and `message`."""
+        return RecordError(f"{self.label}:{'' if row is None else f' sample {row}:'} {message}")
+
+    def _one(self, index: int, rows: slice) -> FloatArray:
+        column, (load, axis, first) = self.columns[index], self.series[index]
+        if column.fault:
+            raise self.error(f"{column_label(self.columns, index)}: {column.fault}")
+        with parsing(self.label, self.kind):
+            part = np.asarray(load((*first[:axis], rows, *first[axis + 1 :])))
+        expected = len(range(column.samples or 0)[rows])
+        if part.shape != (expected,):
+            label = column_label(self.columns, index)
+            raise self.error(f"{label}: {part.size} samples where its head promises {expected}; is the file whole?")
+        return self._numbers(part, index)
+
+    def _numbers(self, part: NDArray[Any], index: int) -> FloatArray:
+        """Return the samples as float64; dates as seconds since the column's first."""
+        if part.dtype.kind == "M":
+            load, _, first = self.series[index]
+            return np.asarray((part - np.asarray(load(first))) / np.timedelta64(1, "ns") * 1e-9, dtype=np.float64)
+        long = part.dtype.kind in "iu" and part.dtype.itemsize == 8 and part.size
+        if long and max(abs(int(part.min())), abs(int(part.max()))) > LARGEST_EXACT:
+            label = column_label(self.columns, index)
+            raise self.error(f"{label}: whole numbers beyond 2^53, which have no exact float64")
+        return part.astype(np.float64, copy=False)
+
+
+def array_table(
+    label: str,
+    kind: str,
+    items: Iterable[Item],
+    metadata: Metadata,
+    *,
+    is_ordered: bool = False,
+    warnings: tuple[str, ...] = (),
+) -> ArrayTable:
+    """Return the table of all series in `items`.
+
+    Raises
+    ------
+    RecordError
+        There is no array at all.
+    """
+    found = [pair for item in items for pair in _columns(item)]
+    if not found:
+        raise RecordError(f"{label}: holds no array of numbers")
+    columns, series = zip(*found, strict=True)
+    return ArrayTable(
+        label=label,
+        kind=kind,
+        columns=columns,
+        series=series,
+        metadata=metadata,
+        is_ordered=is_ordered,
+        warnings=warnings,
+    )
+
+
+def _columns(item: Item) -> Iterator[tuple[Column, tuple[Load, int, Index]]]:
+    """Yield a column for each series of an array, with how it is loaded."""
+    fault = item.column.fault or _fault(item.dtype, item.shape)
+    if fault:
+        yield replace(item.column, fault=fault), (item.load, 0, ())
+        return
+    axis = int(np.argmax(item.shape))
+    column = replace(item.column, samples=item.shape[axis], whole=item.dtype.kind in "iub")
+    others = [k for k, size in enumerate(item.shape) if k != axis and size > 1]
+    for place in range(item.shape[others[0]] if others else 1):
+        first: Index = tuple(place if [k] == others else 0 for k in range(len(item.shape)))
+        path = f"{column.key}/{place}" if others else column.path
+        yield replace(column, path=path), (item.load, axis, first)
+
+
+def _fault(dtype: np.dtype[Any], shape: tuple[int, ...]) -> str | None:
+    long = sorted(size for size in shape if size > 1)
+    if dtype.kind == "c":
+        return "complex numbers; a record needs real ones"
+    if dtype.kind not in "fiubM":
+        return f"no numbers ({dtype})"
+    if not shape or 0 in shape:
+        return "it is empty"
+    sizes = " x ".join(map(str, shape))
+    if len(long) > 2:
+        return f"{sizes} values; a channel has one dimension"
+    if len(long) == 2 and (long[0] == long[1] or long[0] > MOST_SERIES):
+        return f"{sizes} values; a matrix is no channel"
+    return None
+
+
+def fact(value: Any) -> str | int | float | None:
+    """Return a value of a file's metadata as text or number; None where it is neither."""
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", errors="replace")
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.item()
+    if isinstance(value, np.generic):
+        value = str(value) if value.dtype.kind in "Mm" else value.item()
+    if isinstance(value, bytes):
+        value = value.decode("utf-8", errors="replace")
+    if isinstance(value, str):
+        return value.strip("\0 ") or None
+    return value if isinstance(value, int | float) else None

@@ -1,0 +1,181 @@
+"""What the campaign has done to the samples before they count as measured; each step leaves its figures."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mechid.records.columns import Layout
+from mechid.records.gaps import bridge, missing_runs
+from mechid.records.spec import Conditioning
+from mechid.records.table import Clock, FloatArray, Table, column_label
+from mechid.signal.decimation import PASS, anti_alias_filter, decimate
+
+Treatment = Mapping[str, Any]
+"""One thing that was done to the samples: ``step``, ``text``, and its figures."""
+TOLD_GAPS = 8
+EDGE = 1e-6
+"""Share of a sample interval by which a sample may miss a window's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples on the way to a record.
+
+    Parameters
+    ----------
+    clock : Clock
+    data : tuple of ndarray
+        One of shape (N,) for each channel of the layout, in SI.
+    treatments : tuple of Treatment
+    """
+
+    clock: Clock
+    data: tuple[FloatArray, ...]
+    treatments: tuple[Treatment, ...] = ()
+
+    def times(self, start_s: float, stop_s: float) -> slice:
+        """Return the samples from `start_s` to `stop_s` of record time, both included."""
+        first, last = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
+        return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
+
+    def after(self, step: str, text: str, data: tuple[FloatArray, ...], **figures: object) -> Samples:
+        """Return the samples after a treatment, with its record."""
+        return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
+
+
+Step = Callable[[Table, Layout, Conditioning, Samples], Samples]
+
+
+def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Take samples that are on a regular clock through all further steps.
+
+    Raises
+    ------
+    RecordError
+        Samples are missing for too long, or a step cannot be done.
+    """
+    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _zeroed, _windowed, _decimated)
+    for step in steps:
+        samples = step(table, layout, how, samples)
+    return samples
+
+
+def limited(layout: Layout, how: Conditioning, data: Sequence[FloatArray]) -> list[Treatment]:
+    """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
+    told: list[Treatment] = []
+    for column, values in zip(layout.channels, data, strict=True):
+        if column.quantity not in how.limits:
+            continue
+        low, high = how.limits[column.quantity]
+        beyond = (values <= low) | (values >= high)
+        count = int(np.count_nonzero(beyond))
+        values[beyond] = np.nan
+        text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} taken as missing"
+        told.append(
+            {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
+        )
+    return told
+
+
+def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Drop what neither window nor quiet stretches need: its faults do not matter."""
+    return samples if how.needed_s is None else _cut(table, samples, *how.needed_s)
+
+
+def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Samples:
+    rows = samples.times(start_s, stop_s)
+    data = tuple(np.ascontiguousarray(values[rows]) for values in samples.data)
+    if data[0].size < 2:
+        whole = samples.clock.start_s + (samples.data[0].size - 1) / samples.clock.rate_hz
+        raise table.error(
+            f"no samples from {start_s:.9g} s to {stop_s:.9g} s; it goes from {samples.clock.start_s:.9g} s "
+            f"to {whole:.9g} s"
+        )
+    start = samples.clock.start_s + rows.start / samples.clock.rate_hz
+    return replace(samples, clock=replace(samples.clock, start_s=start), data=data)
+
+
+def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Bridge missing samples; refuse gaps that are too long, or at an end."""
+    for column, values in zip(layout.channels, samples.data, strict=True):
+        runs = missing_runs(values)
+        if not runs.size:
+            continue
+        label = column_label(table.columns, column.index)
+        lengths = (runs[:, 1] - runs[:, 0]) / samples.clock.rate_hz
+        starts = samples.clock.start_s + runs[:, 0] / samples.clock.rate_hz
+        longest = int(np.argmax(lengths))
+        where = f"{label}: {int(runs[longest, 1] - runs[longest, 0])} samples missing from {starts[longest]:.9g} s on"
+        if how.max_gap_s is None:
+            raise table.error(f"{where}; max_gap_s = ... allows to bridge them, window_s to leave them out")
+        if lengths[longest] > how.max_gap_s * (1.0 + EDGE):
+            raise table.error(
+                f"{where}, {lengths[longest]:.4g} s, longer than max_gap_s = {how.max_gap_s:.9g}; leave them out "
+                "with window_s"
+            )
+        if runs[0, 0] == 0 or runs[-1, 1] == values.size:
+            raise table.error(f"{label}: begins or ends with missing samples; leave them out with window_s")
+        bridge(values)
+        count = int(np.sum(runs[:, 1] - runs[:, 0]))
+        text = (
+            f"{column.quantity}: {count} missing samples in {len(runs)} gaps bridged by straight lines, the longest "
+            f"{lengths[longest]:.4g} s from {starts[longest]:.9g} s"
+        )
+        samples = samples.after(
+            "gaps", text, samples.data, channel=column.quantity, samples=count, gaps=len(runs),
+            longest_s=float(lengths[longest]), first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
+        )  # fmt: skip
+    return samples
+
+
+def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Subtract the line through the quiet stretches; a single stretch gives a constant."""
+    for column, values in zip(layout.channels, samples.data, strict=True):
+        stretches = how.quiet_s.get(column.quantity, ())
+        if not stretches:
+            continue
+        parts = [samples.times(*stretch) for stretch in stretches]
+        time = np.concatenate([np.arange(values.size)[part] for part in parts]) / samples.clock.rate_hz
+        quiet = np.concatenate([values[part] for part in parts])
+        if any(values[part].size < 2 for part in parts):
+            raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
+        drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
+        np.subtract(values, offset + drift * np.arange(values.size) / samples.clock.rate_hz, out=values)
+        at = f"{samples.clock.start_s:.9g} s"
+        text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted"
+        samples = samples.after(
+            "quiet", text, samples.data, channel=column.quantity, stretches_s=[list(stretch) for stretch in stretches],
+            offset=float(offset), drift=float(drift), at_s=samples.clock.start_s, quiet_samples=int(quiet.size),
+        )  # fmt: skip
+    return samples
+
+
+def _windowed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    if how.window_s is None:
+        return samples
+    cut = _cut(table, samples, *how.window_s)
+    text = f"{how.window_s[0]:.9g} s to {how.window_s[1]:.9g} s of the record used"
+    return cut.after("window", text, cut.data, window_s=list(how.window_s))
+
+
+def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Decimate all channels behind the same filter, so that they keep their times."""
+    if how.decimate == 1:
+        return samples
+    taps = anti_alias_filter(how.decimate).size
+    if samples.data[0].size <= taps:
+        raise table.error(f"{samples.data[0].size} samples are too few to decimate by {how.decimate}")
+    rate, before = samples.clock.rate_hz / how.decimate, samples.clock.rate_hz
+    data = tuple(decimate(values, how.decimate) for values in samples.data)
+    passed = 0.5 * PASS * rate
+    text = (
+        f"decimated by {how.decimate} from {before:.9g} Hz to {rate:.9g} Hz: low-pass of {taps} taps, flat to "
+        f"{passed:.6g} Hz; what the mechanism does above is in the model and no longer in the record"
+    )
+    done = samples.after("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
+    return replace(done, clock=replace(samples.clock, rate_hz=rate))

@@ -1,0 +1,65 @@
+"""The reader of NumPy's own files: .npy, mapped and not loaded, and .npz."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.lib import format as npy
+
+from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
+from mechid.records.foreign import parsing
+from mechid.records.table import Column, Fact
+
+HEADERS = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}
+
+
+def open_npy(path: Path, label: str) -> ArrayTable:
+    """Read the head of the .npy file at `path`: one array, or one with a field for each channel."""
+    with parsing(label, "an .npy file"):
+        array = np.load(path, mmap_mode="r", allow_pickle=False)
+    names = array.dtype.names
+    items = [_item(name, array[name]) for name in names] if names else [_item("", array)]
+    return array_table(label, "an .npy file", items, {}, is_ordered=True)
+
+
+def open_npz(path: Path, label: str) -> ArrayTable:
+    """Read the heads of the arrays in the .npz file at `path`; those of one number are metadata."""
+    items: list[Item] = []
+    metadata: dict[str, Fact] = {}
+    with parsing(label, "an .npz file"):
+        for name, shape, dtype in _members(path):
+            found = fact(_load(path, name)[()]) if not shape and dtype.kind in "fiubU" else None
+            if found is not None:
+                metadata[name] = found
+            else:
+                items.append(_lazy_item(path, name, shape, dtype))
+    return array_table(label, "an .npz file", items, metadata)
+
+
+def _item(name: str, array: np.ndarray[Any, Any]) -> Item:
+    return Item(column=Column(name=name), shape=array.shape, dtype=array.dtype, load=array.__getitem__)
+
+
+def _lazy_item(path: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Item:
+    def load(index: Index) -> Any:
+        return _load(path, name)[index]
+
+    return Item(column=Column(name=name), shape=shape, dtype=dtype, load=load)
+
+
+def _load(path: Path, name: str) -> np.ndarray[Any, Any]:
+    with np.load(path, allow_pickle=False) as archive:
+        return np.asarray(archive[name])
+
+
+def _members(path: Path) -> Iterator[tuple[str, tuple[int, ...], np.dtype[Any]]]:
+    """Yield name, shape and kind of numbers of each array, from its first bytes alone."""
+    with zipfile.ZipFile(path) as archive:
+        for member in archive.namelist():
+            with archive.open(member) as file:
+                shape, _, dtype = HEADERS[npy.read_magic(file)](file)
+            yield member.removesuffix(".npy"), shape, dtype

@@ -1,0 +1,75 @@
+"""The reader of Parquet files, by PyArrow: only the chosen columns, row group after row group."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
+from mechid.records.foreign import library, parsing
+from mechid.records.table import Column, Fact
+
+KIND = "a Parquet file"
+UNIT_KEYS = (b"unit", b"units")
+NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
+DATE = "timestamp["
+
+
+def open_parquet(path: Path, label: str) -> ArrayTable:
+    """Read the head of the Parquet file at `path`; units stand in the names or in a field's metadata."""
+    pq = library("pyarrow.parquet", "pyarrow", label)
+    with parsing(label, KIND), pq.ParquetFile(path) as file:
+        schema, samples = file.schema_arrow, file.metadata.num_rows
+        items = [_item(pq, path, field, samples) for field in schema]
+        facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_told(key)}
+    metadata: dict[str, Fact] = {key: value for key, value in facts.items() if value is not None}
+    return array_table(label, KIND, items, metadata, is_ordered=True)
+
+
+def _is_told(key: bytes) -> bool:
+    return key not in NOT_FOR_USERS
+
+
+def _item(pq: Any, path: Path, field: Any, samples: int) -> Item:
+    told = field.metadata or {}
+    unit = next((fact(told[key]) for key in UNIT_KEYS if key in told), None)
+    column = Column(name=field.name, unit=str(unit) if unit else None)
+
+    def load(index: Index) -> Any:
+        (rows,) = index
+        return _read(pq, path, field.name, rows)
+
+    return Item(column=column, shape=(samples,), dtype=_dtype(field.type), load=load)
+
+
+def _dtype(kind: Any) -> np.dtype[Any]:
+    """Return NumPy's type of a column; object where it holds no plain numbers."""
+    if str(kind).startswith(DATE):
+        return np.dtype("M8[ns]")
+    try:
+        found: np.dtype[Any] = np.dtype(kind.to_pandas_dtype())
+    except (NotImplementedError, TypeError):
+        found = np.dtype(object)
+    return found
+
+
+def _read(pq: Any, path: Path, name: str, rows: int | slice) -> Any:
+    """Return rows of a column; empty cells are NaN."""
+    with pq.ParquetFile(path) as file:
+        start, stop, _ = (rows if isinstance(rows, slice) else slice(rows, rows + 1)).indices(file.metadata.num_rows)
+        parts = list(_parts(file, name, start, stop))
+    found = np.concatenate(parts) if parts else np.empty(0)
+    return found if isinstance(rows, slice) else found[0]
+
+
+def _parts(file: Any, name: str, start: int, stop: int) -> Any:
+    """Yield what lies between two rows, and read no row group that does not."""
+    first = 0
+    for group in range(file.num_row_groups):
+        last = first + file.metadata.row_group(group).num_rows
+        if first < stop and last > start:
+            column = file.read_row_group(group, columns=[name]).column(0)
+            yield column.to_numpy()[max(start - first, 0) : stop - first]
+        first = last

@@ -1,0 +1,177 @@
+"""From the columns of a file to samples in SI on one regular clock, conditioned as the campaign says."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechid.errors import RecordError
+from mechid.records.clock import read_clock, refuse_not_increasing
+from mechid.records.columns import ChosenColumn, Layout, time_beside
+from mechid.records.conditioning import Samples, condition, limited
+from mechid.records.health import refuse_not_finite
+from mechid.records.spec import RecordSpec, TimeStamps
+from mechid.records.stamps import placed, resampled, resampled_clock
+from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
+
+COPIES = 2
+"""Times that a column is in memory while it is read."""
+
+
+def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
+    """Read the layout's columns and condition them.
+
+    Raises
+    ------
+    RecordError
+        The clock is no regular one, samples are missing, or a conditioning cannot be done.
+    """
+    how = spec.conditioning
+    rows = _rows(table, layout, spec)
+    _refuse_too_large(table, layout, rows)
+    arrays = table.read([column.index for column in layout.chosen], rows)
+    if rows == ALL and layout.time and how.needed_s:  # a text file, which is read whole
+        rows = _inside(arrays[0] * layout.time.scale, how.needed_s)
+        arrays = [values[rows] for values in arrays]
+    first = rows.start or 0
+    _refuse_empty(table, arrays[0])
+    channels = arrays[-len(layout.channels) :]
+    data = [
+        _scaled(table, column, values, first, finite=how.max_gap_s is None)
+        for column, values in zip(layout.channels, channels, strict=True)
+    ]
+    treatments = limited(layout, how, data)
+    samples = _clocked(table, layout, spec, arrays, data, first)
+    samples = replace(samples, treatments=(*treatments, *samples.treatments))
+    return condition(table, layout, how, samples)
+
+
+@dataclass(frozen=True)
+class Sampling:
+    """How a column is sampled: clock and number of samples as far as they are known, and why they are not."""
+
+    clock: Clock | None = None
+    samples: int | None = None
+    fault: str | None = None
+
+
+def samplings(table: Table) -> list[Sampling]:
+    """Return how each column of a file is sampled: by its own clock, else by the time column beside it."""
+    by_time: dict[int, Sampling] = {}
+    found = []
+    for index, column in enumerate(table.columns):
+        time = None if column.fault or column.clock else time_beside(table, index)
+        if time is None:
+            found.append(Sampling(column.clock, column.samples))
+            continue
+        if time.index not in by_time:
+            by_time[time.index] = _stamped(table, time)
+        found.append(by_time[time.index])
+    return found
+
+
+def _stamped(table: Table, time: ChosenColumn) -> Sampling:
+    samples = table.columns[time.index].samples
+    try:
+        stamps = _scaled(table, time, table.read([time.index])[0], 0, finite=True)
+        samples = stamps.size
+        return Sampling(read_clock(table, stamps), samples)
+    except RecordError as error:
+        return Sampling(None, samples, str(error))
+
+
+def _refuse_empty(table: Table, data: FloatArray) -> None:
+    if data.size < 2:
+        raise table.error(f"{data.size} samples in it, or in its window_s; a record needs 16 at least")
+
+
+def _refuse_too_large(table: Table, layout: Layout, rows: slice) -> None:
+    """Refuse what cannot be in memory at once, before the machine stands still."""
+    samples = len(range(table.columns[layout.channels[0].index].samples or 0)[rows])
+    needed = 8 * COPIES * samples * len(layout.chosen)
+    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
+    if needed > there:
+        raise table.error(
+            f"{samples} samples of {len(layout.chosen)} columns need {needed / 2**30:.3g} GiB of memory, there are "
+            f"{there / 2**30:.3g} GiB; read a part with window_s"
+        )
+
+
+def _rows(table: Table, layout: Layout, spec: RecordSpec) -> slice:
+    """Return the rows that a window needs, where the file can be read in part and they can be told."""
+    needed, samples = spec.conditioning.needed_s, table.columns[layout.channels[0].index].samples
+    if needed is None or samples is None:
+        return ALL
+    clock = layout.clock or (Clock(0.0, spec.sample_rate_hz) if spec.sample_rate_hz and not layout.time else None)
+    if clock is not None:
+        rows = Samples(clock, ()).times(*needed)
+        return slice(rows.start, min(rows.stop, samples))
+    if layout.time is None:
+        return ALL
+    return _inside(table.read([layout.time.index])[0] * layout.time.scale, needed)
+
+
+def _inside(time: FloatArray, needed_s: tuple[float, float]) -> slice:
+    """Return the rows from the first to the last stamp, in s, that is needed."""
+    inside = np.flatnonzero((time >= needed_s[0]) & (time <= needed_s[1]))
+    return slice(int(inside[0]), int(inside[-1]) + 1) if inside.size else slice(0, 0)
+
+
+def _scaled(table: Table, column: ChosenColumn, data: FloatArray, first: int, *, finite: bool) -> FloatArray:
+    """Return the column's samples in SI, shape (N,), contiguous."""
+    if finite:
+        refuse_not_finite(table, data, column_label(table.columns, column.index), first)
+    scaled = np.array(data, dtype=np.float64, order="C")
+    if column.scale != 1.0:
+        scaled *= column.scale
+    return scaled
+
+
+def _clocked(
+    table: Table, layout: Layout, spec: RecordSpec, arrays: list[FloatArray], data: list[FloatArray], first: int
+) -> Samples:
+    """Put the samples on a regular clock."""
+    rate_hz, stamps = spec.sample_rate_hz, spec.conditioning.time_stamps
+    if layout.time is None:
+        return Samples(_known_clock(table, layout, rate_hz, first), tuple(data))
+    time = _scaled(table, layout.time, arrays[0], first, finite=True)
+    if stamps is TimeStamps.STRICT:
+        return Samples(read_clock(table, time, rate_hz, first), tuple(data))
+    refuse_not_increasing(table, time, first)
+    if stamps is TimeStamps.REGULAR:
+        return _on_nearest_clock(table, time, rate_hz, data, first)
+    clock, samples = resampled_clock(time, rate_hz)
+    steps = np.diff(time)
+    text = (
+        f"interpolated by cubic splines from samples {steps.min():.4g} s to {steps.max():.4g} s apart onto "
+        f"{clock.rate_hz:.9g} Hz"
+    )
+    spread = tuple(resampled(time, values, clock, samples) for values in data)
+    figures = {"shortest_s": float(steps.min()), "longest_s": float(steps.max()), "rate_hz": clock.rate_hz}
+    return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
+
+
+def _on_nearest_clock(
+    table: Table, time: FloatArray, rate_hz: float | None, data: list[FloatArray], first: int
+) -> Samples:
+    found = placed(table, time, rate_hz, first)
+    lost = found.samples - time.size
+    text = (
+        f"time stamps replaced by the nearest regular clock, {found.clock.rate_hz:.9g} Hz: jitter "
+        f"{found.jitter_rms_s:.3g} s RMS, {found.jitter_max_s:.3g} s at most; {lost} samples never stamped"
+    )
+    figures = {"rate_hz": found.clock.rate_hz, "jitter_rms_s": found.jitter_rms_s, "jitter_max_s": found.jitter_max_s}
+    spread = tuple(found.spread(values) for values in data)
+    return Samples(found.clock, ()).after("time_stamps", text, spread, taken="regular", lost_samples=lost, **figures)
+
+
+def _known_clock(table: Table, layout: Layout, rate_hz: float | None, first: int) -> Clock:
+    """Return the clock that file or campaign state, at the first sample read."""
+    clock = layout.clock or (Clock(0.0, rate_hz) if rate_hz else None)
+    if clock is None:
+        raise table.error("no time column; give sample_rate_hz")
+    if rate_hz is not None and abs(rate_hz / clock.rate_hz - 1.0) > 1e-6:
+        raise table.error(f"sample_rate_hz = {rate_hz:.9g} contradicts the file, which says {clock.rate_hz:.9g} Hz")
+    return replace(clock, start_s=clock.start_s + first / clock.rate_hz)

@@ -1,0 +1,101 @@
+"""The reader of National Instruments' TDMS files, by npTDMS: metadata first, a channel when it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechid.errors import RecordError
+from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
+from mechid.records.clock import whole_rate
+from mechid.records.foreign import library, parsing
+from mechid.records.table import Clock, Column, Fact
+
+KIND = "a TDMS file"
+SCALES_KNOWN = (
+    "Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI",
+)  # fmt: skip
+"""Scalings that npTDMS applies; with another one it would return raw counts without a word."""
+NO_DATE = np.datetime64("1904-01-02")
+"""TDMS counts from 1904; a start before this is none."""
+WAVEFORM = "wf_"
+
+
+def open_tdms(path: Path, label: str) -> ArrayTable:
+    """Read the head of the TDMS file at `path`; a channel's path is ``group/channel``.
+
+    The clock is that of the waveform's properties, the unit ``unit_string``; all other properties are
+    metadata. Scalings are applied.
+
+    Raises
+    ------
+    RecordError
+        The file is damaged, or its last segment is not whole.
+    """
+    nptdms = library("nptdms", "npTDMS", label)
+    with parsing(label, KIND), path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
+        _refuse_cut(file, path, label)
+        items = [_item(nptdms, path, channel) for group in file.groups() for channel in group.channels()]
+        metadata = _facts(file.properties)
+        for group in file.groups():
+            metadata |= {f"{group.name}/{key}": value for key, value in _facts(group.properties).items()}
+    return array_table(label, KIND, items, metadata)
+
+
+def _refuse_cut(file: Any, path: Path, label: str) -> None:
+    """Refuse a file whose end is missing: npTDMS reads what is there and only logs the rest."""
+    segments = file._reader._segments  # there is no public word for where the last segment ends
+    end = segments[-1].next_segment_pos if segments else 0
+    if file.file_status.incomplete_final_segment or end != path.stat().st_size:
+        raise RecordError(f"{label}: its last segment is not whole: the recording was cut off; write or copy it anew")
+
+
+def _item(nptdms: Any, path: Path, channel: Any) -> Item:
+    properties, group, name = channel.properties, channel.group_name, channel.name
+    told = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
+    unit = told.pop("unit_string", None)
+    column = Column(
+        name=name,
+        path=f"{group}/{name}",
+        unit=str(unit) if unit else None,
+        clock=_clock(properties),
+        start_time=_start_time(properties),
+        fault=_fault(properties),
+        metadata=told,
+    )
+
+    def load(index: Index) -> Any:
+        (rows,) = index
+        with path.open("rb") as opened, nptdms.TdmsFile.open(opened) as file:
+            return file[group][name][rows]
+
+    return Item(column=column, shape=(len(channel),), dtype=np.dtype(channel.dtype), load=load)
+
+
+def _clock(properties: Mapping[str, Any]) -> Clock | None:
+    """Return the clock of a waveform; None where the channel is none."""
+    interval = float(properties.get("wf_increment", 0.0))
+    if not 0.0 < interval < np.inf:
+        return None
+    return Clock(float(properties.get("wf_start_offset", 0.0)), whole_rate(1.0 / interval))
+
+
+def _start_time(properties: Mapping[str, Any]) -> str | None:
+    start = properties.get("wf_start_time")
+    return str(start) if isinstance(start, np.datetime64) and start >= NO_DATE else None
+
+
+def _fault(properties: Mapping[str, Any]) -> str | None:
+    if properties.get("NI_Scaling_Status") == "scaled":
+        return None
+    kinds = [str(value) for key, value in properties.items() if key.endswith("_Scale_Type")]
+    unknown = [kind for kind in kinds if kind not in SCALES_KNOWN]
+    return f'its scaling "{unknown[0]}" is unknown; export it scaled' if unknown else None
+
+
+def _facts(properties: Mapping[str, Any]) -> dict[str, Fact]:
+    found = {str(key): fact(value) for key, value in properties.items()}
+    return {key: value for key, value in found.items() if value is not None}
