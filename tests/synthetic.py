@@ -37,6 +37,11 @@ def truth(changes: Mapping[str, float] | None = None) -> Mechanism:
     return catalogue_mechanism().with_values({**TRUTH, **(changes or {})})
 
 
+def held_but(mechanism: Mechanism, *names: str) -> Mechanism:
+    """Return a mechanism in which only the parameters named are free."""
+    return mechanism.with_free(names)
+
+
 def displaced(mechanism: Mechanism, factors: Mapping[str, float]) -> Mechanism:
     """Return a mechanism with the parameters named free, each its factor away, and all others known."""
     moved = {name: mechanism.value(name) * factor for name, factor in factors.items()}

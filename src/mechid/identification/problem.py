@@ -158,25 +158,24 @@ class Problem:
         directions = None
         if jacobian:  # a time offset that is free alone needs sensitivities too
             directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
-        return self._simulator(target, stop).run(
-            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions
+        return self._simulator(target).run(
+            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop
         )
 
-    def _simulator(self, target: Target, stop: int) -> Simulator:
-        key = (target.name, stop)
-        if key not in self._simulators:
-            self._simulators[key] = Simulator(
+    def _simulator(self, target: Target) -> Simulator:
+        if target.name not in self._simulators:
+            self._simulators[target.name] = Simulator(
                 self.space.mechanism.plant,
                 target.command,
-                target.base.first(stop),
+                target.base,
                 latest_s=target.latest_s,
                 capacity=self.space.size,
             )
-        return self._simulators[key]
+        return self._simulators[target.name]
 
     @cached_property
-    def _simulators(self) -> dict[tuple[str, int], Simulator]:
-        """Step edges worked out so far, so that they are not worked out again at each evaluation."""
+    def _simulators(self) -> dict[str, Simulator]:
+        """With the step edges of every record, so that they are not worked out again at each evaluation."""
         return {}
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> FloatArray:
@@ -185,6 +184,11 @@ class Problem:
         for block in self.run(target, q, stop).blocks():
             y[block.start : block.stop] = block.y[:, 0]
         return y
+
+    def misfit(self, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
+        """Return measured minus model over a window, (n,) N m; NaN where the simulation failed."""
+        r = self.predict(target, q, window[1])[window[0] :]
+        return np.subtract(target.measured[window[0] : window[1]], r, out=r)
 
     def norm(self, target: Target, q: FloatArray, window: tuple[int, int]) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
