@@ -98,10 +98,11 @@ def record(
 
 def measured(
     mechanism: Mechanism, command: Command, rng: np.random.Generator, *, seconds=0.4, noise=NOISE_NM, rate_hz=RATE_HZ,
-    offset=0.01, drift=0.004,
+    offset=0.01, drift=0.004, time_offset_s=0.0,
 ) -> np.ndarray:  # fmt: skip
     """Return what a transducer would read: torque, white noise, an offset and a drift over the record."""
-    torque = torque_of(mechanism, command, round(seconds * rate_hz) + 1, rate_hz=rate_hz)
+    samples = round(seconds * rate_hz) + 1
+    torque = torque_of(mechanism, command, samples, rate_hz=rate_hz, time_offset_s=time_offset_s)
     return torque + noise * rng.standard_normal(torque.size) + offset + drift * np.linspace(0.0, 1.0, torque.size)
 
 
