@@ -10,7 +10,7 @@ from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
-from synthetic import COMMANDS, displaced, held_but, measured, record, truth
+from synthetic import COMMANDS, displaced, measured, record, truth
 
 FREE = {
     "stepper.coil_resistance": 1.03, "stepper.detent.1.amplitude": 1.1, "stepper.detent.1.phase_deg": 1.05,
@@ -33,7 +33,7 @@ def problem():
         record("micro_46", made["micro_46"], COMMANDS["micro_46"], drift=False),
         record("micro_92", made["micro_92"], COMMANDS["micro_92"], offset=False),
     )
-    space = SearchSpace(displaced(held_but(truth(), *FREE), FREE))
+    space = SearchSpace(displaced(truth(), FREE))
     return Problem(space, tuple(map(target_of, records)))
 
 
@@ -43,7 +43,7 @@ def dense(problem, target, q, window):
     chain = space.kernel_jacobian(own)
     moved = np.flatnonzero(np.any(chain != 0.0, axis=1))
     lanes = [(int(i),) for i in moved]
-    simulator = Simulator(space.mechanism.plant, target.command, target.base, lanes, target.latest_s, len(SENSITIVE))
+    simulator = Simulator(space.mechanism.plant, target.command, target.base, lanes, DELAY["max"], len(SENSITIVE))
     offset = problem.time_offset(target, q)
     run = simulate_run(simulator.run(space.kernel(own), time_offset_s=offset, substeps=problem.substeps))
     J = np.zeros((target.samples, problem.size))
@@ -148,7 +148,7 @@ def test_a_detent_beyond_its_disc_goes_on_by_amplitude_and_phase(problem):
 
 def test_what_stands_on_a_bound_is_known():
     """Truth: the bounds of the file; a detent's is the circle of its amplitude, an angle's there is none."""
-    mechanism = held_but(truth(), *FREE)
+    mechanism = truth().with_free(tuple(FREE))
     rng = np.random.default_rng(3)
     target = target_of(
         record("full_46", measured(mechanism, COMMANDS["full_46"], rng, seconds=0.1), COMMANDS["full_46"])

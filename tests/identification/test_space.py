@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.identification.space import SearchSpace
-from synthetic import bounded, held_but, truth
+from synthetic import bounded, truth
 
 FIRST, SECOND = "stepper.detent.0.amplitude", "stepper.detent.1.amplitude"
 PHASE = "stepper.detent.1.phase_deg"
@@ -18,9 +18,9 @@ SPACES = {
     "one polar": SearchSpace(truth(), frozenset({SECOND})),
     "narrow phase": SearchSpace(bounded(truth(), PHASE, min=-170.0, max=-20.0)),
     "amplitude off zero": SearchSpace(bounded(truth(), SECOND, min=0.001)),
-    "static alone": SearchSpace(held_but(truth(), STATIC)),
-    "coulomb alone": SearchSpace(held_but(truth(), COULOMB)),
-    "phase alone": SearchSpace(held_but(truth(), PHASE)),
+    "static alone": SearchSpace(truth().with_free((STATIC,))),
+    "coulomb alone": SearchSpace(truth().with_free((COULOMB,))),
+    "phase alone": SearchSpace(truth().with_free((PHASE,))),
 }
 
 
@@ -116,7 +116,7 @@ def test_no_point_within_the_bounds_leaves_those_of_the_file(space):
 
 def test_what_lies_outside_is_brought_to_the_nearest_bound():
     """Truth: the bounds of the file, 300 and 5000 N m/rad, in logarithms."""
-    space = SearchSpace(held_but(truth(), "gear.stiffness"))
+    space = SearchSpace(truth().with_free(("gear.stiffness",)))
     assert space.values(space.clip(np.array([math.log(10.0)]))) == pytest.approx({"gear.stiffness": 300.0}, rel=1e-14)
     assert space.from_values({"gear.stiffness": 1e9})[0] == math.log(5000.0)
 
@@ -157,7 +157,7 @@ def test_static_friction_follows_coulomb_until_its_limit():
 
 def test_parameters_that_are_tied_move_with_their_master():
     """Truth: the file leaves k_v out, so k_v = k_m in SI units, and so is its derivative to log k_m."""
-    space = SearchSpace(held_but(truth(), "stepper.torque_constant"))
+    space = SearchSpace(truth().with_free(("stepper.torque_constant",)))
     order = [str(s) for s in space.mechanism.plant.parameters]
     q = np.array([math.log(0.3)])
     for vector in (space.kernel(q), space.kernel_jacobian(q)[:, 0]):

@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import Command
+from mechid.command import Command, Excitation
 from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
@@ -35,6 +35,8 @@ class Target:
         Torque in N m.
     base : TimeBase
     command : Command
+    excitation : Excitation
+        Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
     sigma : float
         Standard deviation of its noise, N m.
     linear : int
@@ -49,6 +51,7 @@ class Target:
     measured: FloatArray
     base: TimeBase
     command: Command
+    excitation: Excitation
     sigma: float
     linear: int = 2
     time_offset_s: float = 0.0
@@ -58,11 +61,6 @@ class Target:
     def samples(self) -> int:
         """Number of samples."""
         return self.base.samples
-
-    @property
-    def latest_s(self) -> float:
-        """Largest |time offset| in reach, s."""
-        return max(map(abs, self.time_offset_bounds or (self.time_offset_s,)))
 
 
 Windows = Mapping[str, tuple[int, int]]
@@ -168,14 +166,14 @@ class Problem:
                 self.space.mechanism.plant,
                 target.command,
                 target.base,
-                latest_s=target.latest_s,
                 capacity=self.space.size,
+                known_edges=target.excitation,
             )
         return self._simulators[target.name]
 
     @cached_property
     def _simulators(self) -> dict[str, Simulator]:
-        """With the step edges of every record, so that they are not worked out again at each evaluation."""
+        """One a target: what it prepares for its runs serves all of them."""
         return {}
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> FloatArray:

@@ -12,7 +12,7 @@ from mechid.campaign import CampaignRecord
 from mechid.identification.fit import RecordFit
 from mechid.identification.gates import followed
 from mechid.identification.problem import Problem, Target, Windows
-from mechid.identification.target import target_of
+from mechid.identification.target import noise_sigma, target_of
 from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
-    floor = target_of(record).sigma
+    floor = noise_sigma(record)
     first, stop = windows.get(record.name, (0, target.samples))
     rms, line = _residual(problem, target, q, (first, stop))
     spread = _spread(target.measured[first:stop], line) / math.sqrt(stop - first)

@@ -78,6 +78,8 @@ class Simulator:
         The largest |time offset| that runs will ask for, s.
     capacity : int
         Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
+    known_edges : Excitation or None
+        What `excitation_over` gives, where it has been worked out already.
     """
 
     plant: Plant
@@ -86,6 +88,7 @@ class Simulator:
     sensitive: Sequence[tuple[int, ...]] = ()
     latest_s: float = 0.0
     capacity: int = 0
+    known_edges: Excitation | None = None
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -95,8 +98,7 @@ class Simulator:
     @cached_property
     def excitation(self) -> Excitation:
         """All step edges any run of this simulator can meet."""
-        end = self.base.start_s + self.base.samples * self.base.interval_s
-        return self.command.excitation(max(end + self.latest_s, 0.0))
+        return self.known_edges or excitation_over(self.command, self.base, self.latest_s)
 
     @cached_property
     def _edge_values(self) -> FloatArray:
@@ -229,6 +231,12 @@ class Run:
             table[:, 4].copy(),
             table[:, 5 : 5 + n].copy(),
         )
+
+
+def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:
+    """Return all step edges of a record that may be up to `latest_s` early or late."""
+    end = base.start_s + base.samples * base.interval_s
+    return command.excitation(max(end + latest_s, 0.0))
 
 
 def simulate_run(run: Run) -> Trajectory:
