@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from mechid.signal.autoregression import autocovariance, fit_autoregression
+from mechid.signal.autoregression import BLOCK, autocovariance, fit_autoregression
 
 A1, A2, SIGMA = -1.5, 0.8, 0.3
 """r_k - 1.5 r_(k-1) + 0.8 r_(k-2) = e_k: poles at radius 0.894 and 33 deg, a resonance."""
@@ -58,13 +58,14 @@ def test_white_noise_has_no_order(seed):
     assert model.sigma == pytest.approx(0.7, rel=4.0 / np.sqrt(40_000.0))
 
 
-@pytest.mark.parametrize("samples", [1, 5, 1000])
+@pytest.mark.parametrize("samples", [1, 5, 1000, BLOCK, BLOCK + 7, 2 * BLOCK + 1])
 def test_the_autocovariance_is_the_direct_sum(samples):
-    """Truth: sum_i x_i x_(i+k) / n, element by element."""
-    x = np.random.default_rng(samples).standard_normal(samples)
-    lags = min(30, samples - 1)
-    direct = [sum(x[i] * x[i + k] for i in range(samples - k)) / samples for k in range(lags + 1)]
-    np.testing.assert_allclose(autocovariance(x, 30), direct, rtol=1e-10, atol=1e-14)
+    """Truth: sum_i (x_i - m) (x_(i+k) - m) / n, over the whole series."""
+    x = 3.0 + np.random.default_rng(samples).standard_normal(samples)
+    away = x - 3.0
+    lags = range(min(30, samples - 1) + 1)
+    direct = [np.sum(away[: samples - k] * away[k:]) / samples for k in lags]
+    np.testing.assert_allclose(autocovariance(x, 30, 3.0), direct, rtol=1e-10, atol=1e-13)
 
 
 def test_the_autocovariance_of_the_process_is_the_closed_form():
