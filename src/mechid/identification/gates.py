@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.problem import Problem, Target
 from mechid.identification.solve import solve
+from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
 Horizons = dict[str, int]
@@ -28,6 +29,8 @@ BEYOND_S = 0.08
 ROUNDS = 80
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
+BLOCK = 65536
+"""Samples looked at in one go: what is worked out on the way does not grow with the record."""
 
 
 @dataclass(frozen=True)
@@ -52,10 +55,12 @@ def floors(problem: Problem) -> Horizons:
 def _floor(target: Target) -> int:
     rate = target.base.sample_rate_hz
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    quiet = target.measured - np.median(target.measured[:least])
-    moving = np.flatnonzero(np.abs(quiet) > 8.0 * target.sigma)
-    first = int(moving[0]) + window if moving.size else target.samples
-    return min(max(least, first), target.samples)
+    rest = float(np.median(target.measured[:least]))
+    for start in range(0, target.samples, BLOCK):
+        moving = np.abs(target.measured[start : start + BLOCK] - rest) > 8.0 * target.sigma
+        if moving.any():
+            return min(max(least, start + int(np.argmax(moving)) + window), target.samples)
+    return target.samples
 
 
 def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: int) -> int:
@@ -66,7 +71,7 @@ def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: i
     """
     window = max(int(WINDOW_S * target.base.sample_rate_hz), 4)
     residual = np.empty(target.samples)
-    lines: list[FloatArray] = []
+    lines: list[Line] = []
     tested = 0
     for block in problem.run(target, q, target.samples).blocks():
         rows = slice(block.start, block.stop)
@@ -89,19 +94,21 @@ def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: i
     return max(min(tested, 2 * gate), floor)
 
 
-def _lines(residual: FloatArray, target: Target) -> list[FloatArray]:
-    """Return what is projected out as polynomials of the sample's number, of each degree that may be."""
-    samples = np.arange(residual.size, dtype=float)
-    fit = np.polynomial.polynomial.polyfit
-    return [fit(samples, residual, degree) for degree in range(target.linear)] or [np.zeros(1)]
+def _lines(residual: FloatArray, target: Target) -> list[Line]:
+    """Return what is projected out, without drift and with it where that may be."""
+    return [fit_line(residual, terms) for terms in range(1, target.linear + 1)] or [Line()]
 
 
-def _good_windows(residual: FloatArray, line: FloatArray, first: int, window: int) -> int:
+def _good_windows(residual: FloatArray, line: Line, first: int, window: int) -> int:
     """Return how many windows in a row, from the beginning, the model follows."""
-    values = np.polynomial.polynomial.polyval(np.arange(first, first + residual.size, dtype=float), line)
-    squares = np.mean((residual - values).reshape(-1, window) ** 2, axis=1)
-    bad = np.flatnonzero(squares > DIVERGED_AT)
-    return int(bad[0]) if bad.size else squares.size
+    step = max(BLOCK // window, 1) * window
+    for start in range(0, residual.size, step):
+        part = residual[start : start + step]
+        off = part - line.at(first + start, first + start + part.size)
+        bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > DIVERGED_AT)
+        if bad.size:
+            return start // window + int(bad[0])
+    return residual.size // window
 
 
 def followed(problem: Problem, target: Target, q: FloatArray) -> int:

@@ -13,8 +13,8 @@ from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
 
 FloatArray = NDArray[np.float64]
-REFUSED = 1e150
-"""The norm of a failed simulation: its square is still a number, and no other comes near."""
+REFUSED = 1e75
+"""The norm of a failed simulation: no other comes near, and SciPy can still square and divide it."""
 
 
 @dataclass(frozen=True)
