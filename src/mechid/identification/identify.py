@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,7 @@ from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import conclude
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.gates import Growth, floors, grow, horizons_at
-from mechid.identification.multistart import Candidate, distinct, multistart, refine_all
+from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
@@ -105,11 +106,12 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    candidates = _candidates(trail, seed)
-    trail.close("multi-start", names, candidates[0].cost if candidates else math.inf, len(candidates))
-    if not candidates:
+    found = _candidates(trail, seed)
+    best = next(found, None)
+    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
+    if best is None:
         return
-    growth = _grow_best(trail, candidates, seed)
+    growth = _grow_best(trail, chain([best], found), seed)
     trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
@@ -144,25 +146,25 @@ def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
     ]
 
 
-def _candidates(trail: Trail, seed: int) -> list[Candidate]:
-    """Return refined candidates in order of cost, each place once."""
+def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
+    """Yield refined candidates, the best of all starts first."""
     workers = trail.problem.workers
 
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
-    found = multistart(trail.problem, seed, workers, told)
-    best = distinct(trail.problem, refine_all(trail.problem, found, workers))
-    if best:
-        trail.at(best[0].q)
-        trail.tell("multi-start", f"{len(best)} refined", best[0].cost)
-    return best
+    starts = multistart(trail.problem, seed, workers, told)
+    for number, candidate in enumerate(candidates(trail.problem, starts, workers), 1):
+        if number == 1:
+            trail.at(candidate.q)
+            trail.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
+        yield candidate
 
 
-def _grow_best(trail: Trail, candidates: list[Candidate], seed: int) -> Growth:
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
     best: Growth | None = None
-    for number, candidate in enumerate(candidates[:TRIED_CANDIDATES], 1):
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
         told = partial(_note_growth, trail, number, best)
         growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):

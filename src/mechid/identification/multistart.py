@@ -9,8 +9,8 @@ records; the best are refined on the same window.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 
 import numpy as np
@@ -29,16 +29,22 @@ FloatArray = NDArray[np.float64]
 
 WINDOW_S = 0.06
 POINTS = 2048
-REFINED = 16
+STARTS = 16
+BATCH = 4
+"""Starts refined together; mostly the first batch holds the answer."""
+STEPS, FURTHER_STEPS = 24, 48
+GOOD = 2.0
+"""Robust cost a sample, in sigmas squared, at which the first window counts as explained."""
 ROBUST_SIGMAS = 20.0
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point of the multi-start and its robust cost over the first window."""
+    """A point of the multi-start, its robust cost over the first window and, once refined, that cost's Jacobian."""
 
     q: FloatArray
     cost: float
+    jacobian: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
@@ -180,20 +186,45 @@ def multistart(
     costs: list[float] = []
     for first in range(0, POINTS, 256):
         some = points[first : first + 256]
-        cap = sorted(costs)[REFINED - 1] if len(costs) >= REFINED else math.inf
+        cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
         costs += mapped(partial(capped_cost, problem, cap=cap), some, workers)
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
-    return [Candidate(points[i], costs[i]) for i in order[:REFINED] if math.isfinite(costs[i])]
+    return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
 
 
-def refine_all(problem: Problem, candidates: list[Candidate], workers: int) -> list[Candidate]:
-    """Return the candidates refined, in order of cost; those that cannot be simulated are dropped."""
-    refined = mapped(partial(refine, problem), candidates, workers)
+def candidates(problem: Problem, starts: Sequence[Candidate], workers: int) -> Iterator[Candidate]:
+    """Refine the starts batch by batch, and yield each place they come to once.
+
+    Those that explain the first window come as soon as their batch is refined, in order of cost. The others
+    come last, refined further: most are on their way along the valley of coil resistance, inductance and
+    torque constant, and growth from where they stop on it fails.
+    """
+    enough = GOOD * sum(map(_first_samples, problem.targets))
+    seen: list[Candidate] = []
+    left: list[Candidate] = []
+    for first in range(0, len(starts), BATCH):
+        batch = _refined(problem, starts[first : first + BATCH], STEPS, workers)
+        left += [c for c in batch if c.cost > enough]
+        yield from _unseen([c for c in batch if c.cost <= enough], seen)
+    yield from _unseen(_refined(problem, left, FURTHER_STEPS, workers), seen)
+
+
+def _refined(problem: Problem, starts: Sequence[Candidate], steps: int, workers: int) -> list[Candidate]:
+    """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
+    refined = mapped(partial(refine, problem, steps=steps), starts, workers)
     return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
 
 
-def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:
+def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:
+    """Yield those that are more than a tenth of a sigma from all `seen`, and count them as seen."""
+    for candidate in found:
+        if all(np.linalg.norm(other.jacobian @ (candidate.q - other.q)) > 0.1 for other in seen):
+            seen.append(candidate)
+            yield candidate
+
+
+def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
     found = descend(
         lambda q: math.sqrt(capped_cost(problem, q, math.inf)),
@@ -203,14 +234,4 @@ def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate
         steps=steps,
         tolerance=1e-8,
     )
-    return Candidate(found.q, found.triangle.cost)
-
-
-def distinct(problem: Problem, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the candidates without those that came within a tenth of a sigma to where an earlier one is."""
-    kept: list[Candidate] = []
-    for candidate in candidates:
-        steps = [robust_triangle(problem, other.q).jacobian @ (candidate.q - other.q) for other in kept]
-        if all(np.linalg.norm(step) > 0.1 for step in steps):
-            kept.append(candidate)
-    return kept
+    return Candidate(found.q, found.triangle.cost, found.triangle.jacobian)
