@@ -17,7 +17,7 @@ from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import conclude
 from mechid.identification.fit import Fit, FitOutcome
-from mechid.identification.gates import Growth, floors, grow, horizons_at
+from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import one_core_algebra
@@ -30,6 +30,7 @@ from mechid.identification.trail import Trail, joint_fit
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
+CONFIRMATIONS = 3
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -119,21 +120,51 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     converged = joint_fit(trail, "joint fit", names)
-    _check_followed(trail)
     trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
     converged &= joint_fit(trail, "noise released", names)
+    if growth.complete:
+        converged &= _confirm(trail, names, seed)
     if not converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
 
 
-def _check_followed(trail: Trail) -> None:
-    """See that the joint optimum still follows every record as far as the growth did."""
-    windows = {name: stop for name, (_, stop) in trail.windows.items()}
-    found = horizons_at(trail.problem, trail.q, windows, floors(trail.problem))
-    lost = [name for name, n in windows.items() if found[name] < n]
+def _confirm(trail: Trail, names: tuple[str, ...], seed: int) -> bool:
+    """See that the joint optimum follows all records, more strictly and in finer steps; else grow from it again.
+
+    A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
+    less than the integration's error is no optimum. Return whether the last fit converged.
+    """
+    converged = True
+    for attempt in range(1, CONFIRMATIONS + 1):
+        fine = replace(trail.problem, substeps=2 * trail.problem.substeps)
+        strict = chance(fine)
+        lost = _lost(fine, trail.q, most=strict)
+        if not lost:
+            return converged
+        told = partial(_note_regrowth, trail)
+        growth = grow(fine, trail.q, np.random.default_rng((seed, 0, attempt)), told, most=strict)
+        if not growth.complete:
+            break
+        trail.at(growth.q, growth.horizons)
+        trail.problem = fine
+        converged = joint_fit(trail, "growth again", names)
+    lost = _lost(trail.problem, trail.q)
     if lost:
         trail.outcome = FitOutcome.HORIZON
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
+    return converged
+
+
+def _lost(problem: Problem, q: FloatArray, *, most: float = DIVERGED_AT) -> list[str]:
+    """Return the records that the model at `q` does not follow to their ends."""
+    whole = {t.name: t.samples for t in problem.targets}
+    found = horizons_at(problem, q, whole, floors(problem), most=most)
+    return [name for name, n in whole.items() if found[name] < n]
+
+
+def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> None:
+    share = 100.0 * sum(gates.values()) / sum(t.samples for t in trail.problem.targets)
+    trail.tell("growth again", f"{share:.1f} % of all samples followed")
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:

@@ -29,6 +29,7 @@ FloatArray = NDArray[np.float64]
 
 WINDOW_S = 0.06
 POINTS = 2048
+CHUNK = 64
 STARTS = 16
 BATCH = 4
 """Starts refined together; mostly the first batch holds the answer."""
@@ -118,6 +119,11 @@ def _first_samples(target: Target) -> int:
     return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
 
 
+def _first_energy(target: Target) -> float:
+    """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
+    return float(np.var(target.measured[: _first_samples(target)])) * _first_samples(target) / target.sigma**2
+
+
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return a target's residuals over the first window, in sigmas, without their median."""
     stop = _first_samples(target)
@@ -132,10 +138,10 @@ def robust_cost(residual: FloatArray) -> float:
     return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
 
 
-def capped_cost(problem: Problem, q: FloatArray, cap: float) -> float:
-    """Return the robust cost at `q`, or inf as soon as it is known to exceed `cap`."""
+def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
+    """Return the robust cost of `targets` at `q`, or inf as soon as it is known to exceed `cap`."""
     total = 0.0
-    for target in problem.targets:
+    for target in targets:
         total += robust_cost(first_residual(problem, target, q))
         if total > cap:
             return math.inf
@@ -184,10 +190,11 @@ def multistart(
     tail = problem.start[problem.space.size :]
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    for first in range(0, POINTS, 256):
-        some = points[first : first + 256]
+    cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    for first in range(0, POINTS, CHUNK):
+        some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
-        costs += mapped(partial(capped_cost, problem, cap=cap), some, workers)
+        costs += mapped(partial(cost, cap=cap), some, workers)
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
     return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
@@ -203,11 +210,16 @@ def candidates(problem: Problem, starts: Sequence[Candidate], workers: int) -> I
     enough = GOOD * sum(map(_first_samples, problem.targets))
     seen: list[Candidate] = []
     left: list[Candidate] = []
-    for first in range(0, len(starts), BATCH):
-        batch = _refined(problem, starts[first : first + BATCH], STEPS, workers)
-        left += [c for c in batch if c.cost > enough]
-        yield from _unseen([c for c in batch if c.cost <= enough], seen)
-    yield from _unseen(_refined(problem, left, FURTHER_STEPS, workers), seen)
+    for batch in _batches(starts):
+        refined = _refined(problem, batch, STEPS, workers)
+        left += [c for c in refined if c.cost > enough]
+        yield from _unseen([c for c in refined if c.cost <= enough], seen)
+    for batch in _batches(sorted(left, key=lambda c: c.cost)):
+        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers), seen)
+
+
+def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+    return (some[first : first + BATCH] for first in range(0, len(some), BATCH))
 
 
 def _refined(problem: Problem, starts: Sequence[Candidate], steps: int, workers: int) -> list[Candidate]:
@@ -227,7 +239,7 @@ def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candi
 def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
     found = descend(
-        lambda q: math.sqrt(capped_cost(problem, q, math.inf)),
+        lambda q: math.sqrt(capped_cost(problem, q, targets=problem.targets)),
         lambda q: robust_triangle(problem, q),
         candidate.q,
         (problem.lower, problem.upper),
