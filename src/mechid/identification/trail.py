@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.cliffs import along_cliff
 from mechid.identification.conclude import Ending
 from mechid.identification.doubts import refused_gain
 from mechid.identification.fit import FitOutcome, StageReport
@@ -18,6 +19,7 @@ from mechid.identification.progress import Listener, Progress
 from mechid.identification.solve import Solution, solve
 
 FloatArray = NDArray[np.float64]
+MOST_CLIFFS = 3
 WORTH_SAYING = 1.0
 """A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
 
@@ -67,29 +69,45 @@ class Trail:
 def joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> bool:
     """Fit all windows of the trail to convergence, and return whether it came there.
 
-    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
+    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on. At a
+    cliff the search goes on from a better point along it, while there is one.
     """
     line = f"{trail.problem.substeps} steps a sample"
+    rng = np.random.default_rng(len(trail.stages))
     evaluations = 0
-    while True:
-        told = partial(trail.tell, name, line)
-        solution = solve(trail.problem, trail.q, trail.windows, progress=told, accepted=trail.at)
-        trail.q = solution.q
+    for cliffs in range(MOST_CLIFFS + 1):
+        solution = _to_bounds(trail, partial(trail.tell, name, line))
         evaluations += solution.evaluations
-        outside = trail.problem.space.outside_disc(solution.q)
-        if not outside:
+        if cliffs == MOST_CLIFFS or _refused(trail.problem, solution) <= WORTH_SAYING:
             break
-        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+        better = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=WORTH_SAYING)
+        if better is None:
+            break
+        trail.at(better)
     trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
     trail.warnings += _cliff(name, trail.problem, solution)
     return solution.converged
 
 
+def _to_bounds(trail: Trail, told: Callable[[float], None]) -> Solution:
+    """Solve until no detent's amplitude is beyond its limit."""
+    while True:
+        solution = solve(trail.problem, trail.q, trail.windows, progress=told, accepted=trail.at)
+        trail.q = solution.q
+        outside = trail.problem.space.outside_disc(solution.q)
+        if not outside:
+            return solution
+        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+
+
+def _refused(problem: Problem, solution: Solution) -> float:
+    """Return by how much the derivatives promise that the cost falls yet, where the solver called it converged."""
+    return refused_gain(solution.triangle, ~problem.on_bound(solution.q)) if solution.converged else 0.0
+
+
 def _cliff(name: str, problem: Problem, solution: Solution) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
-    if not solution.converged:
-        return []
-    gain = refused_gain(solution.triangle, ~problem.on_bound(solution.q))
+    gain = _refused(problem, solution)
     if gain <= WORTH_SAYING:
         return []
     return [
