@@ -17,6 +17,7 @@ FloatArray = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 WIDTHS = (0.1, 0.2, 0.4, 0.8)
 DRAWS = 16
+TRIED = 100
 
 
 def along_cliff(
@@ -33,7 +34,7 @@ def along_cliff(
     draws = _draws(problem, q, triangles, rng)
     promised = np.array([[_promise(t, x - q) for t in triangles] for x in draws])
     shortest_first = np.argsort([windows[t.name][1] for t in used], kind="stable")
-    for i in np.argsort(promised.sum(axis=1), kind="stable"):
+    for i in np.argsort(promised.sum(axis=1), kind="stable")[:TRIED]:
         left = float(cost.sum() - promised[i].sum()) - least_gain
         if left <= 0.0:
             return None

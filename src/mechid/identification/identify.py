@@ -23,14 +23,17 @@ from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
+from mechid.identification.solve import Solution
 from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
-from mechid.identification.trail import Trail, joint_fit
+from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
 CONFIRMATIONS = 3
+ROUGH = 1e-6
+"""Relative fall of the cost at which the fit before the release of the noise may stop."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -119,40 +122,40 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-    converged = joint_fit(trail, "joint fit", names)
+    joint_fit(trail, "joint fit", names, tolerance=ROUGH)
     trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
-    converged &= joint_fit(trail, "noise released", names)
+    solution = joint_fit(trail, "noise released", names)
     if growth.complete:
-        converged &= _confirm(trail, names, seed)
-    if not converged and trail.outcome is FitOutcome.CONVERGED:
+        solution = _confirmed(trail, solution, names, seed)
+    solution = fit_past_cliffs(trail, solution, names, seed)
+    trail.warnings += cliff_warnings("noise released", trail.problem, solution)
+    if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
 
 
-def _confirm(trail: Trail, names: tuple[str, ...], seed: int) -> bool:
+def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
     """See that the joint optimum follows all records, more strictly and in finer steps; else grow from it again.
 
     A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
-    less than the integration's error is no optimum. Return whether the last fit converged.
+    less than the integration's error is no optimum.
     """
-    converged = True
     for attempt in range(1, CONFIRMATIONS + 1):
         fine = replace(trail.problem, substeps=2 * trail.problem.substeps)
         strict = chance(fine)
-        lost = _lost(fine, trail.q, most=strict)
-        if not lost:
-            return converged
-        told = partial(_note_regrowth, trail)
-        growth = grow(fine, trail.q, np.random.default_rng((seed, 0, attempt)), told, most=strict)
+        if not _lost(fine, trail.q, most=strict):
+            return solution
+        rng = np.random.default_rng((seed, 0, attempt))
+        growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict)
         if not growth.complete:
             break
         trail.at(growth.q, growth.horizons)
         trail.problem = fine
-        converged = joint_fit(trail, "growth again", names)
+        solution = joint_fit(trail, "growth again", names)
     lost = _lost(trail.problem, trail.q)
     if lost:
         trail.outcome = FitOutcome.HORIZON
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
-    return converged
+    return solution
 
 
 def _lost(problem: Problem, q: FloatArray, *, most: float = DIVERGED_AT) -> list[str]:

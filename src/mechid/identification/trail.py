@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -66,38 +66,37 @@ class Trail:
         self.stage_began = now
 
 
-def joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> bool:
-    """Fit all windows of the trail to convergence, and return whether it came there.
+def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: float = 1e-10) -> Solution:
+    """Fit all windows of the trail to convergence.
 
-    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on. At a
-    cliff the search goes on from a better point along it, while there is one.
+    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
-    line = f"{trail.problem.substeps} steps a sample"
-    rng = np.random.default_rng(len(trail.stages))
+    told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
     evaluations = 0
-    for cliffs in range(MOST_CLIFFS + 1):
-        solution = _to_bounds(trail, partial(trail.tell, name, line))
+    while True:
+        solution = solve(trail.problem, trail.q, trail.windows, tolerance=tolerance, progress=told, accepted=trail.at)
+        trail.q = solution.q
         evaluations += solution.evaluations
-        if cliffs == MOST_CLIFFS or _refused(trail.problem, solution) <= WORTH_SAYING:
+        outside = trail.problem.space.outside_disc(solution.q)
+        if not outside:
             break
+        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+    trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
+    return solution
+
+
+def fit_past_cliffs(trail: Trail, solution: Solution, free: tuple[str, ...], seed: int) -> Solution:
+    """Go on from better points along a cliff at which a joint fit has stopped, while there are any."""
+    for attempt in range(MOST_CLIFFS):
+        if _refused(trail.problem, solution) <= WORTH_SAYING:
+            break
+        rng = np.random.default_rng((seed, 0, 0, attempt))
         better = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=WORTH_SAYING)
         if better is None:
             break
         trail.at(better)
-    trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
-    trail.warnings += _cliff(name, trail.problem, solution)
-    return solution.converged
-
-
-def _to_bounds(trail: Trail, told: Callable[[float], None]) -> Solution:
-    """Solve until no detent's amplitude is beyond its limit."""
-    while True:
-        solution = solve(trail.problem, trail.q, trail.windows, progress=told, accepted=trail.at)
-        trail.q = solution.q
-        outside = trail.problem.space.outside_disc(solution.q)
-        if not outside:
-            return solution
-        trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
+        solution = joint_fit(trail, "along a cliff", free)
+    return solution
 
 
 def _refused(problem: Problem, solution: Solution) -> float:
@@ -105,7 +104,7 @@ def _refused(problem: Problem, solution: Solution) -> float:
     return refused_gain(solution.triangle, ~problem.on_bound(solution.q)) if solution.converged else 0.0
 
 
-def _cliff(name: str, problem: Problem, solution: Solution) -> list[str]:
+def cliff_warnings(name: str, problem: Problem, solution: Solution) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
     gain = _refused(problem, solution)
     if gain <= WORTH_SAYING:
