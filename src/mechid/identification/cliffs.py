@@ -17,7 +17,6 @@ FloatArray = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 WIDTHS = (0.1, 0.2, 0.4, 0.8)
 DRAWS = 16
-TRIED = 100
 
 
 def along_cliff(
@@ -33,14 +32,15 @@ def along_cliff(
     cost = np.array([t.cost for t in triangles])
     draws = _draws(problem, q, triangles, rng)
     promised = np.array([[_promise(t, x - q) for t in triangles] for x in draws])
-    shortest_first = np.argsort([windows[t.name][1] for t in used], kind="stable")
-    for i in np.argsort(promised.sum(axis=1), kind="stable")[:TRIED]:
+    order = list(np.argsort([windows[t.name][1] for t in used], kind="stable"))
+    for i in np.argsort(promised.sum(axis=1), kind="stable"):
         left = float(cost.sum() - promised[i].sum()) - least_gain
         if left <= 0.0:
             return None
-        for k in shortest_first:
+        for k in order:
             left -= max(problem.norm(used[k], draws[i], windows[used[k].name]) ** 2 - promised[i, k], 0.0)
             if not left > 0.0:
+                order.insert(0, order.pop(order.index(k)))  # the record with the cliff tells the next draw soonest
                 break
         else:
             return np.asarray(draws[i], dtype=np.float64)

@@ -66,7 +66,7 @@ class Trail:
         self.stage_began = now
 
 
-def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: float = 1e-10) -> Solution:
+def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: float = 1e-8) -> Solution:
     """Fit all windows of the trail to convergence.
 
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
