@@ -67,6 +67,7 @@ def record(
     time_offset: Mapping[str, float] | None = None,
     offset=True,
     drift=True,
+    use="estimate",
 ) -> CampaignRecord:
     """Return a record that holds a torque; `time_offset` are value, min and max where it is free."""
     channel = Channel(quantity="torque", unit="N*m", data=torque, role=Role.OUTPUT, column="torque_Nm")
@@ -78,7 +79,7 @@ def record(
     )  # fmt: skip
     data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=RATE_HZ, channels=(channel,))
     return CampaignRecord(
-        name=name, use="estimate", command=command, spec=RecordSpec(name=name, path=path.name), file=path,
+        name=name, use=use, command=command, spec=RecordSpec(name=name, path=path.name), file=path,
         offset=offset, drift=drift, parameters=(own,), data=data,
     )  # fmt: skip
 

@@ -152,7 +152,7 @@ def test_a_short_record_is_fitted_to_its_truth(problem):
     assert found.triangle.cost < 0.01 * problem.joint(problem.start, problem.whole()).cost
 
 
-@pytest.mark.parametrize("calls", [1, 3, 5])
+@pytest.mark.parametrize("calls", [1, 2, 3])
 def test_an_interrupt_leaves_the_best_accepted_point(problem, calls):
     """Truth: each accepted point is better than those before, and an interruption passes through."""
     accepted, told = [], []

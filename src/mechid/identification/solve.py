@@ -60,7 +60,8 @@ def solve(
         accepted(x)
         return problem.joint(x, windows)
 
-    return descend(norm, triangle, q, (problem.lower, problem.upper), steps=steps, tolerance=tolerance)
+    bounds = (problem.lower, problem.upper)
+    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=NEGLIGIBLE)
 
 
 def descend(
@@ -71,11 +72,13 @@ def descend(
     *,
     steps: int,
     tolerance: float,
+    negligible: float = 0.0,
 ) -> Solution:
     """Minimise `norm` within bounds by SciPy's trust-region reflective method on its `triangle`.
 
     The residual is (norm, 0, ..., 0) in the triangle's basis: trial points need no Jacobian, and no matrix
-    is decomposed that is larger than the number of coordinates.
+    is decomposed that is larger than the number of coordinates. A fall of the squared norm below `negligible`,
+    as the derivatives promise it, is not sought.
     """
     lower, upper = bounds
     gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
@@ -97,7 +100,7 @@ def descend(
         if not np.all(np.isfinite(found.jacobian)):
             raise ArithmeticError("the simulation or its sensitivities failed")
         at = x, found
-        if _promised(found, (x - lower > gap) & (upper - x > gap)) < NEGLIGIBLE:
+        if _promised(found, (x - lower > gap) & (upper - x > gap)) < negligible:
             raise _AtOptimumError
         return found.jacobian
 
