@@ -68,6 +68,7 @@ def record(
     offset=True,
     drift=True,
     use="estimate",
+    rate_hz=RATE_HZ,
 ) -> CampaignRecord:
     """Return a record that holds a torque; `time_offset` are value, min and max where it is free."""
     channel = Channel(quantity="torque", unit="N*m", data=torque, role=Role.OUTPUT, column="torque_Nm")
@@ -77,7 +78,7 @@ def record(
         name=record_parameter_name(name, TIME_OFFSET.key), declaration=TIME_OFFSET, status=status,
         **(time_offset or {"value": 0.0}),
     )  # fmt: skip
-    data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=RATE_HZ, channels=(channel,))
+    data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=rate_hz, channels=(channel,))
     return CampaignRecord(
         name=name, use=use, command=command, spec=RecordSpec(name=name, path=path.name), file=path,
         offset=offset, drift=drift, parameters=(own,), data=data,
