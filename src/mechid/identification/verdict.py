@@ -42,12 +42,12 @@ def judge(campaign: Campaign, problem: Problem, q: FloatArray, windows: Windows,
     on, lost = problem.on_bound(q), not np.isfinite(triangle.norm)
     effect = np.linalg.norm(triangle.jacobian, axis=0) * (problem.upper - problem.lower)
     seen = np.isfinite(effect) & (effect > NOTHING)
-    back = _back(campaign, problem, q, ~seen & ~on)
-    unchanged = not lost and _same(float(np.linalg.norm(problem.norms(back, windows))), triangle.norm)
+    back = _back(campaign, problem, q, ~seen)
+    unchanged = not lost and _same(problem.total_norm(back, windows), triangle.norm)
     unseen = FAILED if lost else UNSEEN if unchanged else LEFT
     reasons: dict[str, Reason] = {}
     for j, name in enumerate(problem.names):
-        if on[j]:
+        if on[j] and (seen[j] or not unchanged):
             is_least = name == STATIC and q[j] <= LEAST_EXCESS
             reasons[name] = (Status.AT_BOUND, AS_COULOMB if is_least else ON_BOUND)
         elif not seen[j]:
