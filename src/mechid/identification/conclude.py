@@ -5,8 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from importlib.metadata import version
 from pathlib import Path
 
@@ -15,11 +14,12 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.identification.doubts import indistinct
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, StageReport
-from mechid.identification.problem import Problem, Windows
+from mechid.identification.ending import Ending
+from mechid.identification.fit import Fit, ParameterEstimate
+from mechid.identification.problem import Problem
 from mechid.identification.record_fit import record_fit
 from mechid.identification.reduction import Triangle
-from mechid.identification.uncertainty import uncertainty
+from mechid.identification.standard_errors import StandardErrors, standard_errors
 from mechid.identification.verdict import Verdict, judge
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -28,42 +28,27 @@ FloatArray = NDArray[np.float64]
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
-@dataclass(frozen=True)
-class Ending:
-    """Where a search ended: all that `conclude` needs of it."""
-
-    problem: Problem
-    q: FloatArray
-    windows: Windows
-    outcome: FitOutcome
-    stages: tuple[StageReport, ...]
-    warnings: tuple[str, ...]
-    seed: int
-    seconds: float
-
-
 def conclude(campaign: Campaign, ending: Ending) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome."""
     problem, windows = ending.problem, ending.windows
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(ending.q, windows)
-    verdict = judge(campaign, problem, ending.q, windows, triangle)
+    verdict = judge(campaign, problem, ending.q, windows, triangle, {f.name: f.reason for f in ending.frozen})
     q = verdict.q
-    names, robust, white = _covariances(ending, triangle, verdict)
+    errors = standard_errors(ending, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
-    parameters = _estimates(campaign, problem, mechanism, verdict, names, robust, white)
-    scale = np.sqrt(np.diag(robust))
-    scale[scale == 0.0] = 1.0
+    parameters = _estimates(campaign, problem, mechanism, verdict, errors)
+    own = _warnings(problem, triangle, verdict, parameters)
     return Fit(
         mechanism=mechanism,
         parameters=parameters,
-        correlation_names=names,
-        correlation=robust / np.outer(scale, scale),
-        covariance=robust,
+        correlation_names=errors.names,
+        correlation=errors.correlation,
+        covariance=errors.robust,
         records={r.name: record_fit(r, problem, q, windows) for r in campaign.records if r.data is not None},
         stages=ending.stages,
         outcome=ending.outcome,
-        warnings=(*campaign.warnings, *ending.warnings, *_warnings(problem, triangle, verdict, parameters)),
+        warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),
         notes=_notes(campaign),
         provenance=_provenance(campaign, ending),
     )
@@ -78,35 +63,13 @@ def _mechanism(campaign: Campaign, problem: Problem, verdict: Verdict) -> Mechan
     return campaign.mechanism.with_values({**found, **back})
 
 
-def _covariances(
-    ending: Ending, triangle: Triangle, verdict: Verdict
-) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
-    """Return the names that carry uncertainty, and their covariances in the file's coordinates."""
-    problem, q = ending.problem, verdict.q
-    space_names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
-    whole = np.zeros((len(space_names) + len(delays), problem.size))
-    whole[: len(space_names), : problem.space.size] = slopes
-    whole[len(space_names) :, problem.space.size :] = np.eye(len(delays))
-    names = (*space_names, *delays)
-    kept = [i for i, name in enumerate(names) if name not in verdict.reasons]
-    if not verdict.counted.any() or not np.isfinite(triangle.norm):
-        return (), np.zeros((0, 0)), np.zeros((0, 0))
-    found = uncertainty(problem, q, ending.windows, triangle, verdict.counted)
-    maps = whole[kept]
-    return tuple(names[i] for i in kept), maps @ found.robust @ maps.T, maps @ found.white @ maps.T
-
-
 def _estimates(
     campaign: Campaign,
     problem: Problem,
     mechanism: Mechanism,
     verdict: Verdict,
-    names: Sequence[str],
-    robust: FloatArray,
-    white: FloatArray,
+    errors: StandardErrors,
 ) -> dict[str, ParameterEstimate]:
-    errors = {name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)}
     out = {}
     for name, before in campaign.mechanism.parameters.items():
         start = campaign.mechanism.value(name)
@@ -120,14 +83,15 @@ def _estimates(
 
 
 def _estimate(
-    before: Parameter, value: float, start: float, verdict: Verdict, errors: dict[str, tuple[float, float]]
+    before: Parameter, value: float, start: float, verdict: Verdict, errors: StandardErrors
 ) -> ParameterEstimate:
     status, reason = before.status, before.reason
     if before.is_free:
         status, reason = verdict.reasons.get(before.name, (Status.FREE, ""))
     if before.tied_to:
         reason = f"follows {before.tied_to}"
-    error, white = errors.get(before.name, (None, None)) if status is Status.FREE else (None, None)
+    error, white = errors.of(before.name) if status is Status.FREE else (None, None)
+    local = errors.local_only.get(before.name, "") if error is not None else ""
     bounded = before.is_free and not before.is_periodic
     return ParameterEstimate(
         name=before.name,
@@ -140,7 +104,8 @@ def _estimate(
         min=before.min if bounded else None,
         max=before.max if bounded else None,
         status=str(status),
-        reason=reason,
+        reason=reason or local,
+        local_only=bool(local),
     )
 
 

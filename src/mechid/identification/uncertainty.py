@@ -45,7 +45,8 @@ def uncertainty(
     inverse = np.zeros((problem.size, problem.size))
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
     colour = {t.name: fit_autoregression(_whitened(problem, t, q, windows[t.name])) for t in used}
-    score = np.zeros_like(inverse)
+    _, known = problem.prior_rows(q)
+    score = known.T @ known
     for t in used:
         score += _score_variance(problem, t, q, windows[t.name], colour[t.name])
     return Uncertainty(inverse, inverse @ score @ inverse, colour)
