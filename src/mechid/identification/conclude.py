@@ -13,12 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.doubts import indistinct
 from mechid.identification.ending import Ending
 from mechid.identification.fit import Fit, ParameterEstimate
 from mechid.identification.problem import Problem
 from mechid.identification.record_fit import record_fit
-from mechid.identification.reduction import Triangle
 from mechid.identification.standard_errors import StandardErrors, standard_errors
 from mechid.identification.verdict import Verdict, judge
 from mechid.parameter import Parameter, Status
@@ -38,7 +36,7 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
     errors = standard_errors(ending, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
-    own = _warnings(problem, triangle, verdict, parameters)
+    own = _warnings(parameters)
     return Fit(
         mechanism=mechanism,
         parameters=parameters,
@@ -109,20 +107,11 @@ def _estimate(
     )
 
 
-def _warnings(
-    problem: Problem, triangle: Triangle, verdict: Verdict, parameters: Mapping[str, ParameterEstimate]
-) -> list[str]:
-    """Say which parameters have no uncertainty of their own, and which cannot be told from one another."""
+def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
+    """Say which parameters have no uncertainty of their own."""
     said = (Status.FROZEN, Status.AT_BOUND)
-    lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
-             for p in parameters.values() if p.status in said]  # fmt: skip
-    if not np.all(np.isfinite(triangle.jacobian)):
-        return lines
-    groups = indistinct(triangle, problem.names, verdict.counted)
-    return lines + [
-        f"{', '.join(group)}: the records tell only of a combination of them; give one as a known number"
-        for group in groups
-    ]
+    return [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
+            for p in parameters.values() if p.status in said]  # fmt: skip
 
 
 def _notes(campaign: Campaign) -> tuple[str, ...]:

@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> None:
-    """Hold one parameter after another until no dependence ruins an estimate; each is noted in `held`, and warned of.
+    """Hold one parameter after another until no dependence ruins an estimate; each is noted in `held`.
 
     With freezing switched off the first is told and nothing held. A parameter is held at the file's value.
     """
@@ -38,7 +38,6 @@ def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> No
             trail.warnings.append(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
             break
         held.append(_hold(trail, campaign, found))
-        trail.warnings.append(f"{found.held}: frozen: {held[-1].reason}")
 
 
 def _hold(trail: Trail, campaign: Campaign, found: Dependence) -> Frozen:
