@@ -146,13 +146,13 @@ def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: i
             return solution
         rng = np.random.default_rng((seed, 0, attempt))
         growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict)
-        if not growth.complete:
-            trail.warnings.append(_suspicion(growth, fine))
         if growth.complete or _cost(fine, growth.q) < _cost(fine, trail.q):
             trail.at(growth.q, {t.name: t.samples for t in fine.targets})
             trail.problem = fine
             solution = fit_past_cliffs(trail, joint_fit(trail, "growth again", names), names, seed)
         if not growth.complete:
+            if _lost(trail.problem, trail.q, most=strict):
+                trail.warnings.append(_suspicion(growth, fine))
             break
     lost = _lost(trail.problem, trail.q)
     if lost:
