@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 
 import typer
 
 from mechid.analysis import validate
 from mechid.campaign import Campaign
-from mechid.cli.journal import Journal
+from mechid.cli.journal import FILE_NAME, StageLines
 from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.identify import identify
+from mechid.identification.inputs import campaign_digests
+from mechid.identification.journal import Journal
 from mechid.identification.progress import Progress
 from mechid.report import print_report, report_data, write_results
 from mechid.report.results import MECHANISM_NAME
@@ -30,10 +33,12 @@ def identify_into(
     workers: int | None = None,
     truth: Mapping[str, float] | None = None,
     mechanism_name: str = MECHANISM_NAME,
+    resume: bool = False,
 ) -> None:
     """Identify a campaign, leave the results in a folder, and print them.
 
-    `truth` is that of a synthetic campaign; where it is given the report says so.
+    `truth` is that of a synthetic campaign; where it is given the report says so. With `resume` the last run in the
+    folder's journal is taken up where it was stopped.
 
     Raises
     ------
@@ -42,7 +47,7 @@ def identify_into(
     typer.Exit
         It was interrupted, with its exit code; the results are those so far.
     """
-    fit, journal = _followed(campaign, folder, seed, workers)
+    fit, journal = _followed(campaign, folder, seed, workers, resume)
     validation = validate(campaign, fit)
     data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
@@ -54,14 +59,21 @@ def identify_into(
         raise FitError(f"the fit did not succeed: {fit.outcome.value} {folder} holds what was reached")
 
 
-def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None) -> tuple[Fit, Path]:
+def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None, resume: bool) -> tuple[Fit, Path]:
     """Run the identification with its progress on stderr and in the journal."""
-    with Journal.opened(folder, campaign.path, seed) as journal, ProgressLine(console_on(err=True)) as line:
+    path = folder / FILE_NAME
+    inputs = {**campaign_digests(campaign), "seed": str(seed)}
+    about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
+    journal = Journal.opened(path, inputs, resume=resume, **about)
+    if resume:
+        typer.echo(f"{path}: {len(journal.known)} steps are there already", err=True)
+    stages = StageLines(journal)
+    with ProgressLine(console_on(err=True)) as line:
 
         def told(progress: Progress) -> None:
             line.tell(progress)
-            journal.tell(progress)
+            stages.tell(progress)
 
-        fit = identify(campaign, seed=seed, workers=workers, listener=told)
-        journal.finish(fit)
-    return fit, journal.path
+        fit = identify(campaign, seed=seed, workers=workers, listener=told, journal=journal)
+        stages.finish(fit)
+    return fit, path

@@ -1,44 +1,22 @@
-"""The journal of an identification: one JSON line for its start, each stage as it ends, and its end."""
+"""What the journal of an identification says of its stages: a line as each ends, and one for the end."""
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, datetime
-from importlib.metadata import version
-from pathlib import Path
-from typing import IO
 
-from mechid.errors import UsageError
 from mechid.identification.fit import Fit
+from mechid.identification.journal import Journal
 from mechid.identification.progress import Progress
 
 FILE_NAME = "journal.jsonl"
 
 
-class Journal:
-    """Appends to a file while an identification runs; earlier runs stay in it."""
+class StageLines:
+    """Listens to an identification and notes each stage as it ends."""
 
-    def __init__(self, path: Path, file: IO[str]) -> None:
-        self.path, self.file = path, file
+    def __init__(self, journal: Journal) -> None:
+        self.journal = journal
         self.latest: Progress | None = None
-
-    @classmethod
-    @contextmanager
-    def opened(cls, folder: Path, campaign: Path, seed: int) -> Iterator[Journal]:
-        """Open the journal of a folder, made where it is missing, and note the start."""
-        path = folder / FILE_NAME
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            file = path.open("a", encoding="utf-8", newline="\n")
-        except OSError as error:
-            raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-        with file:
-            journal = cls(path, file)
-            journal._note("started", campaign=str(campaign), seed=seed, mechid=version("mechid"))
-            yield journal
 
     def tell(self, progress: Progress) -> None:
         """Listen to a report; when its stage is another one, the last has ended."""
@@ -50,11 +28,11 @@ class Journal:
         """Note the stage at work and the outcome."""
         if self.latest is not None:
             self._note_stage(self.latest)
-        self._note("finished", outcome=fit.outcome.code, message=fit.outcome.value)
+        self.journal.note("finished", outcome=fit.outcome.code, message=fit.outcome.value)
 
     def _note_stage(self, progress: Progress) -> None:
         cost = progress.cost
-        self._note(
+        self.journal.note(
             "stage",
             number=progress.number,
             total=progress.total,
@@ -63,8 +41,3 @@ class Journal:
             cost=float(cost) if cost is not None and math.isfinite(cost) else None,
             elapsed_s=round(progress.elapsed_s, 3),
         )
-
-    def _note(self, event: str, **entries: object) -> None:
-        now = datetime.now(UTC).isoformat(timespec="seconds")
-        self.file.write(json.dumps({"time": now, "event": event, **entries}) + "\n")
-        self.file.flush()

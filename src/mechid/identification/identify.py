@@ -20,6 +20,7 @@ from mechid.identification.ending import Frozen
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
+from mechid.identification.journal import Journal
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.noise import rejection_warnings, released, without_outliers, without_spikes
 from mechid.identification.parallel import one_core_algebra
@@ -40,7 +41,15 @@ LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
 
-def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent) -> Fit:
+def identify(
+    campaign: Campaign,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+    journal: Journal | None = None,
+    near: Mapping[str, float] | None = None,
+) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
     Parameters
@@ -52,6 +61,10 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
         Threads; None takes one per core.
     listener : callable
         Told of progress.
+    journal : Journal or None
+        Where what is worked out is noted, and taken from if it is there already.
+    near : mapping of str to float or None
+        Values by name that are close to the optimum: the search is left out, where the file has no stages.
 
     Returns
     -------
@@ -65,13 +78,14 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole())
+    trail.journal = journal or Journal()
     with one_core_algebra():
         frozen: list[Frozen] = []
         try:
             if campaign.stages:
                 follow_stages(trail, campaign)
             else:
-                _follow_plan(trail, campaign, seed)
+                _follow_plan(trail, campaign, seed, near)
             if trail.outcome.good:
                 freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
@@ -115,19 +129,14 @@ def _refuse_free_voltage(campaign: Campaign) -> None:
         )
 
 
-def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
+def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    found = _candidates(trail, seed)
-    best = next(found, None)
-    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
-    if best is None:
+    growth = _search(trail, names, seed) if near is None else _growth_at(trail.problem, near)
+    if growth is None:
         return
-    growth = _grow_best(trail, chain([best], found), seed)
     trail.at(growth.q, growth.horizons)
-    followed = "all records followed to their ends" if growth.complete else "not all records followed"
-    trail.close("gated growth", names, math.nan, growth.rounds, followed)
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
@@ -147,6 +156,26 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
         trail.outcome = FitOutcome.CLIFF
     if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
+
+
+def _search(trail: Trail, names: tuple[str, ...], seed: int) -> Growth | None:
+    """Return the growth from the best starts, or None where none of them can be simulated."""
+    found = _candidates(trail, seed)
+    best = next(found, None)
+    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
+    if best is None:
+        return None
+    growth = _grow_best(trail, chain([best], found), seed)
+    trail.at(growth.q, growth.horizons)
+    followed = "all records followed to their ends" if growth.complete else "not all records followed"
+    trail.close("gated growth", names, math.nan, growth.rounds, followed)
+    return growth
+
+
+def _growth_at(problem: Problem, near: Mapping[str, float]) -> Growth:
+    """Return values already near the optimum as what a growth would have found, as far as they follow the records."""
+    q, whole = problem.point(near), {t.name: t.samples for t in problem.targets}
+    return Growth(q, horizons_at(problem, q, whole, floors(problem)), not _lost(problem, q), 0)
 
 
 def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
@@ -172,7 +201,7 @@ def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: i
         if not _lost(fine, trail.q, most=strict):
             return solution
         rng = np.random.default_rng((seed, 0, attempt))
-        growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict)
+        growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict, journal=trail.journal)
         if growth.complete or _cost(fine, growth.q) < _cost(fine, trail.q):
             trail.at(growth.q, {t.name: t.samples for t in fine.targets})
             trail.problem = fine
@@ -235,8 +264,8 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
-    starts = multistart(trail.problem, seed, workers, told)
-    for number, candidate in enumerate(candidates(trail.problem, starts, workers), 1):
+    starts = multistart(trail.problem, seed, workers, told, trail.journal)
+    for number, candidate in enumerate(candidates(trail.problem, starts, workers, trail.journal), 1):
         if number == 1:
             trail.at(candidate.q)
             trail.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
@@ -248,7 +277,8 @@ def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
     best: Growth | None = None
     for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
         told = partial(_note_growth, trail, number, best)
-        growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
+        rng = np.random.default_rng((seed, number))
+        growth = grow(trail.problem, candidate.q, rng, told, journal=trail.journal)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):
             best = growth
         if best.complete:
