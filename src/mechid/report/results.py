@@ -58,11 +58,23 @@ def write_results(
         folder / REPORT_NAME: json_text(data),
         folder / ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
+    return write_texts(texts)
+
+
+def write_texts(texts: Mapping[Path, str]) -> list[Path]:
+    """Write texts by path, their folders made where missing; earlier ones are replaced when all are whole.
+
+    Raises
+    ------
+    UsageError
+        A folder cannot be written to.
+    """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        for path in texts:
+            path.parent.mkdir(parents=True, exist_ok=True)
         _write_together(texts)
     except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
+        raise UsageError(f"{path.parent}: cannot be written to ({error.strerror}); give another folder") from error
     return list(texts)
 
 
