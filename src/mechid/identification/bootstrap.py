@@ -2,8 +2,8 @@
 
 What the refits scatter by is what the estimates would if the campaign were repeated, as far as the model and its
 noise hold: no derivative enters (Efron and Tibshirani 1993, chapter 6). Noise is what is left of each record, white
-or drawn from the autoregressive model of its residual, and a prior is drawn anew as if it were measured; each draw has a generator of its own, so the numbers are the
-same whatever the number of workers.
+or drawn from the autoregressive model of its residual, and a prior is drawn anew as if it were measured. Each draw
+has a generator of its own, so the numbers are the same whatever the number of workers.
 """
 
 from __future__ import annotations

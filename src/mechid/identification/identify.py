@@ -31,6 +31,7 @@ from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
 from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
+from mechid.identification.uncertainty import residual
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -64,7 +65,8 @@ def identify(
     journal : Journal or None
         Where what is worked out is noted, and taken from if it is there already.
     near : mapping of str to float or None
-        Values by name that are close to the optimum: the search is left out, where the file has no stages.
+        Values by name that are close to the optimum, so that what they leave of the records is noise. Search and
+        confirmation are left out; they have no effect where the file has stages.
 
     Returns
     -------
@@ -133,7 +135,7 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    growth = _search(trail, names, seed) if near is None else _growth_at(trail.problem, near)
+    growth = _search(trail, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return
     trail.at(growth.q, growth.horizons)
@@ -147,7 +149,7 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
     solution = joint_fit(trail, "noise released", names)
     if campaign.options.spikes == "reject":
         solution = _without_outliers(trail, solution, names)
-    if growth.complete:
+    if growth.complete and near is None:
         solution = _confirmed(trail, solution, names, seed)
     solution = fit_past_cliffs(trail, solution, names, seed)
     at_cliff = cliff_warnings("noise released", trail.problem, solution)
@@ -172,10 +174,17 @@ def _search(trail: Trail, names: tuple[str, ...], seed: int) -> Growth | None:
     return growth
 
 
-def _growth_at(problem: Problem, near: Mapping[str, float]) -> Growth:
-    """Return values already near the optimum as what a growth would have found, as far as they follow the records."""
-    q, whole = problem.point(near), {t.name: t.samples for t in problem.targets}
-    return Growth(q, horizons_at(problem, q, whole, floors(problem)), not _lost(problem, q), 0)
+def _vouched(trail: Trail, near: Mapping[str, float]) -> Growth:
+    """Return values already near the optimum as a growth that has come to the records' ends.
+
+    Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
+    the high-frequency floor is none.
+    """
+    problem, q = trail.problem, trail.problem.point(near)
+    left = {t.name: residual(problem, t, q, (0, t.samples)) for t in problem.targets}
+    rms = {name: float(np.linalg.norm(r)) / math.sqrt(r.size) for name, r in left.items()}
+    trail.problem = problem.with_sigmas({t.name: max(t.sigma, rms[t.name]) for t in problem.targets})
+    return Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
 def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:

@@ -107,7 +107,7 @@ def _warnings(p: Profile) -> list[str]:
     if p.gain > WORTH_SAYING:
         best = min(p.points, key=lambda point: point.rise)
         lines.append(
-            f"{p.name}: a refit at {best.value:.9g} {p.unit} has a cost lower by {p.gain:.3g}: identify again from there"
+            f"{p.name}: a refit at {best.value:.9g} {p.unit} costs less by {p.gain:.3g}; identify again from there"
         )
     unsettled = sum(bool(point.note) for point in p.points if math.isfinite(point.rise))
     if unsettled:
