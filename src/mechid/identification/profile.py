@@ -96,6 +96,7 @@ class Profile:
     unit: str
     value: float
     std_error: float | None
+    std_error_white: float | None
     points: tuple[Point, ...]
     level: float
     level_coloured: float | None
@@ -157,9 +158,16 @@ class _Side:
             point = self._refitted(value, points)
             before = points[-1].root
             points += [*self._between(points, point, HALVINGS), point]
-            grown = (point.root - before) / abs(step) if math.isfinite(point.root) else math.inf
-            step *= min(max(STEP / (grown * abs(step)), 0.3), 3.0) if grown > 0.0 else 3.0
+            step *= self._growth(before, point)
         return points, self.cliffs
+
+    @staticmethod
+    def _growth(before: float, point: Point) -> float:
+        """Return the factor by which the next step is longer, so that the root grows as wanted."""
+        if point.rise < 0.0:
+            return 1.0
+        grown = point.root - before
+        return min(max(STEP / grown, 0.3), 3.0) if grown > 0.0 else 3.0
 
     def _first_step(self) -> float:
         """Return the step by which the root of the rise should grow as wanted, from the local error."""
@@ -213,7 +221,9 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
 
 
 def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArray]) -> dict[str, object]:
-    problem, _ = held(optimum, name, value)
+    problem, q = held(optimum, name, value)
+    if not problem.size:
+        return {"cost": problem.total_norm(q, optimum.windows) ** 2, "q": q, "note": ""}
     inside = [np.clip(q, problem.lower, problem.upper) for q in starts]
     costs = [problem.total_norm(q, optimum.windows) for q in inside]
     solution = solve(problem, inside[int(np.argmin(costs))], optimum.windows)
@@ -247,6 +257,7 @@ def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profi
         unit=own["unit"],
         value=below[0][0].value,
         std_error=own["std_error"],
+        std_error_white=own["std_error_white"],
         points=(*reversed(below[0][1:]), *above[0]),
         level=levels[0],
         level_coloured=levels[1] if len(levels) > 1 else None,

@@ -70,6 +70,7 @@ def _profile(p: Profile) -> dict[str, Any]:
         "unit": p.unit,
         "value": p.value,
         "std_error": p.std_error,
+        "std_error_white": p.std_error_white,
         "ci95_local": list(local),
         "level": p.level,
         "ci95": list(p.interval),
