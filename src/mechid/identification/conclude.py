@@ -6,7 +6,7 @@ import hashlib
 import math
 import platform
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.declaration import DECLARED, Taken, taken_campaign
 from mechid.identification.doubts import indistinct
 from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, StageReport
 from mechid.identification.problem import Problem, Windows
@@ -40,11 +41,13 @@ class Ending:
     warnings: tuple[str, ...]
     seed: int
     seconds: float
+    taken: Mapping[str, Taken] = field(default_factory=dict)
 
 
 def conclude(campaign: Campaign, ending: Ending) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome."""
-    problem, windows = ending.problem, ending.windows
+    problem, windows, taken = ending.problem, ending.windows, ending.taken
+    campaign = taken_campaign(campaign, taken)
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(ending.q, windows)
     verdict = judge(campaign, problem, ending.q, windows, triangle)
@@ -60,7 +63,11 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
         correlation_names=names,
         correlation=robust / np.outer(scale, scale),
         covariance=robust,
-        records={r.name: record_fit(r, problem, q, windows) for r in campaign.records if r.data is not None},
+        records={
+            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+            for r in campaign.records
+            if r.data is not None
+        },
         stages=ending.stages,
         outcome=ending.outcome,
         warnings=(*campaign.warnings, *ending.warnings, *_warnings(problem, triangle, verdict, parameters)),

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -83,6 +84,8 @@ class RecordFit:
         Samples used.
     horizon_s : float
         How far the model follows the record, s from its first sample.
+    taken : Taken
+        How it was taken, where that is not as the campaign file declares it.
     """
 
     name: str
@@ -95,6 +98,7 @@ class RecordFit:
     drift: float | None
     horizon_s: float
     channels: tuple[str, ...] = ("torque",)
+    taken: Taken = DECLARED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -175,7 +179,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
     return {
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
-        "channels": list(r.channels),
+        "channels": list(r.channels), "taken": r.taken.to_dict(),
     }  # fmt: skip
 
 

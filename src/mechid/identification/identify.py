@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
+from mechid.identification.agreement import agreement, explains
+from mechid.identification.agreement_text import agreement_warnings
 from mechid.identification.conclude import conclude
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
@@ -115,11 +117,13 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
     if best is None:
         return
-    growth = _grow_best(trail, chain([best], found), seed)
+    growth = _grown(trail, campaign, best, found, seed)
+    names = (*names, *(n for n in trail.problem.names[trail.problem.space.size :] if n not in names))
     trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
-    trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    left_out = any(t.left_out for t in trail.taken.values())
+    trail.outcome = FitOutcome.CONVERGED if growth.complete and not left_out else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
@@ -131,6 +135,26 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.warnings += cliff_warnings("noise released", trail.problem, solution)
     if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
+
+
+def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int) -> Growth:
+    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    growth = _grow_best(trail, iter([best]), seed)
+    if growth.complete:
+        return growth
+    explained = explains(trail.problem, best)
+    told = partial(trail.tell, "records compared")
+    agreed = agreement(trail.problem, growth, seed, explained=explained, tell=told)
+    if agreed is None:
+        return _grow_best(trail, found, seed, growth)
+    if agreed.judged or not explained:  # a record left out for good needs more than one start to be sure
+        trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
+        return _grow_best(trail, _candidates(trail, seed), seed, agreed.growth)
+    growth = agreed.growth if not agreed.left_out and agreed.growth.complete else _grow_best(trail, found, seed, growth)
+    if growth.complete or not agreed.growth.complete:
+        return growth
+    trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
+    return agreed.growth
 
 
 def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
@@ -195,10 +219,12 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
         yield candidate
 
 
-def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
-    """Grow from one candidate after another until one follows all records; else return the furthest."""
-    best: Growth | None = None
-    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int, best: Growth | None = None) -> Growth:
+    """Grow from one candidate after another until one follows all records; else return the furthest, `best` included."""
+    if best and best.complete:
+        return best
+    begun = 2 if best else 1
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
         told = partial(_note_growth, trail, number, best)
         growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):
