@@ -8,7 +8,7 @@ records agree, and records that differ from their declaration all alike agree.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, combinations
@@ -36,7 +36,7 @@ from mechid.identification.problem import Problem
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]
-BATCHES = 2
+BATCHES = 4
 """Batches of starts refined before some records are believed not to agree either."""
 TRIED = 3
 """Readings of a record, besides the declared one, that are grown together with the others."""
@@ -134,10 +134,9 @@ def _rest(problem: Problem, suspects: list[str], looks: Mapping[str, int], seed:
 
     Of two records that contradict each other the first is believed: it fixes the frame.
     """
-    points = _points(problem, seed)
-    costs = np.array(mapped(partial(_first_costs, problem), points, problem.workers))
+    points, costs = _first_look(problem, seed)
     furthest: _Rest | None = None
-    for others in _left_out(suspects, len(looks)):
+    for others in _left_out(suspects, list(looks), costs):
         rest = problem.only([name for name in looks if name not in others])
         tell(f"without {', '.join(others)}")
         start = _explaining(problem, rest, points, costs)
@@ -151,10 +150,28 @@ def _rest(problem: Problem, suspects: list[str], looks: Mapping[str, int], seed:
     return furthest
 
 
-def _left_out(suspects: list[str], records: int) -> Iterator[tuple[str, ...]]:
-    most = max(1, (records - 1) // 2)
-    last_first = suspects[::-1]
-    return chain.from_iterable(combinations(last_first, size) for size in range(1, most + 1))
+def _left_out(suspects: list[str], names: list[str], costs: FloatArray) -> list[tuple[str, ...]]:
+    """Return which records to leave out: fewest first, then those whose others contradict each other least."""
+    if len(names) == 2:
+        return [(name,) for name in suspects[::-1]]
+
+    def discord(others: tuple[str, ...]) -> tuple[int, float]:
+        own = costs[:, [name not in others for name in names]]
+        return len(others), float(own.sum(axis=1).min() - own.min(axis=0).sum())
+
+    most = (len(names) - 1) // 2
+    return sorted(chain.from_iterable(combinations(suspects, size) for size in range(1, most + 1)), key=discord)
+
+
+def explaining_start(problem: Problem, seed: int) -> Candidate | None:
+    """Return a start, refined, that explains the first window of all records, or None."""
+    return _explaining(problem, problem, *_first_look(problem, seed))
+
+
+def _first_look(problem: Problem, seed: int) -> tuple[list[FloatArray], FloatArray]:
+    """Return the points of the multi-start and what the first window of each record costs there, (points, records)."""
+    points = _points(problem, seed)
+    return points, np.array(mapped(partial(_first_costs, problem), points, problem.workers))
 
 
 def _points(problem: Problem, seed: int) -> list[FloatArray]:
@@ -167,9 +184,7 @@ def _first_costs(problem: Problem, q: FloatArray) -> list[float]:
     return [robust_cost(first_residual(problem, t, q)) for t in problem.targets]
 
 
-def _explaining(
-    problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray
-) -> Candidate | None:
+def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs: FloatArray) -> Candidate | None:
     """Return a start, refined, that explains the first window of the records of `rest`, or None."""
     names = [t.name for t in problem.targets]
     own = costs[:, [names.index(t.name) for t in rest.targets]].sum(axis=1)
@@ -183,9 +198,7 @@ def _explaining(
     return None
 
 
-def _reading(
-    problem: Problem, rest: _Rest, name: str, look: int, seed: int
-) -> tuple[Judged, Judged | None]:
+def _reading(problem: Problem, rest: _Rest, name: str, look: int, seed: int) -> tuple[Judged, Judged | None]:
     """Return the declared reading of a record, and the one to be taken; None where none is followed.
 
     Mostly the others' model follows one reading at once. Where it does not, the others may not tell all that this

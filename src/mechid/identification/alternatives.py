@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from mechid.command import Command
 from mechid.command.edges import steps_travelled
-from mechid.identification.declaration import DECLARED, Taken, taken_target
+from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import followed
 from mechid.identification.problem import Problem, Target
 from mechid.plant.mechanism import Mechanism

@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
-from mechid.identification.agreement import agreement, explains
+from mechid.identification.agreement import Agreement, agreement, explains
 from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
+from mechid.identification.departure import departure
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
@@ -145,16 +147,25 @@ def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Ca
     explained = explains(trail.problem, best)
     told = partial(trail.tell, "records compared")
     agreed = agreement(trail.problem, growth, seed, explained=explained, tell=told)
-    if agreed is None:
-        return _grow_best(trail, found, seed, growth)
-    if agreed.judged or not explained:  # a record left out for good needs more than one start to be sure
-        trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
+    if agreed and agreed.judged:
+        _take(trail, campaign, agreed)
         return _grow_best(trail, _candidates(trail, seed), seed, agreed.growth)
-    growth = agreed.growth if not agreed.left_out and agreed.growth.complete else _grow_best(trail, found, seed, growth)
-    if growth.complete or not agreed.growth.complete:
-        return growth
+    rest = agreed if agreed and agreed.growth.complete else None
+    if rest and not rest.left_out:
+        return rest.growth
+    said = [] if explained else common_readings(trail.problem, growth, seed)
+    if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
+        growth = _grow_best(trail, found, seed, growth)
+        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+    if rest and not said and not growth.complete:
+        _take(trail, campaign, rest)
+        return rest.growth
+    trail.warnings += said
+    return growth
+
+
+def _take(trail: Trail, campaign: Campaign, agreed: Agreement) -> None:
     trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
-    return agreed.growth
 
 
 def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
@@ -195,12 +206,12 @@ def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> Non
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends."""
+    """Name the records that are not followed to their ends, and what happens where they are left."""
     return [
-        f"record {t.name}: the model follows it for {growth.horizons[t.name] / t.base.sample_rate_hz:.4g} s "
-        f"of {(t.samples - 1) / t.base.sample_rate_hz:.4g} s"
+        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
         for t in problem.targets
-        if growth.horizons[t.name] < t.samples
+        if (n := growth.horizons[t.name]) < t.samples
     ]
 
 
@@ -220,7 +231,7 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
 
 
 def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int, best: Growth | None = None) -> Growth:
-    """Grow from one candidate after another until one follows all records; else return the furthest, `best` included."""
+    """Grow from one candidate after another until one follows all records; else return the furthest."""
     if best and best.complete:
         return best
     begun = 2 if best else 1
