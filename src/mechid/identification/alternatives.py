@@ -68,7 +68,9 @@ def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
     not always known. Turns that leave all detents as they are give the same records, and the least stands for them.
     """
     count = math.lcm(command.microsteps, 2) * 4
-    turns = sorted((360.0 * k / count for k in range(-count // 2, count // 2)), key=lambda turn: (abs(turn), -turn))
+    turns = sorted(
+        (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
+    )
     told: list[float] = []
     for turn in turns:
         if not any(_is_same(turn - other, command, orders) for other in told):

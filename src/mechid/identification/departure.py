@@ -94,14 +94,14 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     own_hz = _resonance_hz(problem, q)
     least = max(STANDS_OUT * float(np.median(amplitude[tellable])), SHARE * float(amplitude[tellable].max()))
     peaks = [k for k in argrelmax(amplitude)[0] if tellable[k] and amplitude[k] > least]
-    said = []
+    said: dict[str, str] = {}
     for k in sorted(peaks, key=lambda k: -amplitude[k])[:2]:
         is_own = abs(frequency[k] - own_hz) < 2.0 * width_hz
         owner = ", which is near the resonance of load and gear" if is_own else ""
         owner = owner or _owner(problem, float(frequency[k]) / rate, width_hz / rate)
-        said.append(f"{frequency[k] / rate:.3g} times the step rate{owner}")
+        said.setdefault(owner or str(k), f"{frequency[k] / rate:.3g} times the step rate{owner}")
     at_s = target.base.start_s + horizon / target.base.sample_rate_hz
-    return f"the misfit around {at_s:.4g} s oscillates at {' and at '.join(said)}" if said else ""
+    return f"the misfit around {at_s:.4g} s oscillates at {' and at '.join(said.values())}" if said else ""
 
 
 def _resonance_hz(problem: Problem, q: FloatArray) -> float:
