@@ -1,4 +1,4 @@
-"""Records that are not as declared: found by what the others agree on, taken or left out, and told; or common to all."""
+"""Records that are not as declared: found by what the others agree on, taken or left out; or common to all."""
 
 import json
 from dataclasses import replace

@@ -55,5 +55,5 @@ def test_a_stick_slip_near_the_horizon_is_named(problem):
     at_s = float(switching.time[switching.time > 0.1][0])
     target = next(t for t in problem.targets if t.name == "full_23")
     text = departure(problem, problem.start, target, round(at_s * RATE_HZ))
-    assert f"at {at_s:.3g}" in text
+    assert f"at {at_s:.4g} s" in text
     assert "friction goes from " in text
