@@ -1,0 +1,122 @@
+"""The level that a pointing error stays below with a given confidence, by its own distribution.
+
+ECSS-E-ST-60-10C's summation (`summation`) rests on the central limit theorem and says itself, in A.2.1, that it
+is poor where one or two errors dominate, as the lines of a stepper do. Here the distributions are convolved: the
+periodic part's own (arcsine, for a single line) with the Gaussian of the random part.
+
+The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the confidence counts:
+
+- temporal: over time, for the worst member of the ensemble;
+- ensemble: over the ensemble, at each member's worst time;
+- mixed: over both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
+
+from mechid.budget.indices import Index
+from mechid.budget.pointing_error import POINTS, PointingError
+from mechid.errors import UsageError, did_you_mean
+
+FloatArray = NDArray[np.float64]
+
+INTERPRETATIONS = ("temporal", "ensemble", "mixed")
+CONE = "cone"
+CONE_DRAWS = 16
+
+
+def level(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
+    """Return the level in rad that the error of one member stays below for a share of the time.
+
+    Parameters
+    ----------
+    error : PointingError
+    index : Index
+    confidence : float
+        Share, between 0 and 1.
+    axis : int or None
+        Of the line of sight; None takes the half angle of the cone, the root of the squares' sum.
+    """
+    return mixed_level([error], index, confidence, axis)
+
+
+def mixed_level(
+    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, points: int = POINTS
+) -> float:
+    """Return the level in rad for a share of all times of all members."""
+    parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for e in members]
+    centres, sigmas, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _quantile(centres, sigmas, weights / weights.sum(), confidence)
+
+
+def ensemble_level(
+    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, interpretation: str
+) -> float:
+    """Return the level in rad by a statistical interpretation.
+
+    Raises
+    ------
+    UsageError
+        The interpretation is unknown.
+    """
+    if interpretation == "mixed":
+        return mixed_level(members, index, confidence, axis, points=512)
+    if interpretation == "temporal":
+        return max(level(member, index, confidence, axis) for member in members)
+    if interpretation == "ensemble":
+        worst = [worst_time(member, index, confidence, axis) for member in members]
+        return float(np.quantile(worst, confidence))
+    known = did_you_mean(interpretation, INTERPRETATIONS) or f"; write one of {', '.join(INTERPRETATIONS)}"
+    raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
+
+
+def worst_time(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
+    """Return the error in rad at its worst time.
+
+    The periodic part has a largest value. The random part has none; it counts with the level that it stays below
+    with the requirement's confidence.
+    """
+    _, waves = error.waveforms(index)
+    total = np.abs(waves + error.kept_bias(index)) + ndtri(0.5 * (1.0 + confidence)) * error.sigma(index)
+    return float(np.hypot.reduce(total, axis=2).max() if axis is None else total[:, :, axis].max())
+
+
+def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the member as a mixture of Gaussians: centres, sigmas and weights, (n,) each."""
+    shares, waves = error.waveforms(index, points)
+    centres = (waves[:, :, axis] + error.kept_bias(index)[axis]).ravel()
+    return centres, np.full(centres.size, error.sigma(index)[axis]), np.repeat(shares, points)
+
+
+def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the half angle as centres with weights; the random part is drawn, quasi-randomly, since it is no sum."""
+    shares, waves = error.waveforms(index, points)
+    sigma, total = error.sigma(index), waves + error.kept_bias(index)
+    if np.any(sigma > 0.0):
+        draws = qmc.Sobol(sigma.size, seed=0).random(points * CONE_DRAWS)
+        total = np.repeat(total, CONE_DRAWS, axis=1) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
+    angle = np.sqrt(np.sum(total**2, axis=2))
+    return angle.ravel(), np.zeros(angle.size), np.repeat(shares, angle.shape[1])
+
+
+def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
+    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width."""
+    if not np.any(sigmas > 0.0):
+        size = np.abs(centres)
+        order = np.argsort(size)
+        reached = np.cumsum(weights[order]) - 0.5 * weights[order]
+        return float(np.interp(confidence, reached, size[order]))
+    width = np.maximum(sigmas, 1e-300)
+
+    def missing(x: float) -> float:
+        inside = ndtr((x - centres) / width) - ndtr((-x - centres) / width)
+        return float(weights @ inside) - confidence
+
+    return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))
