@@ -33,9 +33,6 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 KINDS = ("APE", "MPE", "RPE", "PDE", "PRE")
-INSTANTS = 48
-"""Instants of a window at which RPE is looked at, by Gauss-Legendre: exact to some ten periods a window; with more
-of them the window's mean is small and all instants are alike."""
 
 
 @dataclass(frozen=True)
@@ -88,30 +85,23 @@ class Index:
             return np.asarray(1.0 - s**2)
         return np.asarray(4.0 * np.sin(np.pi * frequency_hz * self.separation_s) ** 2 * s**2)
 
-    def gains(self, frequency_hz: FloatArray) -> tuple[FloatArray, ComplexArray]:
-        """Return what the index makes of lines at each instant of a window.
+    def gains(self, frequency_hz: FloatArray, position: FloatArray) -> ComplexArray:
+        """Return by what a line's phasor is multiplied, (p, n).
 
         Parameters
         ----------
         frequency_hz : (n,)
-
-        Returns
-        -------
-        shares : (i,)
-            How much of the time each instant stands for; their sum is 1.
-        gains : (i, n) complex
-            By which a line's phasor is multiplied there.
+        position : (p,)
+            Instants in the window, -1/2 to 1/2 of it, at which RPE is looked at; the others do not depend on it.
         """
         f = frequency_hz[None, :]
         s = np.sinc(f * self.window_s)
         if self.kind == "RPE":
-            nodes, shares = np.polynomial.legendre.leggauss(INSTANTS)
-            tau = 0.5 * self.window_s * nodes[:, None]
-            return 0.5 * shares, np.exp(2j * np.pi * f * tau) - s
-        one = {"APE": np.ones_like(f), "MPE": s}.get(self.kind)
-        if one is None:
-            one = (np.exp(2j * np.pi * f * self.separation_s) - 1.0) * s
-        return np.ones(1), one.astype(np.complex128)
+            return np.asarray(np.exp(2j * np.pi * f * self.window_s * position[:, None]) - s)
+        if self.kind in ("PDE", "PRE"):
+            s = (np.exp(2j * np.pi * f * self.separation_s) - 1.0) * s
+        gain = np.ones_like(f) if self.kind == "APE" else s
+        return np.broadcast_to(gain.astype(np.complex128), (position.size, frequency_hz.size))
 
     def variance(self, frequency_hz: FloatArray, density: FloatArray) -> float:
         """Return the index's variance of a one-sided density, (n,) unit^2/Hz at equal steps of frequency."""

@@ -30,6 +30,7 @@ FloatArray = NDArray[np.float64]
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"
 CONE_DRAWS = 16
+"""Draws of the random part for each instant of the periodic one."""
 
 
 def level(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
@@ -52,8 +53,8 @@ def mixed_level(
 ) -> float:
     """Return the level in rad for a share of all times of all members."""
     parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for e in members]
-    centres, sigmas, weights = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return _quantile(centres, sigmas, weights / weights.sum(), confidence)
+    centres, sigmas = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _quantile(centres, sigmas, confidence)
 
 
 def ensemble_level(
@@ -83,40 +84,35 @@ def worst_time(error: PointingError, index: Index, confidence: float, axis: int 
     The periodic part has a largest value. The random part has none; it counts with the level that it stays below
     with the requirement's confidence.
     """
-    _, waves = error.waveforms(index)
-    total = np.abs(waves + error.kept_bias(index)) + ndtri(0.5 * (1.0 + confidence)) * error.sigma(index)
-    return float(np.hypot.reduce(total, axis=2).max() if axis is None else total[:, :, axis].max())
+    total = np.abs(error.waveforms(index) + error.kept_bias(index)) + ndtri(0.5 * (1.0 + confidence)) * error.sigma(
+        index
+    )
+    return float(np.sqrt(np.sum(total**2, axis=1)).max() if axis is None else total[:, axis].max())
 
 
-def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the member as a mixture of Gaussians: centres, sigmas and weights, (n,) each."""
-    shares, waves = error.waveforms(index, points)
-    centres = (waves[:, :, axis] + error.kept_bias(index)[axis]).ravel()
-    return centres, np.full(centres.size, error.sigma(index)[axis]), np.repeat(shares, points)
+def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return the member as a mixture of Gaussians of equal weight: centres and sigmas, (n,) each."""
+    centres = error.waveforms(index, points)[:, axis] + error.kept_bias(index)[axis]
+    return centres, np.full(points, error.sigma(index)[axis])
 
 
-def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the half angle as centres with weights; the random part is drawn, quasi-randomly, since it is no sum."""
-    shares, waves = error.waveforms(index, points)
-    sigma, total = error.sigma(index), waves + error.kept_bias(index)
+def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
+    sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
     if np.any(sigma > 0.0):
         draws = qmc.Sobol(sigma.size, seed=0).random(points * CONE_DRAWS)
-        total = np.repeat(total, CONE_DRAWS, axis=1) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
-    angle = np.sqrt(np.sum(total**2, axis=2))
-    return angle.ravel(), np.zeros(angle.size), np.repeat(shares, angle.shape[1])
+        total = np.repeat(total, CONE_DRAWS, axis=0) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
+    angle = np.sqrt(np.sum(total**2, axis=1))
+    return angle, np.zeros(angle.size)
 
 
-def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
-    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width."""
+def _quantile(centres: FloatArray, sigmas: FloatArray, confidence: float) -> float:
+    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians of equal weight, some of no width."""
     if not np.any(sigmas > 0.0):
-        size = np.abs(centres)
-        order = np.argsort(size)
-        reached = np.cumsum(weights[order]) - 0.5 * weights[order]
-        return float(np.interp(confidence, reached, size[order]))
-    width = np.maximum(sigmas, 1e-300)
+        return float(np.quantile(np.abs(centres), confidence, method="hazen"))
+    width = np.maximum(sigmas, 1e-9 * sigmas.max())
 
     def missing(x: float) -> float:
-        inside = ndtr((x - centres) / width) - ndtr((-x - centres) / width)
-        return float(weights @ inside) - confidence
+        return float(np.mean(ndtr((x - centres) / width) - ndtr((-x - centres) / width))) - confidence
 
     return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))

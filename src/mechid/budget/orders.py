@@ -80,7 +80,9 @@ class Crossing:
     rate: float
 
 
-def crossings(orders: Sequence[float], modes: Sequence[tuple[str, float]], rates: tuple[float, float]) -> list[Crossing]:
+def crossings(
+    orders: Sequence[float], modes: Sequence[tuple[str, float]], rates: tuple[float, float]
+) -> list[Crossing]:
     """Return the crossings of a Campbell diagram within a range of rates, by rate.
 
     Parameters

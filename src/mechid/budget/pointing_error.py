@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,8 +12,8 @@ from mechid.budget.indices import Index
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-POINTS = 2048
-"""Instants over the sources' periods at which their sum is looked at."""
+POINTS = 8192
+"""Instants at which the sum of the sources is looked at; a level is good to some 1e-4 with one source."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,36 +78,28 @@ class PointingError:
             square = square + index.weight(source.frequency_hz) @ (0.5 * np.abs(source.phasors) ** 2)
         return np.asarray(np.sqrt(square), dtype=np.float64)
 
-    def waveforms(self, index: Index, points: int = POINTS) -> tuple[FloatArray, FloatArray]:
-        """Return what the periodic parts are under an index, at instants equidistributed over all their phases.
+    def waveforms(self, index: Index, points: int = POINTS) -> FloatArray:
+        """Return what the periodic parts are under an index, (points, m) rad, without bias and random part.
 
-        Returns
-        -------
-        shares : (i,)
-            Of time, for each instant of the index's window.
-        values : (i, points, m)
-            rad, without bias and random part.
+        The instants are equidistributed over all sources' phases and over the index's window.
         """
-        shares, _ = index.gains(np.zeros(1))
-        values = np.zeros((shares.size, points, self.bias.size))
-        for source, phase in zip(self.sources, _phases(len(self.sources), points), strict=True):
-            _, gains = index.gains(source.frequency_hz)
+        *phases, position = _phases(len(self.sources) + 1, points)
+        total = np.zeros((points, self.bias.size))
+        for source, phase in zip(self.sources, phases, strict=True):
             turning = np.exp(2j * np.pi * np.outer(phase, source.orders))
-            for instant, gain in enumerate(gains):
-                values[instant] += (turning @ (gain[:, None] * source.phasors)).real
-        return shares, values
+            total += ((turning * index.gains(source.frequency_hz, position - 0.5)) @ source.phasors).real
+        return total
 
 
-def _phases(count: int, points: int) -> Iterator[FloatArray]:
-    """Yield phases in turns, (points,) for each source: a Kronecker sequence, equidistributed on their torus.
+def _phases(count: int, points: int) -> list[FloatArray]:
+    """Return positions in turns, `count` times (points,): a Kronecker sequence, equidistributed on their torus.
 
-    The first walks evenly through its period; the others by the golden ratios of their number of dimensions
-    (Roberts, the R_d sequence).
+    The first walks evenly through its period, the others in steps of the powers of one irrational number, the
+    root of x^d = x + 1 with d the number of the others (Roberts' R_d sequence).
     """
-    k = np.arange(points)
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1.0 + ratio) ** (1.0 / count) if count else 1.0
-    for dimension in range(count):
-        step = 1.0 / points if dimension == 0 else ratio**-dimension
-        yield (0.5 / points + k * step) % 1.0
+    k, others = np.arange(points, dtype=np.float64), max(count - 1, 1)
+    root = 2.0
+    for _ in range(60):
+        root = (1.0 + root) ** (1.0 / (others + 1))
+    steps = [1.0 / points, *(root**-d for d in range(1, count))]
+    return [(0.5 / points + k * step) % 1.0 for step in steps]

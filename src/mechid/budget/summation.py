@@ -16,7 +16,7 @@ periodic   mu_A        0              0
 
 Worst is the mean and n_p standard deviations. Means add, standard deviations add linearly within a correlated group
 and by their squares between groups (4.2, A.2): total = |mean| + n_p sigma. A line's arcsine distribution enters by its
-standard deviation A/2^1/2 alone; where lines dominate, `levels` is the exact one and this an upper bound for n_p > 1.41.
+standard deviation A/2^1/2 alone; where lines dominate, `levels` is exact and this an upper bound for n_p > 1.41.
 """
 
 from __future__ import annotations
