@@ -69,7 +69,7 @@ def base(modes: int) -> Block:
     values = [symbols(f"omega_base_{k} zeta_base_{k} phi_base_{k}") for k in range(modes)]
     held = [2 * zeta * w * v + w**2 * eta for (eta, v), (w, zeta, _) in zip(etas, values, strict=True)]
     S = sum((phi**2 for _, _, phi in values), sp.Integer(0))
-    rates = {}
+    rates: dict[sp.Symbol, sp.Expr] = {}
     for (eta, v), (_, _, phi), spring in zip(etas, values, held, strict=True):
         rates |= {eta: v, v: phi * T_base - spring}
     return Block(
@@ -153,8 +153,8 @@ def _load_mode(k: int) -> tuple[Declaration, ...]:
 def _mode(which: str, k: int, shape: str, unit: str, meaning: str) -> tuple[Declaration, ...]:
     of = f"mode {k} of the {which}"
     return (
-        Declaration(key=f"{which}.{k}.frequency", symbol=f"omega_{which}_{k}", unit="rad/s", meaning=f"frequency of {of}",
-                    lower=0.0, source=""),
+        Declaration(key=f"{which}.{k}.frequency", symbol=f"omega_{which}_{k}", unit="rad/s",
+                    meaning=f"frequency of {of}", lower=0.0, source=""),
         Declaration(key=f"{which}.{k}.damping", symbol=f"zeta_{which}_{k}", unit="1", meaning=f"damping of {of}",
                     lower=0.0, source=""),
         Declaration(key=f"{which}.{k}.shape", symbol=f"{shape}_{which}_{k}", unit=unit, meaning=f"{meaning} {of}",
