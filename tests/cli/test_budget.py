@@ -29,7 +29,7 @@ def test_a_budget_from_file_to_file(run, folder):
     result = run("budget", folder / "budget.toml", "--out", folder / "out")
     assert result.exit_code == 0, result.stderr
     data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
-    rows = list(csv.DictReader((folder / "out" / "harmonics.csv").open(encoding="utf-8")))
+    rows = list(csv.DictReader((folder / "out" / "harmonics.csv").read_text(encoding="utf-8").splitlines()))
     (mode,) = data["modes"]
     assert mode["worst_rate"] == 47.5
     lines = [r for r in rows if float(r["rate_steps_per_s"]) == 47.5]

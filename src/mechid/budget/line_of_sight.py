@@ -78,9 +78,7 @@ def respond(state: SteadyState, structure: Structure) -> Response:
     power = np.abs(state.lines) ** 2
     uncovered = float(np.sqrt(power[~known].sum() / power.sum())) if power.sum() > 0.0 else 0.0
     frequency, density = _random_part(state, structure)
-    return Response(
-        structure.line_of_sight, state, transfer, transfer * state.lines[:, None], uncovered, frequency, density
-    )
+    return Response(structure.line_of_sight, state, transfer, phasors, uncovered, frequency, density)
 
 
 def _random_part(state: SteadyState, structure: Structure) -> tuple[FloatArray | None, FloatArray | None]:
