@@ -26,6 +26,7 @@ def estimate(fit_percent=100.0, relative=RELATIVE):
     record = {"use": "validate", "fit_percent": fit_percent, "residual_rms": 1e-3, "noise_sigma": 0.0}
     return {
         "format": "mechid-estimate/1",
+        "outcome": {"code": "converged", "message": ""},
         "parameters": parameters,
         "correlation": {"names": list(FREE), "matrix": correlation.tolist()},
         "records": {"sweep": record},

@@ -116,7 +116,7 @@ def test_what_flies_replaces_what_was_estimated(tmp_path):
     assert flying.mechanism.value("gear.stiffness") == 1000.0
     assert "gear.stiffness" not in flying.names
     assert flying.mechanism.value("load.0.shape") == pytest.approx(0.1)
-    with pytest.raises(InputFileError, match='did you mean "gear[.]stiffness"'):
+    with pytest.raises(InputFileError, match=r'did you mean "gear[.]stiffness"'):
         read_flying(tmp_path / "estimate.json", Flight(spread={"gear.stifness": 1.0}))
     with pytest.raises(InputFileError, match="leave nothing of the load"):
         read_flying(tmp_path / "estimate.json", Flight(load_modes=(LoadMode(5.0, 0.01, 0.5),)))

@@ -53,6 +53,22 @@ def test_a_budget_from_file_to_file(run, folder):
     assert "left on the bench: housing.gain" in result.stdout
 
 
+def test_time_series_and_densities_in_hdf5(run, folder):
+    """Truth: Parseval between a series and its density, and the RMS in budget.json."""
+    h5py = pytest.importorskip("h5py")
+    assert run("budget", folder / "budget.toml", "--out", folder / "out").exit_code == 0
+    data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
+    with h5py.File(folder / "out" / "disturbance.h5") as file:
+        scan = file["scan"]
+        step = scan["frequency"][1]
+        assert scan["torque"].attrs["unit"] == "N*m"
+        assert scan["torque_psd"][:].sum() * step == pytest.approx(np.mean(scan["torque"][:] ** 2), rel=1e-6)
+        for k, axis in enumerate(("x", "y")):
+            rms = data["modes"][0]["line_of_sight_rms_rad"][k]
+            assert scan[f"line_of_sight_{axis}"][:].std() == pytest.approx(rms, rel=1e-6)
+            assert np.sqrt(scan[f"line_of_sight_{axis}_psd"][:].sum() * step) == pytest.approx(rms, rel=1e-6)
+
+
 def test_a_wrong_key_is_one_line_and_exit_code_3(refused, folder):
     text = SMALL.replace("[flight]", "[flihgt]")
     (folder / "budget.toml").write_text(text, encoding="utf-8")

@@ -164,6 +164,8 @@ def _named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> 
 
 def _warnings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) -> list[str]:
     out = [f"{file.structure.name}: {line}" for line in file.structure.warnings]
+    if estimate.outcome:
+        out.append(f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more")
     if estimate.removed:
         out.append(f"left on the bench: {', '.join(estimate.removed)}")
     for budget in modes:

@@ -15,6 +15,7 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.mechanism_structure import detent_order
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.estimate_file import read_estimate
+from mechid.identification.fit import FitOutcome
 from mechid.parameter import Parameter
 from mechid.plant.flight import in_flight
 from mechid.plant.mechanism import Mechanism
@@ -42,6 +43,8 @@ class Estimate:
         Share of the torque that the model misses on validation records (or, without any, on all), noise removed.
     removed : tuple of str
         Estimated parameters of the test stand.
+    outcome : str
+        The fit's own sentence where it did not succeed, else empty.
     """
 
     mechanism: Mechanism
@@ -49,6 +52,7 @@ class Estimate:
     covariance: FloatArray
     discrepancy: float
     removed: tuple[str, ...]
+    outcome: str = ""
 
 
 def read_flying(path: Path, flight: Flight) -> Estimate:
@@ -67,6 +71,9 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
             if name not in own:
                 near = did_you_mean(name, own) or f"; the parameters are {', '.join(own)}"
                 raise InputFileError(f"flight.{where}: unknown parameter {name}{near}")
+    for name in flight.spread:
+        if content["parameters"][name]["status"] == "tied":
+            raise InputFileError(f"flight.spread: {name} follows another parameter; give the spread of that one")
     names, covariance = _covariance(content, path)
     flying = [k for k, name in enumerate(names) if name in own and name not in flight.values]
     return Estimate(
@@ -75,6 +82,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         covariance=covariance[np.ix_(flying, flying)],
         discrepancy=_discrepancy(content["records"]),
         removed=tuple(name for name in names if name not in own),
+        outcome=_doubt(content["outcome"]),
     )
 
 
@@ -142,6 +150,11 @@ def _nested(values: Mapping[str, float]) -> dict[str, Any]:
                 place = place.setdefault(part, {})
         place[key] = value
     return table
+
+
+def _doubt(outcome: Mapping[str, Any]) -> str:
+    good = {o.code for o in FitOutcome if o.good}
+    return "" if outcome["code"] in good else str(outcome["message"])
 
 
 def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:

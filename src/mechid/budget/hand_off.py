@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechid.budget.budget import Budget, ModeBudget
+from mechid.budget.hdf5 import is_available, write_hdf5
 from mechid.budget.requirement import Standing
 from mechid.campaign.toml_file import write_whole
 from mechid.errors import UsageError
@@ -21,6 +22,8 @@ HARMONICS, LINES, CROSSINGS, JSON = "harmonics.csv", "line_of_sight.csv", "cross
 
 def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
     """Write the files of a budget into a folder, made where it is missing; each whole or not at all.
+
+    Time series and densities go into disturbance.h5 where h5py is there.
 
     Raises
     ------
@@ -40,7 +43,8 @@ def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
             write_whole(folder / name, content)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-    return [folder / name for name in texts]
+    files = [folder / name for name in texts]
+    return [*files, write_hdf5(budget, folder)] if is_available() else files
 
 
 def budget_data(budget: Budget) -> dict[str, Any]:

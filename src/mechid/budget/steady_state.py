@@ -40,10 +40,10 @@ class SteadyState:
     gradient : (n, p) complex
         Derivative of the lines to the parameters asked for.
     sample_rate_hz : float
+    torque : (N,)
+        Of the stretch that is analysed, N m.
     residual : (N,)
         What does not repeat with a period of 2/rate, N m.
-    rms : float
-        Of the torque about its mean, N m.
     """
 
     rate: float
@@ -51,13 +51,18 @@ class SteadyState:
     lines: ComplexArray
     gradient: ComplexArray
     sample_rate_hz: float
+    torque: FloatArray
     residual: FloatArray
-    rms: float
 
     @property
     def frequency_hz(self) -> FloatArray:
         """Of each line, (n,)."""
         return np.asarray(0.5 * self.rate * self.orders, dtype=np.float64)
+
+    @property
+    def rms(self) -> float:
+        """Of the torque about its mean, N m."""
+        return float(np.std(self.torque))
 
     @property
     def unsteady(self) -> float:
@@ -98,8 +103,7 @@ def steady_state(
     orders = np.arange(1, min(int(2.0 * mode.highest_hz / rate), per_period // 2 - 1) + 1)
     lines, residual = _lines(y[first:], periods, orders)
     gradient, _ = _lines(J[first:], periods, orders)
-    rms = float(np.std(y[first:]))
-    return SteadyState(rate, orders, lines[:, 0], gradient, fs, residual[:, 0], rms)
+    return SteadyState(rate, orders, lines[:, 0], gradient, fs, y[first:, 0].copy(), residual[:, 0])
 
 
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode) -> int:
