@@ -7,7 +7,7 @@ from scipy import stats
 from mechid.budget.indices import Index
 from mechid.budget.levels import ensemble_level, level, mixed_level
 from mechid.budget.pointing_error import PointingError, Source
-from mechid.budget.shares import propagated
+from mechid.budget.shares import drawn, propagated
 from mechid.budget.summation import Contribution, coverage_factor, total
 from mechid.errors import UsageError
 
@@ -144,6 +144,20 @@ def test_shares_of_correlated_parameters():
     assert sum(band.shares.values()) == pytest.approx(1.0)
     draws = 5.0 + np.random.default_rng(7).multivariate_normal([0, 0], covariance, 200_000) @ [2.0, -1.0]
     np.testing.assert_allclose(band.ci95, np.quantile(draws, [0.025, 0.975]), atol=0.05)
+
+
+def test_a_drawn_band():
+    """Truth: of a plane the linear band; of x^2 the variance 2 of chi-square, none of it a straight line's."""
+    covariance = np.array([[1.0, 0.6], [0.6, 4.0]])
+    plane = propagated(5.0, np.array([2.0, -1.0]), covariance, ("a", "b"))
+    band = drawn(5.0, lambda by: 5.0 + 2.0 * by[0] - by[1], covariance, ("a", "b"))
+    assert band.sigma == pytest.approx(plane.sigma, rel=0.01)
+    assert band.shares["a"] == pytest.approx(plane.shares["a"], abs=0.01)
+    assert band.shares["curvature"] == pytest.approx(0.0, abs=0.01)
+    curved = drawn(0.0, lambda by: by[0] ** 2, np.eye(1), ("a",))
+    assert curved.sigma == pytest.approx(np.sqrt(2.0), rel=0.05)
+    assert curved.shares["curvature"] == pytest.approx(1.0, abs=0.05)
+    assert drawn(1.0, lambda by: 1.0, np.zeros((1, 1)), ("a",)).sigma == 0.0
 
 
 def test_mixed_of_a_member_is_its_level():

@@ -11,7 +11,7 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.levels import CONE, ensemble_level, level
 from mechid.budget.pointing_error import PointingError, Source
 from mechid.budget.requirement import Requirement, Standing
-from mechid.budget.shares import Band, propagated
+from mechid.budget.shares import Band, drawn
 from mechid.budget.steady_state import SteadyState
 from mechid.budget.summation import Contribution, total
 from mechid.signal.power import power_density
@@ -111,8 +111,11 @@ def standing(
     elif requirement.interpretation == "ensemble":
         worst = ensemble_level([response.error()], index, confidence, axis, "ensemble")
     scale = worst / nominal if nominal > 0.0 else 1.0
-    gradient = scale * _gradient(response, requirement, axis, knowing, np.sqrt(np.diag(estimate.covariance)))
-    band = _with_discrepancy(propagated(worst, gradient, estimate.covariance, estimate.names), estimate)
+
+    def moved(by: FloatArray) -> float:
+        return scale * level(response.error(response.phasors + _moved(knowing, by)), index, confidence, axis)
+
+    band = _with_discrepancy(drawn(worst, moved, estimate.covariance, estimate.names), estimate)
     return Standing(requirement=requirement, mode=mode, level=band, ecss_rad=_by_ecss(requirement, response, axis))
 
 
@@ -142,22 +145,6 @@ def _directions(response: Response, estimated: int) -> tuple[ComplexArray, Compl
 
 def _moved(slopes: ComplexArray, by: FloatArray) -> ComplexArray:
     return np.asarray(np.tensordot(by, slopes, axes=1), dtype=np.complex128)
-
-
-def _gradient(
-    response: Response, requirement: Requirement, axis: int | None, slopes: ComplexArray, sigma: FloatArray
-) -> FloatArray:
-    """Return the derivative of the level by central differences of a tenth of a sigma along linear phasors."""
-    out = np.zeros(len(slopes))
-    for k, step in enumerate(0.1 * sigma):
-        if step > 0.0:
-            ends = [
-                level(response.error(response.phasors + sign * step * slopes[k]), requirement.index,
-                      requirement.confidence, axis)
-                for sign in (1.0, -1.0)
-            ]  # fmt: skip
-            out[k] = (ends[0] - ends[1]) / (2.0 * step)
-    return out
 
 
 def _with_discrepancy(band: Band, estimate: Estimate) -> Band:
