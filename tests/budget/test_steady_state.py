@@ -12,7 +12,7 @@ from mechid.budget.coupling import dynamic_stiffness
 from mechid.budget.flight_entry import Flight, LoadMode
 from mechid.budget.flying_mechanism import read_flying
 from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import respond, standing
+from mechid.budget.line_of_sight import ensemble_draws, nominal_level, respond, standing
 from mechid.budget.orders import phasors
 from mechid.budget.requirement import Requirement
 from mechid.budget.steady_state import steady_state
@@ -100,7 +100,23 @@ def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, with
 
 def _certain(flying):
     """Return the estimate without uncertainty, so that only the level is worked out."""
-    return replace(flying, names=(), covariance=np.zeros((0, 0)))
+    return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=0.0)
+
+
+def test_a_spread_makes_an_ensemble(flying):
+    """Truth: units at the drawn voltages, simulated anew. Temporal is the worst of them."""
+    structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
+    name, sigma = "stepper.peak_voltage", 0.02
+    state = steady_state(flying.mechanism, MODE, 37.3, (name,), SUBSTEPS)
+    draws = ensemble_draws(1, seed=1)
+    worst = standing(REQUIREMENT, "scan", respond(state, structure), _certain(flying), np.array([sigma]), draws)
+    levels = []
+    for draw in (draws.min(), draws.max()):
+        moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})
+        unit = respond(steady_state(moved, MODE, 37.3, (), SUBSTEPS), structure)
+        levels.append(nominal_level(REQUIREMENT, unit))
+    assert worst.level.value == pytest.approx(max(levels), rel=2e-3)
+    assert worst.level.value > nominal_level(REQUIREMENT, respond(state, structure))
 
 
 def test_the_test_stand_stays_behind(flying):

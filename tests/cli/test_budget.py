@@ -44,6 +44,9 @@ def test_a_budget_from_file_to_file(run, folder):
     expected = np.sqrt(0.5 * np.sum(np.abs(h * amplitude)[inside] ** 2))
     assert mode["line_of_sight_rms_rad"][0] == pytest.approx(expected, rel=1e-6)
     assert mode["cumulative_rms_rad"]["lines"][0][-1] == pytest.approx(expected, rel=1e-6)
+    bands = list(csv.DictReader((folder / "out" / "envelope.csv").read_text(encoding="utf-8").splitlines()))
+    largest = max(float(r["torque_amplitude_Nm"]) for r in rows)
+    assert max(float(r["torque_amplitude_Nm"]) for r in bands) == pytest.approx(largest)
     exposure = data["requirements"][0]
     assert exposure["margin"] == pytest.approx(1.0 - exposure["level_rad"] / 1e-7)
     assert not exposure["met"]

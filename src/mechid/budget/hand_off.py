@@ -17,7 +17,10 @@ from mechid.identification.estimate_file import json_text
 from mechid.signal.power import cumulative_rms
 
 FORMAT = "mechid-budget/1"
-HARMONICS, LINES, CROSSINGS, JSON = "harmonics.csv", "line_of_sight.csv", "crossings.csv", "budget.json"
+HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
+CROSSINGS, JSON = "crossings.csv", "budget.json"
+LOWEST_BAND_HZ, BANDS_PER_DECADE = 1.0, 10
+"""Of the envelope: third octaves, as their tenth of a decade."""
 
 
 def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
@@ -34,6 +37,7 @@ def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
     texts = {
         HARMONICS: _harmonics(budget),
         LINES: _line_of_sight(budget),
+        ENVELOPE: _envelope(budget),
         CROSSINGS: _crossings(budget),
         JSON: json_text(budget_data(budget)),
     }
@@ -127,6 +131,16 @@ def _line_of_sight(budget: Budget) -> Iterator[str]:
         for response in mode.responses:
             rms = ",".join(f"{value:.9e}" for value in response.rms())
             yield f"{mode.mode.name},{response.state.rate:.9g},{rms}\n"
+
+
+def _envelope(budget: Budget) -> Iterator[str]:
+    """Yield the largest torque line in each band at any rate, mode by mode."""
+    yield "mode,from_Hz,to_Hz,torque_amplitude_Nm\n"
+    for mode in budget.modes:
+        decades = np.log10(mode.mode.highest_hz / LOWEST_BAND_HZ)
+        edges = LOWEST_BAND_HZ * 10.0 ** (np.arange(np.ceil(decades * BANDS_PER_DECADE) + 1) / BANDS_PER_DECADE)
+        for low, high, size in zip(edges, edges[1:], mode.order_map.envelope(edges), strict=False):
+            yield f"{mode.mode.name},{low:.6g},{high:.6g},{size:.9e}\n"
 
 
 def _crossings(budget: Budget) -> Iterator[str]:
