@@ -23,13 +23,19 @@ def estimate(fit_percent=100.0, relative=RELATIVE):
         parameters[name] = {"value": value, "std_error": sigma, "status": status}
     correlation = np.eye(len(FREE))
     correlation[0, 2] = correlation[2, 0] = 0.9
-    record = {"use": "validate", "fit_percent": fit_percent, "residual_rms": 1e-3, "noise_sigma": 0.0}
+    record = {
+        "use": "validate",
+        "samples": 10_000,
+        "fit_percent": fit_percent,
+        "residual_rms": 1e-3,
+        "noise_sigma": 0.0,
+    }
     return {
         "format": "mechid-estimate/1",
         "outcome": {"code": "converged", "message": ""},
         "parameters": parameters,
         "correlation": {"names": list(FREE), "matrix": correlation.tolist()},
-        "records": {"sweep": record},
+        "records": {"sweep": record | {"fit_percent": fit_percent}},
     }
 
 

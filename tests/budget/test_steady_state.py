@@ -1,12 +1,13 @@
 """Lines of the steady torque, their derivatives and the line of sight, against other ways to the same."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy import signal
 
-from estimates import write_estimate_of_paper
+from estimates import estimate, write_estimate_of_paper
 from mechid.budget.budget_file import OperatingMode
 from mechid.budget.coupling import dynamic_stiffness
 from mechid.budget.flight_entry import Flight, LoadMode
@@ -101,6 +102,15 @@ def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, with
 def _certain(flying):
     """Return the estimate without uncertainty, so that only the level is worked out."""
     return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=0.0)
+
+
+@pytest.mark.parametrize(("noise", "expected"), [(0.0, 0.05), (0.8e-3, 0.03), (0.999e-3, 0.0)])
+def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
+    """Truth: 5 % missed with a residual of 1e-3, of which the noise is nothing, 0.8 of it, or all but chance."""
+    content = estimate(fit_percent=95.0)
+    content["records"]["sweep"]["noise_sigma"] = noise
+    (tmp_path / "estimate.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_spread_makes_an_ensemble(flying):

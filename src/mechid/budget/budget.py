@@ -45,7 +45,7 @@ class ModeBudget:
     standings : tuple of Standing
         At the worst rate of each requirement.
     avoid : mapping of requirement to ranges
-        Rates, from and to, at which the nominal level exceeds the limit.
+        Rates, from and to, at which the nominal level exceeds the limit; of a mode with several rates.
     """
 
     mode: OperatingMode
@@ -122,7 +122,8 @@ def _mode_budget(
         levels = np.array([nominal_level(requirement, r) for r in responses])
         at = responses[int(levels.argmax())]
         standings.append(standing(requirement, mode.name, at, estimate, spread, draws))
-        avoid[requirement.name] = tuple(rates_to_avoid(mode.rates, levels, requirement.limit_rad))
+        if mode.rates.size > 1:
+            avoid[requirement.name] = tuple(rates_to_avoid(mode.rates, levels, requirement.limit_rad))
     listener(f'mode "{mode.name}": two-way at {mode.rates[worst]:.6g} steps/s')
     state = responses[worst].state
     gains = loop_gain(file.structure, estimate.mechanism, state.frequency_hz)

@@ -25,6 +25,9 @@ FloatArray = NDArray[np.float64]
 
 TEST_STAND = ("housing",)
 """Tables of the mechanism that stay on the bench: the paper's housing filter has no reaction on it."""
+NOISE_ERROR = 3.7
+"""Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and
+2 x 1.7 of the other (`signal.noise`), by their squares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,11 +172,16 @@ def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...]
 
 
 def _discrepancy(records: Mapping[str, Any]) -> float:
-    """Return the RMS over records of the share that is missed beyond the noise."""
+    """Return the RMS over records of the share that is missed beyond the noise; none where that may be chance."""
     judged = [r for r in records.values() if r["use"] == "validate"] or list(records.values())
-    shares = []
-    for r in judged:
-        missed = 1.0 - (r["fit_percent"] or 0.0) / 100.0
-        noise = min((r["noise_sigma"] or 0.0) / max(r["residual_rms"] or 0.0, 1e-300), 1.0)
-        shares.append(missed**2 * (1.0 - noise**2))
+    shares = [(1.0 - (r["fit_percent"] or 0.0) / 100.0) ** 2 * _beyond_noise(r) for r in judged]
     return float(np.sqrt(np.mean(shares))) if shares else 0.0
+
+
+def _beyond_noise(record: Mapping[str, Any]) -> float:
+    """Return the share of the residual's power that is no noise, 0 within three standard errors of none."""
+    residual, noise = record["residual_rms"] or 0.0, record["noise_sigma"] or 0.0
+    if residual <= noise:
+        return 0.0
+    share = 1.0 - (noise / residual) ** 2
+    return share if share > 3.0 * NOISE_ERROR / np.sqrt(max(record["samples"], 1)) else 0.0

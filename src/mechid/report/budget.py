@@ -82,7 +82,7 @@ def _requirement(r: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _drivers(r: Mapping[str, Any]) -> str:
-    largest = list(r["variance_shares"].items())[:SHOWN_SHARES]
+    largest = [(n, s) for n, s in r["variance_shares"].items() if abs(s) >= 0.01][:SHOWN_SHARES]
     return f'{r["requirement"]}, mode "{r["mode"]}": ' + ", ".join(f"{n} {100.0 * s:.0f} %" for n, s in largest)
 
 
