@@ -9,9 +9,9 @@ from scipy import signal
 
 from estimates import estimate, write_estimate_of_paper
 from mechid.budget.budget_file import OperatingMode
-from mechid.budget.coupling import dynamic_stiffness
+from mechid.budget.coupling import dynamic_stiffness, loop_gain
 from mechid.budget.flight_entry import Flight, LoadMode
-from mechid.budget.flying_mechanism import read_flying
+from mechid.budget.flying_mechanism import on_base, read_flying
 from mechid.budget.indices import Index
 from mechid.budget.line_of_sight import ensemble_draws, nominal_level, respond, standing
 from mechid.budget.orders import phasors
@@ -159,3 +159,16 @@ def test_dynamic_stiffness(flying, stuck):
         f = np.linspace(20.0, 80.0, 6001)
         peak = f[np.abs(dynamic_stiffness(flying.mechanism, f, stuck=True)).argmax()]
         assert peak == pytest.approx(np.sqrt(v("gear.stiffness") / v("load.inertia")) / (2.0 * np.pi), rel=0.02)
+
+
+@pytest.mark.parametrize(("shape", "gain"), [(0.5, 0.06), (1.5, 0.5)])
+def test_the_criterion_foretells_the_two_way_torque(flying, state, shape, gain):
+    """Truth: the joined simulation. T = T_held + K R T, K linearised: the largest line changes by 1/(1 - R K)."""
+    modes = Modes(np.array([35.0]), np.array([0.02]), np.array([shape]), np.array([[0.05]]))
+    structure = Structure(name="s", line_of_sight=("x",), model=modes)
+    joined = steady_state(on_base(flying.mechanism, modes), MODE, 37.3, (), SUBSTEPS)
+    at = np.abs(state.lines).argmax()
+    f = state.frequency_hz[[at]]
+    RK = structure.to_interface(f)[0] * dynamic_stiffness(flying.mechanism, f, stuck=False)[0]
+    assert loop_gain(structure, flying.mechanism, f)[0] == pytest.approx(gain, rel=0.15)
+    assert abs(joined.lines[at] / state.lines[at] - 1.0 / (1.0 - RK)) < 0.01
