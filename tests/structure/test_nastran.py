@@ -1,12 +1,16 @@
 """Nastran models, held against published frequencies and against mechanics."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
 from mechid.errors import InputFileError
 from mechid.structure import Location, Selection, read_structure
 
-pytest.importorskip("pyyeti")
+with np.printoptions():  # importing pyYeti changes how NumPy prints
+    pytest.importorskip("pyyeti.nastran")
 
 PUBLISHED_HZ = [1.6965, 1.7661, 1.8551, 3.3886, 6.880, 6.881, 10.610]
 OUTBOARD_HZ = [10.789, 10.791, 13.940]
@@ -98,3 +102,13 @@ def test_what_is_missing_is_said(craig_bampton_folder, name, changed, said):
 def test_another_axis_than_the_mechanisms_is_refused(craig_bampton_folder):
     with pytest.raises(InputFileError, match="torque about rz where the mechanism turns about rx"):
         read_structure(craig_bampton_folder / "nas2cam.op2", selected(), axis="rx")
+
+
+def test_reading_leaves_numpys_printing_alone(craig_bampton_folder):
+    """Truth: NumPy's options before. pyYeti changes them when it is imported."""
+    code = (
+        "import numpy as np; from mechid.structure import *; before = np.get_printoptions();"
+        f"read_structure({str(craig_bampton_folder / 'outboard.op4')!r}, Selection(interface=Location(3, 'rz'),"
+        "line_of_sight={'x': (Location(3, 'rx'),)}, damping=0.01)); assert np.get_printoptions() == before"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

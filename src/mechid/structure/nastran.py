@@ -149,8 +149,9 @@ def _beside(path: Path, suffix: str, what: str) -> Path:
 
 def _pyyeti(label: str) -> Any:
     try:
-        from pyyeti import nastran
-        from pyyeti.nastran import bulk, op2, op4
+        with np.printoptions():  # importing pyYeti changes how NumPy prints, for everyone
+            from pyyeti import nastran
+            from pyyeti.nastran import bulk, op2, op4
     except ImportError as error:
         raise InputFileError(f'{label}: reading it needs pyYeti; pip install "mechid[structures]"') from error
     del bulk, op2, op4  # they are attributes of nastran once imported
