@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.cliffs import along_cliff
-from mechid.identification.conclude import Ending
 from mechid.identification.declaration import Taken
 from mechid.identification.doubts import refused_gain
+from mechid.identification.ending import Ending, Frozen
 from mechid.identification.fit import FitOutcome, StageReport
 from mechid.identification.gates import Growth
 from mechid.identification.problem import Problem
@@ -61,11 +61,12 @@ class Trail:
         number = min(len(self.stages) + 1, self.total)
         self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
 
-    def ending(self, seed: int) -> Ending:
+    def ending(self, seed: int, frozen: Sequence[Frozen] = ()) -> Ending:
         """Return where the search stands, for the conclusion."""
         seconds = time.perf_counter() - self.began
         stages, warnings = tuple(self.stages), tuple(self.warnings)
-        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds, self.taken)
+        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds,
+                      tuple(frozen), self.taken)  # fmt: skip
 
     def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
         """Note a finished stage."""
