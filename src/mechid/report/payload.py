@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -37,7 +38,9 @@ def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str
         "correlation": pack_floats(curves.correlation),
         "limit": curves.limit,
         "orders": order_marks(curves) if constant else [],
-        "resonances": [{"hz": r["frequency_hz"], "label": r["name"]} for r in resonances],
+        "resonances": [
+            {"hz": r["frequency_hz"], "label": r["name"]} for r in resonances if math.isfinite(r["frequency_hz"])
+        ],
         "rate": curves.rate.tolist(),
         "zooms": zooms(curves),
         "spectrogram": _image(curves.spectrogram) if curves.spectrogram else None,

@@ -168,7 +168,7 @@ def _legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None = 
     named = partial((words or {}).get)
     items = [(named(r.name) or r.name, [r]) for r in renderers]
     legend = Legend(items=items, orientation="horizontal", click_policy="hide", label_text_font=FONT, ncols="auto",
-                    label_text_font_size="12px", border_line_color=None, padding=2, spacing=14, margin=0)  # fmt: skip
+                    label_text_font_size="12px", border_line_color=None, spacing=14, margin=0)  # fmt: skip
     plot.add_layout(legend, "above")
 
 

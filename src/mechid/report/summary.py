@@ -168,11 +168,11 @@ def _records_to_add(name: str, information: Data) -> list[str]:
     best = min(gains, key=lambda record: float(gains[record]))
     if not gains[best] < WORTH:
         return [f"No single record repeated once more would lower the standard error of {name} by more than 2 %."]
-    lines = [f"Once more record {best} ({plain(seconds[best], 3)} s) would lower the standard error of {name} "
+    lines = [f"Recording {best} once more ({plain(seconds[best], 3)} s) would lower the standard error of {name} "
              f"by {_fall(gains[best])} %."]  # fmt: skip
     short = max(gains, key=lambda record: (1.0 - float(gains[record])) / float(seconds[record]))
     if short != best and gains[short] < WORTH:
-        lines.append(f"By the second of test record {short} ({plain(seconds[short], 3)} s) gives most: "
+        lines.append(f"Per second of test {short} ({plain(seconds[short], 3)} s) helps most: "
                      f"{_fall(gains[short])} %.")  # fmt: skip
     return lines
 

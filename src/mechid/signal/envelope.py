@@ -42,7 +42,7 @@ def peak_groups(frequency: FloatArray, most: int) -> IndexArray:
     frequency : ndarray, shape (N,)
         Hz, equally spaced from 0.
     most : int
-        Groups from the first to the last bin, at least 1.
+        Groups at most, at least 2; where there are no more bins than that, each is its own group.
 
     Returns
     -------
@@ -50,5 +50,6 @@ def peak_groups(frequency: FloatArray, most: int) -> IndexArray:
         Ascending, from 1: the bin at 0 belongs to no group.
     """
     last = frequency.size - 1
-    starts = np.geomspace(1.0, last, min(most, last)) if last > 1 else np.ones(min(last, 1))
-    return np.unique(np.rint(starts).astype(np.int64))
+    if last <= most:
+        return np.arange(1, last + 1, dtype=np.int64)
+    return np.unique(np.rint(np.geomspace(1.0, last, most)).astype(np.int64))
