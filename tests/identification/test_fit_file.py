@@ -9,6 +9,7 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.errors import InputFileError
+from mechid.identification.declaration import Taken
 from mechid.identification.estimate_file import estimate_text, write_estimate
 from mechid.identification.fit_file import read_fit
 from mechid.identification.identify import identify
@@ -70,3 +71,11 @@ def test_a_damaged_file_is_refused(made, tmp_path, key):
     (tmp_path / "estimate.json").write_text(json.dumps(content))
     with pytest.raises(InputFileError, match="is damaged"):
         read_fit(tmp_path / "estimate.json", campaign)
+
+
+def test_how_a_record_was_taken_reads_back(made, tmp_path):
+    _, campaign, fit = made
+    taken = Taken(polarity=-1, direction=-1, start_angle_deg=12.5, time_offset_s=(0.001, -0.002, 0.002), left_out=True)
+    other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], taken=taken)})
+    write_estimate(other, tmp_path / "estimate.json")
+    assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].taken == taken

@@ -10,7 +10,7 @@ from mechid.report.summary import BAD, CAUTION, GOOD, summary_data
 def parameter(name, estimate, sigma, *, unit="N m", status="free", white=None, reason=""):
     text = {"estimate": f"{estimate:g}", "std_error": f"{sigma or 0:g}", "unit": unit, "status": status}
     return {"name": name, "estimate": estimate, "std_error": sigma, "std_error_white": white or sigma, "unit": unit,
-            "status": status, "reason": reason, "text": text}  # fmt: skip
+            "local_only": False, "status": status, "reason": reason, "text": text}  # fmt: skip
 
 
 @pytest.fixture
@@ -101,6 +101,12 @@ def test_coloured_residuals_are_said(data):
     data["parameters"][0]["std_error_white"] = 0.3
     assert summary_data(data)["grade"] == CAUTION
     assert "coloured" in answers(data, 1)
+
+
+def test_errors_that_hold_in_the_small_alone_are_said(data):
+    data["parameters"][0]["local_only"] = True
+    assert summary_data(data)["grade"] == CAUTION
+    assert "a cliff being near: gear.stiffness." in answers(data, 1)
 
 
 def test_no_held_out_record_is_said(data):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
 from mechid.identification.fit import Fit
 from mechid.identification.problem import Problem
@@ -67,7 +68,8 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     values = {n: p.value for n, p in fit.parameters.items() if n in own and own[n].is_free}
     mechanism = campaign.mechanism.with_values(values).with_free(free)
     targets = []
-    for record in campaign.estimated:
+    taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
+    for record in taken:
         target, delay = target_of(record), fit.parameters.get(record.time_offset.name)
         bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
         offset = delay.value if delay else target.time_offset_s

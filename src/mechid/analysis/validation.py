@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
-from mechid.analysis.prediction import Prediction, predict
+from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.campaign import Campaign
 from mechid.command import Command
 from mechid.identification.fit import Fit
+from mechid.identification.parallel import one_core_algebra
 from mechid.signal import (
     Band,
     LjungBox,
@@ -137,12 +138,12 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
     >>> held_out = mechid.validate(campaign, mechid.identify(campaign))["sweep"]  # doctest: +SKIP
     >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
     """
-    with np.errstate(all="ignore"):  # where a simulation fails its numbers are none
+    with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
         return {
             record.name: RecordValidation(
                 name=record.name,
-                use=record.use,
-                command=_stepping(record.command),
+                use=as_fitted(record, fit).use,
+                command=_stepping(as_fitted(record, fit).command),
                 channels={"torque": channel_validation("torque", "N*m", predict(record, fit))},
             )
             for record in campaign.records

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from mechid.cli.budget import budget
 from mechid.cli.check import check
 from mechid.cli.compare import compare
 from mechid.cli.demo import demo
@@ -52,7 +53,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, report, compare, kernel):
+for verb in (demo, new, check, simulate, identify, report, compare, budget, kernel):
     app.command()(verb)
 
 

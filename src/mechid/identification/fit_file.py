@@ -12,12 +12,26 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
+from mechid.identification.declaration import Taken
 from mechid.identification.estimate_file import read_estimate
 from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
 
-ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s")
+ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
+             "prefilter_order", "rejected", "effective_samples")  # fmt: skip
 STAGE = ("name", "records", "cost", "evaluations", "seconds", "note")
-PARAMETER = ("symbol", "unit", "value", "std_error", "std_error_white", "start", "min", "max", "status", "reason")
+PARAMETER = (
+    "symbol",
+    "unit",
+    "value",
+    "std_error",
+    "std_error_white",
+    "start",
+    "min",
+    "max",
+    "status",
+    "reason",
+    "local_only",
+)
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
 
@@ -53,7 +67,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
-        name: RecordFit(name=name, channels=tuple(r["channels"]), **_kept(r, ESTIMATED))
+        name: RecordFit(name=name, channels=tuple(r["channels"]), taken=_taken(r["taken"]), **_kept(r, ESTIMATED))
         for name, r in content["records"].items()
     }
     return Fit(
@@ -68,6 +82,18 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         warnings=tuple(content["warnings"]),
         notes=tuple(content["notes"]),
         provenance=content["provenance"],
+    )
+
+
+def _taken(entries: Mapping[str, Any]) -> Taken:
+    """Return what `Taken.to_dict` wrote down."""
+    delay = entries.get("time_offset_s")
+    return Taken(
+        polarity=entries.get("polarity", 1),
+        direction=entries.get("direction", 1),
+        start_angle_deg=entries.get("start_angle_deg"),
+        time_offset_s=(delay[0], delay[1], delay[2]) if delay else None,
+        left_out="use" in entries,
     )
 
 

@@ -9,10 +9,10 @@ from dataclasses import replace
 from mechid.campaign import Campaign, Stage
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.fit import FitOutcome
-from mechid.identification.noise import released_sigmas
+from mechid.identification.noise import released
 from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
-from mechid.identification.trail import Trail, joint_fit
+from mechid.identification.trail import Trail, cliff_warnings, joint_fit
 
 Window = tuple[int, int]
 
@@ -30,7 +30,9 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
             begun.append(stage)
             _begin(trail, campaign, [stage], values)
             trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-            if not joint_fit(trail, f"stage {number}", stage.free):
+            solution = joint_fit(trail, f"stage {number}", stage.free)
+            trail.warnings += cliff_warnings(f"stage {number}", trail.problem, solution)
+            if not solution.converged:
                 trail.warnings.append(f"stage {number} did not converge: {trail.stages[-1].note}")
             if not math.isfinite(trail.stages[-1].cost):
                 return
@@ -38,8 +40,8 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
         trail.outcome = FitOutcome.STAGES_DONE
     finally:
         _begin(trail, campaign, begun, values | _free_values(trail))
-    sigmas = released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings)
-    trail.problem = trail.problem.with_sigmas(sigmas)
+    options = replace(campaign.options, colour="none")  # no fit follows
+    trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
 
 
 def _begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:

@@ -33,7 +33,7 @@ def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> di
         "correlation": correlation_data(fit),
         "information": information_data(record_information(campaign, fit), fit, campaign),
         "resonances": resonance_data(resonances(fit.mechanism)),
-        "driven": driven_data(campaign),
+        "driven": driven_data(campaign, fit),
         "meanings": meaning_data(campaign),
         "record_table": _record_table(data),
         "origin": _origin(data["provenance"]),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.analysis.prediction import Prediction, predict
+from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import RateProfile
@@ -92,7 +92,7 @@ def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValid
     removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
     frequency, measured = _spectrum(p.measured - removed, rate_hz)
-    rate = rate_over(record, p)
+    rate = rate_over(as_fitted(record, fit), p)
     with np.errstate(all="ignore"):
         return Curves(
             name=name,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from mechid.analysis.information import Information
+from mechid.analysis.prediction import as_fitted
 from mechid.analysis.resonances import Resonance
 from mechid.campaign import Campaign
 from mechid.identification.fit import Fit
@@ -56,16 +57,17 @@ def resonance_data(found: Sequence[Resonance]) -> list[dict[str, Any]]:
     ]
 
 
-def driven_data(campaign: Campaign) -> dict[str, Any]:
-    """Return how each record was driven and where it comes from, by name."""
+def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
+    """Return how each record was taken to be driven and where it comes from, by name."""
     return {
         record.name: {
             "use": record.use,
             "command": command_words(record.command),
+            "taken": fit.records[record.name].taken.to_dict(),
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
         }
-        for record in campaign.records
+        for record in (as_fitted(one, fit) for one in campaign.records)
         if record.data is not None
     }
 

@@ -73,7 +73,7 @@ def _ratio(data: Data, row: Data) -> float:
 def _grade(data: Data, misfits: list[Data]) -> str:
     if not data["outcome"]["good"]:
         return BAD
-    unsure = any(row["status"] in ("at_bound", "frozen") for row in data["parameters"])
+    unsure = any(row["status"] in ("at_bound", "frozen") or row["local_only"] for row in data["parameters"])
     failed = any(not math.isfinite(_ratio(data, row)) for row in data["validation"])
     return CAUTION if misfits or unsure or failed or _coloured(data) or data["warnings"] else GOOD
 
@@ -128,6 +128,9 @@ def _uncertain(data: Data) -> list[str]:
         for p in data["parameters"]
         if p["status"] in ("at_bound", "frozen")
     ]
+    local = [row["name"] for row in data["parameters"] if row["local_only"]]
+    if local:
+        lines.append(f"Standard errors that hold in the small alone, a cliff being near: {', '.join(local)}.")
     pair = worst_pair(data["correlation"])
     if pair and abs(pair[2]) >= STRONG:
         lines.append(f"{pair[0]} and {pair[1]} depend on each other most: correlation {pair[2]:+.3f}.")
