@@ -99,5 +99,5 @@ def test_a_campaign_that_has_changed_since_is_refused(fitted, refused, tmp_path)
 
 def test_a_fit_that_does_not_say_its_campaign_wants_it(fitted, refused, tmp_path):
     shutil.copy(fitted / "fit" / "estimate.json", tmp_path)
-    line = refused(2, "bootstrap", tmp_path, "--out", tmp_path / "b")
-    assert "give it with --campaign" in line
+    line = refused(3, "bootstrap", tmp_path, "--out", tmp_path / "b")
+    assert "give it as --campaign" in line

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -95,6 +96,8 @@ class RecordFit:
         Samples rejected as spikes.
     effective_samples : float or None
         How many independent samples tell as much of a constant residual as its coloured ones.
+    taken : Taken
+        How it was taken, where that is not as the campaign file declares it.
     """
 
     name: str
@@ -110,6 +113,7 @@ class RecordFit:
     rejected: int = 0
     effective_samples: float | None = None
     channels: tuple[str, ...] = ("torque",)
+    taken: Taken = DECLARED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -192,7 +196,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order, "rejected": r.rejected, "effective_samples": r.effective_samples,
-        "channels": list(r.channels),
+        "channels": list(r.channels), "taken": r.taken.to_dict(),
     }  # fmt: skip
 
 

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from mechid.identification.identity import identity
 from mechid.identification.journal import Journal
-from mechid.identification.problem import Problem, Target, identity
+from mechid.identification.problem import Problem, Target
 from mechid.identification.solve import Solution, solve
 from mechid.signal.trend import Line, fit_line
 

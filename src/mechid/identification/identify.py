@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,11 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
+from mechid.identification.agreement import Agreement, agreement, explains
+from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
+from mechid.identification.departure import departure
 from mechid.identification.ending import Frozen
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.freeze import freeze_dependent
@@ -135,11 +139,13 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    growth = _search(trail, names, seed) if near is None else _vouched(trail, near)
+    growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return
+    names = (*names, *(n for n in trail.problem.names[trail.problem.space.size :] if n not in names))
     trail.at(growth.q, growth.horizons)
-    trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    left_out = any(t.left_out for t in trail.taken.values())
+    trail.outcome = FitOutcome.CONVERGED if growth.complete and not left_out else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
@@ -160,14 +166,14 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
         trail.outcome = FitOutcome.NOT_CONVERGED
 
 
-def _search(trail: Trail, names: tuple[str, ...], seed: int) -> Growth | None:
+def _search(trail: Trail, campaign: Campaign, names: tuple[str, ...], seed: int) -> Growth | None:
     """Return the growth from the best starts, or None where none of them can be simulated."""
     found = _candidates(trail, seed)
     best = next(found, None)
     trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
     if best is None:
         return None
-    growth = _grow_best(trail, chain([best], found), seed)
+    growth = _grown(trail, campaign, best, found, seed)
     trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
@@ -196,6 +202,35 @@ def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) 
         trail.problem = kept
         solution = joint_fit(trail, "spikes rejected", names)
     return solution
+
+
+def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int) -> Growth:
+    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    growth = _grow_best(trail, iter([best]), seed)
+    if growth.complete:
+        return growth
+    explained = explains(trail.problem, best)
+    told = partial(trail.tell, "records compared")
+    agreed = agreement(trail.problem, growth, seed, explained=explained, tell=told, journal=trail.journal)
+    if agreed and agreed.judged:
+        _take(trail, campaign, agreed)
+        return _grow_best(trail, _candidates(trail, seed), seed, agreed.growth)
+    rest = agreed if agreed and agreed.growth.complete else None
+    if rest and not rest.left_out:
+        return rest.growth
+    said = [] if explained else common_readings(trail.problem, growth, seed)
+    if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
+        growth = _grow_best(trail, found, seed, growth)
+        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+    if rest and not said and not growth.complete:
+        _take(trail, campaign, rest)
+        return rest.growth
+    trail.warnings += said
+    return growth
+
+
+def _take(trail: Trail, campaign: Campaign, agreed: Agreement) -> None:
+    trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
 
 
 def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
@@ -257,12 +292,12 @@ def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> Non
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends."""
+    """Name the records that are not followed to their ends, and what happens where they are left."""
     return [
-        f"record {t.name}: the model follows it for {growth.horizons[t.name] / t.base.sample_rate_hz:.4g} s "
-        f"of {(t.samples - 1) / t.base.sample_rate_hz:.4g} s"
+        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
         for t in problem.targets
-        if growth.horizons[t.name] < t.samples
+        if (n := growth.horizons[t.name]) < t.samples
     ]
 
 
@@ -281,10 +316,12 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
         yield candidate
 
 
-def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int, best: Growth | None = None) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
-    best: Growth | None = None
-    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
+    if best and best.complete:
+        return best
+    begun = 2 if best else 1
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
         told = partial(_note_growth, trail, number, best)
         rng = np.random.default_rng((seed, number))
         growth = grow(trail.problem, candidate.q, rng, told, journal=trail.journal)

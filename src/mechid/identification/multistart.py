@@ -18,9 +18,10 @@ import sympy as sp
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from mechid.identification.identity import identity
 from mechid.identification.journal import Journal
 from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem, Target, identity
+from mechid.identification.problem import Problem, Target
 from mechid.identification.reduction import Triangle, absorb, finished
 from mechid.identification.solve import descend
 from mechid.identification.space import Coordinate, SearchSpace

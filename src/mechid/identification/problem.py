@@ -307,24 +307,3 @@ class Problem:
         order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
         done = mapped(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
         return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]
-
-
-def identity(problem: Problem) -> list[object]:
-    """Return what tells two problems on the same records apart, as plain values."""
-    space = problem.space
-    fixed = [[p.name, space.mechanism.value(p.name), p.min, p.max, str(p.status)]
-             for p in space.mechanism.parameters.values() if not p.is_free]  # fmt: skip
-    free = [[p.name, p.min, p.max] for p in space.mechanism.free]
-    return [fixed, free, sorted(space.polar), problem.priors, problem.substeps, [_weights(t) for t in problem.targets]]
-
-
-def _weights(target: Target) -> list[object]:
-    colour = target.prefilter
-    return [
-        target.name,
-        target.sigma,
-        [colour.coefficients, colour.sigma] if colour else None,
-        target.rejected.tolist(),
-        target.time_offset_s,
-        target.time_offset_bounds,
-    ]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
+from mechid.identification.declaration import Taken, taken_campaign
 from mechid.identification.fit import FitOutcome
 from mechid.identification.freeze import without
 from mechid.identification.identify import make_problem
@@ -90,6 +91,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
         The fit has no optimum.
     """
     _refuse_others(campaign, estimate)
+    campaign = taken_campaign(campaign, {name: _taken(r) for name, r in estimate["records"].items() if r.get("taken")})
     parameters: dict[str, Any] = estimate["parameters"]
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     problem, q, windows = _at(campaign, make_problem(campaign, workers), values)
@@ -105,6 +107,14 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
+
+
+def _taken(record: Mapping[str, Any]) -> Taken:
+    """Return how the fit took a record, from its table in estimate.json."""
+    own = dict(record["taken"])
+    offset = own.pop("time_offset_s", None)
+    left_out = own.pop("use", "") == "validate"
+    return Taken(**own, left_out=left_out, time_offset_s=tuple(offset) if offset else None)
 
 
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:

@@ -88,7 +88,7 @@ class Writer:
         if share:
             shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
             pairs = zip(ready, reduced, strict=True)
-            ready = [(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs]
+            ready = _in_order(shared, [(name, e) for (name, _), e in pairs])
         lines = [*multiples, *ready]
         return self._loads([e for _, e in lines], set(scalars)) + [f"{name} = {python_text(e)}" for name, e in lines]
 
@@ -115,6 +115,26 @@ class Writer:
             f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
         ]
         return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
+
+
+def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) -> list[tuple[str, sp.Expr]]:
+    """Put repeated subexpressions first, but those of named quantities only before their first use."""
+    waiting, ready = {}, []
+    late = {sp.Symbol(name) for name, _ in wanted}
+    for s, e in shared:
+        if e.free_symbols & late:
+            waiting[s] = e
+            late.add(s)
+        else:
+            ready.append((str(s), e))
+    for name, expr in wanted:
+        needed, todo = set(), expr.free_symbols & waiting.keys()
+        while todo:
+            needed |= todo
+            todo = set().union(*(waiting[s].free_symbols for s in todo)) & waiting.keys() - needed
+        ready += [(str(s), waiting.pop(s)) for s in list(waiting) if s in needed]
+        ready.append((name, expr))
+    return ready
 
 
 def placed(line: str) -> str:
