@@ -20,6 +20,7 @@ from mechid.cli.demo import demo
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.new import new
+from mechid.cli.report import report
 from mechid.cli.simulate import simulate
 from mechid.errors import MechidError
 
@@ -52,7 +53,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, compare, budget, kernel):
+for verb in (demo, new, check, simulate, identify, report, compare, budget, kernel):
     app.command()(verb)
 
 
