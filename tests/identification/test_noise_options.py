@@ -101,12 +101,12 @@ def test_estimates_behind_a_prefilter_scatter_as_reported():
 
 
 def test_a_record_with_a_small_model_error_is_judged_by_itself():
-    """Truth: a sine of 1.5 sigma that no parameter makes; the model follows all the rest to the end.
+    """Truth: a sine of 1.1 sigma that no parameter makes; the model follows all the rest to the end.
 
     The residual is larger than the noise floor throughout, which the growth that confirms cannot help.
     """
     torque = measured(truth(), COMMANDS["full_46"], np.random.default_rng(74), seconds=0.3)
-    torque += 1.5 * np.sqrt(2.0) * NOISE_NM * np.sin(2.0 * np.pi * 311.0 * np.arange(torque.size) / 1e4)
+    torque += 1.1 * np.sqrt(2.0) * NOISE_NM * np.sin(2.0 * np.pi * 311.0 * np.arange(torque.size) / 1e4)
     made = campaign(displaced(truth(), GEAR), record("full_46", torque, COMMANDS["full_46"]))
     fit = identify(made, workers=1)
     assert fit.outcome is FitOutcome.CONVERGED

@@ -23,7 +23,7 @@ def fitted(priors, sigma, start=1.002):
 
 @pytest.fixture(scope="module")
 def alone():
-    """Return the fit of the record alone."""
+    """Return the estimate from the record alone."""
     return fitted("none", None).parameters[DAMPING]
 
 
@@ -44,10 +44,19 @@ def test_a_prior_combines_with_the_record_by_precision(alone, share):
 @pytest.mark.parametrize("priors", ["search", "none"])
 def test_a_prior_left_out_leaves_no_trace_in_the_values(alone, priors):
     """Truth: the fit of the record alone; the prior is shown all the same, as not counted."""
-    p = fitted(priors, 0.3 * alone.std_error_white).parameters[DAMPING]
+    assert abs(alone.start - alone.value) > 2.0 * alone.std_error  # the prior pulls where it counts
+    p = fitted(priors, 2.0 * alone.std_error_white).parameters[DAMPING]
     assert p.value == pytest.approx(alone.value, abs=1e-2 * alone.std_error)
     assert p.std_error == pytest.approx(alone.std_error, rel=1e-3)
     assert (p.prior.counted, p.prior.std_error_without) == (False, None)
+
+
+@pytest.mark.parametrize("priors", ["search", "none"])
+def test_what_the_record_tells_less_well_than_the_file_is_held_there(alone, priors):
+    """Truth: the mechanism file, whose sigma is below the error of the record alone."""
+    p = fitted(priors, 0.3 * alone.std_error_white).parameters[DAMPING]
+    assert (p.status, p.value) == ("frozen", p.start)
+    assert "exceeds its prior's" in p.reason
 
 
 def test_the_report_shows_the_prior_and_what_the_records_alone_say(alone):
