@@ -132,8 +132,8 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
     lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
              for p in parameters.values() if p.status in said]  # fmt: skip
     return lines + [
-        f"{p.name}: {MAINLY_PRIOR}: sigma {p.prior.sigma:.3g} {p.unit} beside {p.prior.std_error_without:.3g} {p.unit} "
-        "from the records alone; a record that moves it more would tell it"
+        f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
+        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would tell it"
         for p in parameters.values()
         if p.prior and p.prior.dominates
     ]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from mechid.identification.ending import Frozen
 from mechid.identification.problem import Problem, Windows
 from mechid.identification.space import SearchSpace
+from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
 
@@ -62,8 +63,8 @@ def _moved_by(
     mechanism = problem.space.at(q[: problem.space.size])
     pairs = {name: p.amplitude for p in mechanism.plant.polar_pairs for name in (p.amplitude, p.phase)}
     polar = problem.space.polar | ({pairs[held]} if held in pairs else frozenset())
-    free = (*(p.name for p in mechanism.free), held)
-    wider = replace(problem, space=SearchSpace(mechanism.with_free(free), polar))
+    freed = replace(mechanism.parameters[held], status=Status.FREE)
+    wider = replace(problem, space=SearchSpace(mechanism.with_parameters({held: freed}), polar))
     here = np.concatenate([wider.space.start, q[problem.space.size :]])
     every, slopes = file_slopes(wider, here)
     by_file = wider.joint(here, windows).jacobian @ np.linalg.pinv(slopes)

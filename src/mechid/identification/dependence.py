@@ -18,6 +18,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.doubts import SINGULAR
 from mechid.identification.problem import Problem
 from mechid.identification.reduction import Triangle
+from mechid.identification.solve import covariance
 from mechid.parameter import Parameter
 
 FloatArray = NDArray[np.float64]
@@ -85,12 +86,7 @@ class Seen:
 
 
 def worst_dependence(
-    problem: Problem,
-    q: FloatArray,
-    triangle: Triangle,
-    covariance: FloatArray,
-    counted: NDArray[np.bool_],
-    options: IdentifyOptions,
+    problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_], options: IdentifyOptions
 ) -> Dependence | None:
     """Return the dependence that ruins an estimate most, or None.
 
@@ -100,32 +96,34 @@ def worst_dependence(
     q : (n,)
     triangle : Triangle
         Of the records and of the priors that count: a prior resolves what the records do not.
-    covariance : (n, n)
-        In search coordinates.
     counted : (n,) of bool
         Coordinates that are estimated: neither on a bound nor unseen.
     options : IdentifyOptions
     """
-    seen = _seen(problem, q, triangle, covariance, counted)
+    seen = _seen(problem, q, triangle, counted)
     if not seen.parameters:
         return None
     return _singular(problem, q, triangle, counted, seen) or _uncertain(seen, options) or _correlated(seen, options)
 
 
-def _seen(
-    problem: Problem, q: FloatArray, triangle: Triangle, covariance: FloatArray, counted: NDArray[np.bool_]
-) -> Seen:
-    """Express what is known in the file's coordinates; a singular direction has a huge variance."""
+def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_]) -> Seen:
+    """Express what is known in the file's coordinates; a singular direction has a huge variance.
+
+    The covariance is the white one: that robust to colour also grows by what a parameter held before leaves in the
+    residual, and would then take the next one with it.
+    """
     here = q[: problem.space.size]
     names, slopes = problem.space.value_jacobian(here)
     part = counted[: problem.space.size]
     kept = [i for i, name in enumerate(names) if np.any(slopes[i, part] != 0.0) and not np.any(slopes[i, ~part] != 0.0)]
     maps = slopes[kept][:, part]
-    own = covariance[: problem.space.size, : problem.space.size][np.ix_(part, part)]
+    moving = np.flatnonzero(part)
+    estimated = covariance(Triangle(triangle.norm, triangle.jacobian[:, counted], triangle.samples))
+    own = estimated[: moving.size, : moving.size]
     parameters = tuple(problem.space.mechanism.parameters[names[i]] for i in kept)
     values = np.array([problem.space.values(here)[p.name] for p in parameters])
     ranges = np.array([p.sigma or (p.max - p.min) / math.sqrt(12.0) for p in parameters])
-    alone = np.linalg.norm(triangle.jacobian[:, : problem.space.size][:, part] @ np.linalg.pinv(maps), axis=0)
+    alone = np.linalg.norm(triangle.jacobian[:, moving] @ np.linalg.pinv(maps), axis=0)
     return Seen(parameters, values, maps @ own @ maps.T, ranges * alone)
 
 

@@ -16,7 +16,6 @@ from mechid.identification.problem import Problem
 from mechid.identification.reduction import Triangle
 from mechid.identification.space import SearchSpace
 from mechid.identification.trail import Trail, joint_fit
-from mechid.identification.uncertainty import uncertainty
 from mechid.identification.verdict import seen_coordinates
 
 FloatArray = NDArray[np.float64]
@@ -33,8 +32,7 @@ def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> No
         if not np.all(np.isfinite(triangle.jacobian)):
             break
         counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
-        covariance = uncertainty(problem, q, trail.windows, triangle, counted).robust
-        found = worst_dependence(problem, q, triangle, covariance, counted, campaign.options)
+        found = worst_dependence(problem, q, triangle, counted, campaign.options)
         if found is None:
             break
         if not campaign.options.freeze:

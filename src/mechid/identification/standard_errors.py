@@ -68,7 +68,7 @@ class StandardErrors:
 def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict.
 
-    Those of a fit that is not good are not tested by draws.
+    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held.
     """
     problem, q = ending.problem, verdict.q
     if not verdict.counted.any() or not np.isfinite(triangle.norm):
@@ -80,10 +80,8 @@ def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> Sta
     found = uncertainty(problem, q, windows, triangle, verdict.counted)
     white = maps @ found.white @ maps.T
     considered = consider_covariance(problem, q, windows, ending.frozen, names, white)
-    back = np.linalg.pinv(maps)
-    whole = found.robust + back @ considered @ back.T
-    local = departures(problem, q, windows, whole, ending.seed) if ending.outcome.good else []
-    grazing = grazing_switches(problem, q, windows, whole)
+    local = departures(problem, q, windows, found.robust, ending.seed) if ending.outcome.good else []
+    grazing = grazing_switches(problem, q, windows, found.robust)
     return StandardErrors(
         names=names,
         robust=maps @ found.robust @ maps.T + considered,
