@@ -40,10 +40,11 @@ def switches(problem, target, q):
 
 def test_the_logged_derivatives_are_those_of_the_instants():
     """Truth: central differences of the instants along the search coordinates."""
-    problem, q, _, _ = at_truth(GEAR, "full_46", seconds=0.05)
-    target, log = problem.targets[0], switches(*at_truth(GEAR, "full_46", seconds=0.05)[:1], problem.targets[0], q)
+    problem, q, _, _ = at_truth(GEAR, "full_46", seconds=0.1)
+    target = problem.targets[0]
+    log = switches(problem, target, q)
+    assert log.time.size >= 2
     assert log.sensitivity.shape == (log.time.size, problem.size)
-    assert log.time.size > 2
     for j in range(problem.size):
         h = np.zeros(problem.size)
         h[j] = 1e-6
