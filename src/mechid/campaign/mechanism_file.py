@@ -171,7 +171,8 @@ def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
     siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]
     if absent := get_close_matches(name, (*LIST_TABLES, *OPTIONAL_TABLES), n=1, cutoff=0.8):
-        return f'; did you mean "{absent[0]}"?'
+        place = absent[0].rpartition(".")
+        return f'; did you mean "{place[2] if place[0] == table else absent[0]}"?'
     if near := did_you_mean(key, siblings):
         return near
     if elsewhere:
