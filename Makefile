@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench lint style types format pytest lock clean
+.PHONY: help demo test test-slow bench recovery lint style types format pytest lock clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -22,6 +22,9 @@ test-slow: $(VENV)/.installed-dev ## The tests marked slow
 
 bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machine
 	$(BIN)/python benchmarks/bench_sweep.py
+
+recovery: $(VENV)/.installed ## 100 random mechanisms from the catalogue, resumable (OPTIONS="--family 2 --seeds 0:40")
+	$(BIN)/python benchmarks/recovery.py $(OPTIONS)
 
 lint: style types ## Style, format and types, nothing changed
 

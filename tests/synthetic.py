@@ -21,6 +21,8 @@ from paper import constant
 
 RATE_HZ = 10_000.0
 NOISE_NM = 0.002
+OFFSET_NM = 0.01
+DRIFT_NM = 0.004
 SUBSTEPS = 4
 """Steps a sample with which the records are made; the identification begins with 1."""
 COMMANDS: Mapping[str, Command] = MappingProxyType({
@@ -50,17 +52,9 @@ def bounded(mechanism: Mechanism, name: str, **bounds: float) -> Mechanism:
     return mechanism.with_parameters({name: replace(q, value=value)})
 
 
-def freed(mechanism: Mechanism, name: str, low: float, high: float) -> Mechanism:
-    """Return a mechanism in which a known parameter is free."""
-    q = replace(mechanism.parameters[name], min=low, max=high, status=Status.FREE, tied_to=None)
-    return mechanism.with_parameters({name: q})
-
-
-def torque_of(
-    mechanism: Mechanism, command: Command, samples: int, *, rate_hz=RATE_HZ, time_offset_s=0.0
-) -> np.ndarray:
+def torque_of(mechanism: Mechanism, command: Command, samples: int, *, time_offset_s=0.0) -> np.ndarray:
     """Return the torque of a mechanism under a command, (samples,) N m."""
-    simulator = Simulator(mechanism.plant, command, TimeBase(rate_hz, samples), latest_s=abs(time_offset_s))
+    simulator = Simulator(mechanism.plant, command, TimeBase(RATE_HZ, samples), latest_s=abs(time_offset_s))
     run = simulator.run(mechanism.kernel_values(), substeps=SUBSTEPS, time_offset_s=time_offset_s)
     return simulate_run(run).torque
 
@@ -70,11 +64,11 @@ def record(
     torque: np.ndarray,
     command: Command,
     *,
-    use="estimate",
-    rate_hz=RATE_HZ,
     time_offset: Mapping[str, float] | None = None,
     offset=True,
     drift=True,
+    use="estimate",
+    rate_hz=RATE_HZ,
 ) -> CampaignRecord:
     """Return a record that holds a torque; `time_offset` are value, min and max where it is free."""
     channel = Channel(quantity="torque", unit="N*m", data=torque, role=Role.OUTPUT, column="torque_Nm")
@@ -92,12 +86,12 @@ def record(
 
 
 def measured(
-    mechanism: Mechanism, command: Command, rng: np.random.Generator, *, seconds=0.4, noise=NOISE_NM, rate_hz=RATE_HZ,
-    offset=0.01, drift=0.004,
-) -> np.ndarray:  # fmt: skip
+    mechanism: Mechanism, command: Command, rng: np.random.Generator, *, seconds: float, time_offset_s=0.0
+) -> np.ndarray:
     """Return what a transducer would read: torque, white noise, an offset and a drift over the record."""
-    torque = torque_of(mechanism, command, round(seconds * rate_hz) + 1, rate_hz=rate_hz)
-    return torque + noise * rng.standard_normal(torque.size) + offset + drift * np.linspace(0.0, 1.0, torque.size)
+    torque = torque_of(mechanism, command, round(seconds * RATE_HZ) + 1, time_offset_s=time_offset_s)
+    noise = NOISE_NM * rng.standard_normal(torque.size)
+    return torque + noise + OFFSET_NM + DRIFT_NM * np.linspace(0.0, 1.0, torque.size)
 
 
 def campaign(mechanism: Mechanism, *records: CampaignRecord, stages: tuple[Stage, ...] = ()) -> Campaign:
@@ -109,12 +103,9 @@ def campaign(mechanism: Mechanism, *records: CampaignRecord, stages: tuple[Stage
 
 
 def bench(
-    start: Mechanism, made_by: Mechanism, *names: str, seed: int, seconds=0.4, noise=NOISE_NM, **more
+    start: Mechanism, made_by: Mechanism, *names: str, seed: int, seconds: float, stages: tuple[Stage, ...] = ()
 ) -> Campaign:
     """Return a campaign of records of `COMMANDS` by name, made by one mechanism, to be fitted from another."""
     rng = np.random.default_rng(seed)
-    records = [
-        record(name, measured(made_by, COMMANDS[name], rng, seconds=seconds, noise=noise), COMMANDS[name])
-        for name in names
-    ]
-    return campaign(start, *records, **more)
+    records = [record(name, measured(made_by, COMMANDS[name], rng, seconds=seconds), COMMANDS[name]) for name in names]
+    return campaign(start, *records, stages=stages)

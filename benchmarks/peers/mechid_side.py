@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -13,7 +14,7 @@ from mechid.identification.problem import Problem as FitProblem
 from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
-from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.simulator import Simulator, TimeBase, excitation_over
 
 from .problem import PARAMETERS, SAMPLE_TIME, Output, Problem, Run
 
@@ -51,13 +52,13 @@ def run_mechid(
     return Output(torque=y, jacobian=kept)
 
 
-def reduce_mechid(problem: Problem) -> None:
-    """Simulate with the Jacobian and reduce it to the triangle of [Phi r J], as a fit's step does."""
-    mechanism = mechanism_of(problem)
+def prepare_reduction(problem: Problem) -> Callable[[], object]:
+    """Return a run that simulates with the Jacobian and reduces it to the triangle of [Phi r J], as a fit does."""
+    mechanism, command = mechanism_of(problem), command_of(problem)
     base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
-    target = Target("sweep", np.zeros(problem.n_samples), base, command_of(problem), 2e-3)
+    target = Target("sweep", np.zeros(problem.n_samples), base, command, excitation_over(command, base), 2e-3)
     fit = FitProblem(SearchSpace(mechanism), (target,), substeps=SUBSTEPS)
-    fit.triangle(target, fit.start, (0, problem.n_samples))
+    return partial(fit.triangle, target, fit.start, (0, problem.n_samples))
 
 
 def command_of(problem: Problem) -> Command:

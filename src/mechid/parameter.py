@@ -94,7 +94,7 @@ class Parameter:
         return self.declaration.unit == "deg" and self.max - self.min >= 360.0
 
     def moved_to(self, value: float) -> Parameter:
-        """Return the same parameter at another value (a periodic one wrapped to [-180, 180))."""
-        if self.is_periodic:
+        """Return the same parameter at another value; a periodic one is wrapped to [-180, 180) if it lies outside."""
+        if self.is_periodic and not -180.0 <= value < 180.0:
             value = (value + 180.0) % 360.0 - 180.0
         return replace(self, value=value)

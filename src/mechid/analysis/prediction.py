@@ -11,7 +11,7 @@ from mechid.campaign import CampaignRecord
 from mechid.command.edges import steps_travelled
 from mechid.identification.fit import Fit
 from mechid.identification.target import target_of
-from mechid.identification.uncertainty import linear_part
+from mechid.signal.trend import fit_line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase
 
@@ -63,7 +63,7 @@ def predict(record: CampaignRecord, fit: Fit) -> Prediction:
     finite = bool(np.all(np.isfinite(residual)))
     return Prediction(
         measured=target.measured,
-        removed=linear_part(residual, target.linear)[0] if finite else np.full(residual.size, np.nan),
+        removed=fit_line(residual, target.linear).at(0, residual.size) if finite else np.full(residual.size, np.nan),
         modelled=modelled,
         travel=steps_travelled(record.command.rate, target.base.times - offset_s),
         base=target.base,

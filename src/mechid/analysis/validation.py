@@ -16,6 +16,7 @@ from mechid.analysis.prediction import Prediction, predict
 from mechid.campaign import Campaign
 from mechid.command import Command
 from mechid.identification.fit import Fit
+from mechid.identification.parallel import one_core_algebra
 from mechid.signal import (
     Band,
     LjungBox,
@@ -137,7 +138,7 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
     >>> held_out = mechid.validate(campaign, mechid.identify(campaign))["sweep"]  # doctest: +SKIP
     >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
     """
-    with np.errstate(all="ignore"):  # where a simulation fails its numbers are none
+    with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
         return {
             record.name: RecordValidation(
                 name=record.name,

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.problem import Problem, Windows
+from mechid.identification.problem import Problem, Target, Windows
 
 FloatArray = NDArray[np.float64]
 PROMISE = 1e-5
@@ -20,21 +21,20 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
     Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
     The promise is an RMS error of 1e-5 of the record's RMS torque.
     """
-    substeps = problem.substeps
-    coarse = _predictions(replace(problem, substeps=substeps), q, windows)
-    for _ in range(MOST_DOUBLINGS):
-        fine = _predictions(replace(problem, substeps=2 * substeps), q, windows)
-        if all(_relative_error(c, f) <= PROMISE for c, f in zip(coarse, fine, strict=True)):
-            break
-        substeps, coarse = 2 * substeps, fine
-    return substeps
-
-
-def _relative_error(coarse: FloatArray, fine: FloatArray) -> float:
-    size = float(np.sqrt(np.mean(fine**2)))
-    return float(np.sqrt(np.mean((coarse - fine) ** 2))) / max(size, 1e-300)
-
-
-def _predictions(problem: Problem, q: FloatArray, windows: Windows) -> list[FloatArray]:
     used = [t for t in problem.targets if t.name in windows]
-    return [problem.predict(t, q, windows[t.name][1]) for t in used]
+    for _ in range(MOST_DOUBLINGS):
+        halved = replace(problem, substeps=2 * problem.substeps)
+        if all(_relative_error(problem, halved, t, q, windows[t.name][1]) <= PROMISE for t in used):
+            break
+        problem = halved
+    return problem.substeps
+
+
+def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArray, stop: int) -> float:
+    """Return the RMS difference of two runs over the RMS of the finer one, block by block."""
+    error = size = 0.0
+    blocks = zip(coarse.run(target, q, stop).blocks(), fine.run(target, q, stop).blocks(), strict=True)
+    for rough, exact in blocks:
+        error += float(np.sum((rough.y[:, 0] - exact.y[:, 0]) ** 2))
+        size += float(np.sum(exact.y[:, 0] ** 2))
+    return math.sqrt(error / max(size, 1e-300))

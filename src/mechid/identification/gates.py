@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from mechid.identification.problem import Problem, Target
-from mechid.identification.solve import solve
+from mechid.identification.solve import Solution, solve
+from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
 Horizons = dict[str, int]
@@ -26,8 +28,12 @@ WINDOW_S = 0.005
 DIVERGED_AT = 4.0
 BEYOND_S = 0.08
 ROUNDS = 80
+SCALES = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""Widths of the escape's draws, in standard deviations of the present posterior."""
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
+BLOCK = 65536
+"""Samples looked at in one go: what is worked out on the way does not grow with the record."""
 
 
 @dataclass(frozen=True)
@@ -52,21 +58,27 @@ def floors(problem: Problem) -> Horizons:
 def _floor(target: Target) -> int:
     rate = target.base.sample_rate_hz
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    quiet = target.measured - np.median(target.measured[:least])
-    moving = np.flatnonzero(np.abs(quiet) > 8.0 * target.sigma)
-    first = int(moving[0]) + window if moving.size else target.samples
-    return min(max(least, first), target.samples)
+    rest = float(np.median(target.measured[:least]))
+    for start in range(0, target.samples, BLOCK):
+        moving = np.abs(target.measured[start : start + BLOCK] - rest) > 8.0 * target.sigma
+        if moving.any():
+            return min(max(least, start + int(np.argmax(moving)) + window), target.samples)
+    return target.samples
 
 
-def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: int) -> int:
+def horizon(
+    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = DIVERGED_AT
+) -> int:
     """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
+
+    It follows up to the first window whose mean square exceeds `most`, in sigmas squared.
 
     What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
     a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
     """
     window = max(int(WINDOW_S * target.base.sample_rate_hz), 4)
     residual = np.empty(target.samples)
-    lines: list[FloatArray] = []
+    lines: list[Line] = []
     tested = 0
     for block in problem.run(target, q, target.samples).blocks():
         rows = slice(block.start, block.stop)
@@ -79,7 +91,7 @@ def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: i
             lines = _lines(residual[: min(gate, block.stop)], target)
         whole = (block.stop - tested) // window
         stretch = residual[tested : tested + whole * window]
-        good = [_good_windows(stretch, line, tested, window) for line in lines]
+        good = [_good_windows(stretch, line, tested, window, most) for line in lines]
         tested += max(good) * window
         if max(good) < whole:
             break
@@ -89,34 +101,49 @@ def horizon(problem: Problem, target: Target, q: FloatArray, gate: int, floor: i
     return max(min(tested, 2 * gate), floor)
 
 
-def _lines(residual: FloatArray, target: Target) -> list[FloatArray]:
-    """Return what is projected out as polynomials of the sample's number, of each degree that may be."""
-    samples = np.arange(residual.size, dtype=float)
-    fit = np.polynomial.polynomial.polyfit
-    return [fit(samples, residual, degree) for degree in range(target.linear)] or [np.zeros(1)]
+def _lines(residual: FloatArray, target: Target) -> list[Line]:
+    """Return what is projected out, without drift and with it where that may be."""
+    return [fit_line(residual, terms) for terms in range(1, target.linear + 1)] or [Line()]
 
 
-def _good_windows(residual: FloatArray, line: FloatArray, first: int, window: int) -> int:
+def _good_windows(residual: FloatArray, line: Line, first: int, window: int, most: float) -> int:
     """Return how many windows in a row, from the beginning, the model follows."""
-    values = np.polynomial.polynomial.polyval(np.arange(first, first + residual.size, dtype=float), line)
-    squares = np.mean((residual - values).reshape(-1, window) ** 2, axis=1)
-    bad = np.flatnonzero(squares > DIVERGED_AT)
-    return int(bad[0]) if bad.size else squares.size
+    step = max(BLOCK // window, 1) * window
+    for start in range(0, residual.size, step):
+        part = residual[start : start + step]
+        off = part - line.at(first + start, first + start + part.size)
+        bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > most)
+        if bad.size:
+            return start // window + int(bad[0])
+    return residual.size // window
 
 
-def followed(problem: Problem, target: Target, q: FloatArray) -> int:
+def followed(problem: Problem, target: Target, q: FloatArray, *, most: float = DIVERGED_AT) -> int:
     """Return how many samples the model at `q` follows, whatever comes after."""
     gate = _floor(target)
     while True:
-        found = horizon(problem, target, q, gate, 0)
+        found = horizon(problem, target, q, gate, 0, most=most)
         if found <= gate or found == target.samples:
             return found
         gate = found
 
 
-def horizons_at(problem: Problem, q: FloatArray, gates: Mapping[str, int], least: Mapping[str, int]) -> Horizons:
+def horizons_at(
+    problem: Problem,
+    q: FloatArray,
+    gates: Mapping[str, int],
+    least: Mapping[str, int],
+    *,
+    most: float = DIVERGED_AT,
+) -> Horizons:
     """Return the horizon of every record at `q`."""
-    return {t.name: horizon(problem, t, q, gates[t.name], least[t.name]) for t in problem.targets}
+    return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
+
+
+def chance(problem: Problem) -> float:
+    """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
+    shortest = min(max(int(WINDOW_S * t.base.sample_rate_hz), 4) for t in problem.targets)
+    return float(chi2.isf(1e-9, shortest)) / shortest
 
 
 def grow(
@@ -124,21 +151,26 @@ def grow(
     q: FloatArray,
     rng: np.random.Generator,
     progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
+    *,
+    most: float = DIVERGED_AT,
 ) -> Growth:
     """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
-    gates = {t.name: max(followed(problem, t, q), least[t.name]) for t in problem.targets}
+    gates = {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
     furthest, stalled = 0, 0
     for rounds in range(1, ROUNDS + 1):
-        q = _some_steps(problem, q, gates)
-        gates = horizons_at(problem, q, gates, least)
+        before = gates
+        step = _some_steps(problem, q, gates)
+        settled = step.converged or np.array_equal(step.q, q)
+        q = step.q
+        gates = horizons_at(problem, q, gates, least, most=most)
         progress(q, gates)
         if gates == whole:
             return Growth(q, gates, True, rounds)
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
-        if stalled >= PATIENCE:
-            escaped = _escape(problem, q, gates, least, rng)
+        if stalled >= PATIENCE or (settled and gates == before):
+            escaped = _escape(problem, q, gates, least, rng, most)
             if escaped is None or sum(escaped[1].values()) <= furthest:
                 return Growth(q, gates, False, rounds)
             q, gates = escaped
@@ -146,33 +178,63 @@ def grow(
     return Growth(q, gates, False, ROUNDS)
 
 
-def _some_steps(problem: Problem, q: FloatArray, gates: Mapping[str, int]) -> FloatArray:
-    return solve(problem, q, {name: (0, n) for name, n in gates.items()}, steps=5, tolerance=1e-6).q
+def _some_steps(problem: Problem, q: FloatArray, gates: Mapping[str, int]) -> Solution:
+    return solve(problem, q, {name: (0, n) for name, n in gates.items()}, steps=5, tolerance=1e-6)
 
 
 def _escape(
-    problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, rng: np.random.Generator
+    problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, rng: np.random.Generator, most: float
 ) -> tuple[FloatArray, Horizons] | None:
     """Draw from the present posterior, wider and wider, for a point that follows the records further.
 
-    Draws are costed on the unfinished records some way past their gates; the best few are refitted and
-    the first that lengthens the total is kept.
+    Draws are simulated on the unfinished records some way past their gates. First those that go past a gate
+    by themselves are tried, refitted and as they are; then, of each width, the one of least cost there, refitted.
     """
     root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
-    for scale in (1.0, 2.0, 4.0, 8.0, 16.0):
-        draws = [
-            np.clip(q + scale * root @ rng.standard_normal(problem.size), problem.lower, problem.upper)
-            for _ in range(24)
-        ]
-        costs = [_cost_beyond(problem, open_targets, gates, draw) for draw in draws]
-        for i in [i for i in np.argsort(costs, kind="stable")[:3] if math.isfinite(costs[i])]:
-            longer = horizons_at(problem, draws[i], gates, least)
-            moved = _some_steps(problem, draws[i], {name: max(gates[name], n) for name, n in longer.items()})
-            found = horizons_at(problem, moved, gates, least)
-            if sum(found.values()) > sum(gates.values()):
-                return moved, found
+    draws = [
+        [np.clip(q + scale * root @ rng.standard_normal(problem.size), problem.lower, problem.upper) for _ in range(24)]
+        for scale in SCALES
+    ]
+
+    def longer(moved: FloatArray) -> tuple[FloatArray, Horizons] | None:
+        found = horizons_at(problem, moved, gates, least, most=most)
+        return (moved, found) if sum(found.values()) > sum(gates.values()) else None
+
+    for some in draws:
+        gains = [_gain_beyond(problem, open_targets, gates, draw, most) for draw in some]
+        for i in [i for i in np.argsort(gains, kind="stable")[::-1][:2] if gains[i] > 0]:
+            found = longer(_refitted(problem, some[i], gates, least, most)) or longer(some[i])
+            if found:
+                return found
+    for some in draws:
+        costs = [_cost_beyond(problem, open_targets, gates, draw) for draw in some]
+        i = int(np.argmin(costs))
+        found = longer(_refitted(problem, some[i], gates, least, most)) if math.isfinite(costs[i]) else None
+        if found:
+            return found
     return None
+
+
+def _refitted(problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float) -> FloatArray:
+    """Return a draw after some steps on as much of the records as it follows, at least up to the gates."""
+    own = horizons_at(problem, q, gates, least, most=most)
+    return _some_steps(problem, q, {name: max(gates[name], n) for name, n in own.items()}).q
+
+
+def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: FloatArray, most: float) -> int:
+    """Return how many samples more than the gates the model at `q` follows, 80 ms past them at most."""
+    gain = 0
+    for target in targets:
+        gate, past = gates[target.name], int(BEYOND_S * target.base.sample_rate_hz)
+        gain += min(horizon(problem, _first(target, gate + past), q, gate, 0, most=most), gate + past) - gate
+    return gain
+
+
+def _first(target: Target, samples: int) -> Target:
+    """Return the beginning of a target."""
+    base = target.base.first(samples)
+    return replace(target, measured=target.measured[: base.samples], base=base)
 
 
 def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatArray:

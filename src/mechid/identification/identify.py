@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
+from itertools import chain, islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,19 +17,23 @@ from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.conclude import conclude
 from mechid.identification.fit import Fit, FitOutcome
-from mechid.identification.gates import Growth, floors, grow, horizons_at
-from mechid.identification.multistart import Candidate, distinct, multistart, refine_all
+from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
+from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.noise import released_sigmas
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
+from mechid.identification.solve import Solution
 from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
-from mechid.identification.trail import Trail, joint_fit
+from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
+CONFIRMATIONS = 3
+ROUGH = 1e-6
+"""Relative fall of the cost at which the fit before the release of the noise may stop."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -105,33 +110,64 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    candidates = _candidates(trail, seed)
-    trail.close("multi-start", names, candidates[0].cost if candidates else math.inf, len(candidates))
-    if not candidates:
+    found = _candidates(trail, seed)
+    best = next(found, None)
+    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
+    if best is None:
         return
-    growth = _grow_best(trail, candidates, seed)
+    growth = _grow_best(trail, chain([best], found), seed)
     trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
     trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-    converged = joint_fit(trail, "joint fit", names)
-    _check_followed(trail)
+    joint_fit(trail, "joint fit", names, tolerance=ROUGH)
     trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
-    converged &= joint_fit(trail, "noise released", names)
-    if not converged and trail.outcome is FitOutcome.CONVERGED:
+    solution = joint_fit(trail, "noise released", names)
+    if growth.complete:
+        solution = _confirmed(trail, solution, names, seed)
+    solution = fit_past_cliffs(trail, solution, names, seed)
+    trail.warnings += cliff_warnings("noise released", trail.problem, solution)
+    if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
 
 
-def _check_followed(trail: Trail) -> None:
-    """See that the joint optimum still follows every record as far as the growth did."""
-    windows = {name: stop for name, (_, stop) in trail.windows.items()}
-    found = horizons_at(trail.problem, trail.q, windows, floors(trail.problem))
-    lost = [name for name, n in windows.items() if found[name] < n]
+def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
+    """See that the joint optimum follows all records, more strictly and in finer steps; else grow from it again.
+
+    A stick/slip that falls the other way for a moment hides below the growth's limit, and one that hangs by
+    less than the integration's error is no optimum.
+    """
+    for attempt in range(1, CONFIRMATIONS + 1):
+        fine = replace(trail.problem, substeps=2 * trail.problem.substeps)
+        strict = chance(fine)
+        if not _lost(fine, trail.q, most=strict):
+            return solution
+        rng = np.random.default_rng((seed, 0, attempt))
+        growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict)
+        if not growth.complete:
+            break
+        trail.at(growth.q, growth.horizons)
+        trail.problem = fine
+        solution = joint_fit(trail, "growth again", names)
+    lost = _lost(trail.problem, trail.q)
     if lost:
         trail.outcome = FitOutcome.HORIZON
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
+    return solution
+
+
+def _lost(problem: Problem, q: FloatArray, *, most: float = DIVERGED_AT) -> list[str]:
+    """Return the records that the model at `q` does not follow to their ends."""
+    whole = {t.name: t.samples for t in problem.targets}
+    found = horizons_at(problem, q, whole, floors(problem), most=most)
+    return [name for name, n in whole.items() if found[name] < n]
+
+
+def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> None:
+    share = 100.0 * sum(gates.values()) / sum(t.samples for t in trail.problem.targets)
+    trail.tell("growth again", f"{share:.1f} % of all samples followed")
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
@@ -144,25 +180,25 @@ def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
     ]
 
 
-def _candidates(trail: Trail, seed: int) -> list[Candidate]:
-    """Return refined candidates in order of cost, each place once."""
+def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
+    """Yield refined candidates, the best of all starts first."""
     workers = trail.problem.workers
 
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
-    found = multistart(trail.problem, seed, workers, told)
-    best = distinct(trail.problem, refine_all(trail.problem, found, workers))
-    if best:
-        trail.at(best[0].q)
-        trail.tell("multi-start", f"{len(best)} refined", best[0].cost)
-    return best
+    starts = multistart(trail.problem, seed, workers, told)
+    for number, candidate in enumerate(candidates(trail.problem, starts, workers), 1):
+        if number == 1:
+            trail.at(candidate.q)
+            trail.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
+        yield candidate
 
 
-def _grow_best(trail: Trail, candidates: list[Candidate], seed: int) -> Growth:
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
     best: Growth | None = None
-    for number, candidate in enumerate(candidates[:TRIED_CANDIDATES], 1):
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
         told = partial(_note_growth, trail, number, best)
         growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):

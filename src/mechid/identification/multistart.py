@@ -9,8 +9,8 @@ records; the best are refined on the same window.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache, partial
 
 import numpy as np
@@ -29,16 +29,23 @@ FloatArray = NDArray[np.float64]
 
 WINDOW_S = 0.06
 POINTS = 2048
-REFINED = 16
+CHUNK = 64
+STARTS = 16
+BATCH = 4
+"""Starts refined together; mostly the first batch holds the answer."""
+STEPS, FURTHER_STEPS = 24, 48
+GOOD = 2.0
+"""Robust cost a sample, in sigmas squared, at which the first window counts as explained."""
 ROBUST_SIGMAS = 20.0
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A point of the multi-start and its robust cost over the first window."""
+    """A point of the multi-start, its robust cost over the first window and, once refined, that cost's Jacobian."""
 
     q: FloatArray
     cost: float
+    jacobian: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
 def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
@@ -112,6 +119,11 @@ def _first_samples(target: Target) -> int:
     return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
 
 
+def _first_energy(target: Target) -> float:
+    """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
+    return float(np.var(target.measured[: _first_samples(target)])) * _first_samples(target) / target.sigma**2
+
+
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return a target's residuals over the first window, in sigmas, without their median."""
     stop = _first_samples(target)
@@ -126,10 +138,10 @@ def robust_cost(residual: FloatArray) -> float:
     return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
 
 
-def capped_cost(problem: Problem, q: FloatArray, cap: float) -> float:
-    """Return the robust cost at `q`, or inf as soon as it is known to exceed `cap`."""
+def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
+    """Return the robust cost of `targets` at `q`, or inf as soon as it is known to exceed `cap`."""
     total = 0.0
-    for target in problem.targets:
+    for target in targets:
         total += robust_cost(first_residual(problem, target, q))
         if total > cap:
             return math.inf
@@ -178,39 +190,60 @@ def multistart(
     tail = problem.start[problem.space.size :]
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    for first in range(0, POINTS, 256):
-        some = points[first : first + 256]
-        cap = sorted(costs)[REFINED - 1] if len(costs) >= REFINED else math.inf
-        costs += mapped(partial(capped_cost, problem, cap=cap), some, workers)
+    cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    for first in range(0, POINTS, CHUNK):
+        some = points[first : first + CHUNK]
+        cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
+        costs += mapped(partial(cost, cap=cap), some, workers)
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
-    return [Candidate(points[i], costs[i]) for i in order[:REFINED] if math.isfinite(costs[i])]
+    return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
 
 
-def refine_all(problem: Problem, candidates: list[Candidate], workers: int) -> list[Candidate]:
-    """Return the candidates refined, in order of cost; those that cannot be simulated are dropped."""
-    refined = mapped(partial(refine, problem), candidates, workers)
+def candidates(problem: Problem, starts: Sequence[Candidate], workers: int) -> Iterator[Candidate]:
+    """Refine the starts batch by batch, and yield each place they come to once.
+
+    Those that explain the first window come as soon as their batch is refined, in order of cost. The others
+    come last, refined further: most are on their way along the valley of coil resistance, inductance and
+    torque constant, and growth from where they stop on it fails.
+    """
+    enough = GOOD * sum(map(_first_samples, problem.targets))
+    seen: list[Candidate] = []
+    left: list[Candidate] = []
+    for batch in _batches(starts):
+        refined = _refined(problem, batch, STEPS, workers)
+        left += [c for c in refined if c.cost > enough]
+        yield from _unseen([c for c in refined if c.cost <= enough], seen)
+    for batch in _batches(sorted(left, key=lambda c: c.cost)):
+        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers), seen)
+
+
+def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+    return (some[first : first + BATCH] for first in range(0, len(some), BATCH))
+
+
+def _refined(problem: Problem, starts: Sequence[Candidate], steps: int, workers: int) -> list[Candidate]:
+    """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
+    refined = mapped(partial(refine, problem, steps=steps), starts, workers)
     return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
 
 
-def refine(problem: Problem, candidate: Candidate, steps: int = 12) -> Candidate:
+def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:
+    """Yield those that are more than a tenth of a sigma from all `seen`, and count them as seen."""
+    for candidate in found:
+        if all(np.linalg.norm(other.jacobian @ (candidate.q - other.q)) > 0.1 for other in seen):
+            seen.append(candidate)
+            yield candidate
+
+
+def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
     found = descend(
-        lambda q: math.sqrt(capped_cost(problem, q, math.inf)),
+        lambda q: math.sqrt(capped_cost(problem, q, targets=problem.targets)),
         lambda q: robust_triangle(problem, q),
         candidate.q,
         (problem.lower, problem.upper),
         steps=steps,
         tolerance=1e-8,
     )
-    return Candidate(found.q, found.triangle.cost)
-
-
-def distinct(problem: Problem, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Return the candidates without those that came within a tenth of a sigma to where an earlier one is."""
-    kept: list[Candidate] = []
-    for candidate in candidates:
-        steps = [robust_triangle(problem, other.q).jacobian @ (candidate.q - other.q) for other in kept]
-        if all(np.linalg.norm(step) > 0.1 for step in steps):
-            kept.append(candidate)
-    return kept
+    return Candidate(found.q, found.triangle.cost, found.triangle.jacobian)

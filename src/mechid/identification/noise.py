@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,7 +24,8 @@ def released_sigmas(problem: Problem, q: FloatArray, windows: Windows, warnings:
     for target in problem.targets:
         if target.name not in windows:
             continue
-        rms = float(np.sqrt(np.mean(residual(problem, target, q, windows[target.name]) ** 2)))
+        r = residual(problem, target, q, windows[target.name])
+        rms = float(np.linalg.norm(r)) / math.sqrt(r.size)
         if rms > MISFIT * target.sigma:
             warnings.append(
                 f"record {target.name}: the residual is {rms:.3g} N m RMS, {rms / target.sigma:.2f} times the record's "

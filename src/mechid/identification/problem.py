@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import Command
+from mechid.command import Command, Excitation
 from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished
 from mechid.identification.space import SearchSpace
@@ -35,6 +35,8 @@ class Target:
         Torque in N m.
     base : TimeBase
     command : Command
+    excitation : Excitation
+        Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
     sigma : float
         Standard deviation of its noise, N m.
     linear : int
@@ -49,6 +51,7 @@ class Target:
     measured: FloatArray
     base: TimeBase
     command: Command
+    excitation: Excitation
     sigma: float
     linear: int = 2
     time_offset_s: float = 0.0
@@ -58,11 +61,6 @@ class Target:
     def samples(self) -> int:
         """Number of samples."""
         return self.base.samples
-
-    @property
-    def latest_s(self) -> float:
-        """Largest |time offset| in reach, s."""
-        return max(map(abs, self.time_offset_bounds or (self.time_offset_s,)))
 
 
 Windows = Mapping[str, tuple[int, int]]
@@ -158,25 +156,24 @@ class Problem:
         directions = None
         if jacobian:  # a time offset that is free alone needs sensitivities too
             directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
-        return self._simulator(target, stop).run(
-            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions
+        return self._simulator(target).run(
+            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop
         )
 
-    def _simulator(self, target: Target, stop: int) -> Simulator:
-        key = (target.name, stop)
-        if key not in self._simulators:
-            self._simulators[key] = Simulator(
+    def _simulator(self, target: Target) -> Simulator:
+        if target.name not in self._simulators:
+            self._simulators[target.name] = Simulator(
                 self.space.mechanism.plant,
                 target.command,
-                target.base.first(stop),
-                latest_s=target.latest_s,
+                target.base,
                 capacity=self.space.size,
+                known_edges=target.excitation,
             )
-        return self._simulators[key]
+        return self._simulators[target.name]
 
     @cached_property
-    def _simulators(self) -> dict[tuple[str, int], Simulator]:
-        """Step edges worked out so far, so that they are not worked out again at each evaluation."""
+    def _simulators(self) -> dict[str, Simulator]:
+        """One a target: what it prepares for its runs serves all of them."""
         return {}
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> FloatArray:
@@ -185,6 +182,11 @@ class Problem:
         for block in self.run(target, q, stop).blocks():
             y[block.start : block.stop] = block.y[:, 0]
         return y
+
+    def misfit(self, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
+        """Return measured minus model over a window, (n,) N m; NaN where the simulation failed."""
+        r = self.predict(target, q, window[1])[window[0] :]
+        return np.subtract(target.measured[window[0] : window[1]], r, out=r)
 
     def norm(self, target: Target, q: FloatArray, window: tuple[int, int]) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""

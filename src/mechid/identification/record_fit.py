@@ -12,9 +12,8 @@ from mechid.campaign import CampaignRecord
 from mechid.identification.fit import RecordFit
 from mechid.identification.gates import followed
 from mechid.identification.problem import Problem, Target, Windows
-from mechid.identification.target import target_of
-from mechid.identification.uncertainty import linear_part
-from mechid.signal import fit_percent
+from mechid.identification.target import noise_sigma, target_of
+from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
 
@@ -22,28 +21,37 @@ FloatArray = NDArray[np.float64]
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
-    floor = target_of(record).sigma
+    floor = noise_sigma(record)
     first, stop = windows.get(record.name, (0, target.samples))
-    measured = target.measured[first:stop]
-    residual = measured - problem.predict(target, q, stop)[first:]
-    fitted, offset, slope = _linear(residual, target)
-    residual -= fitted
+    rms, line = _residual(problem, target, q, (first, stop))
+    spread = _spread(target.measured[first:stop], line) / math.sqrt(stop - first)
     follows = followed(problem, replace(target, sigma=floor), q)
     return RecordFit(
         name=record.name,
         use=record.use,
         samples=stop - first,
-        fit_percent=fit_percent(measured - fitted, residual),
-        residual_rms=float(np.sqrt(np.mean(residual**2))),
+        fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
+        residual_rms=rms,
         noise_sigma=floor,
-        offset=None if offset is None else offset - (slope or 0.0) * first,
-        drift=None if slope is None else slope * target.base.sample_rate_hz,
+        offset=line.offset - line.slope * first if line and target.linear > 0 else None,
+        drift=line.slope * target.base.sample_rate_hz if line and target.linear > 1 else None,
         horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
     )
 
 
-def _linear(r: FloatArray, target: Target) -> tuple[FloatArray, float | None, float | None]:
-    """Fit what is projected out; a failed prediction leaves everything undefined."""
+def _residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[float, Line | None]:
+    """Return the RMS of measured minus model, and the line that was taken from it; NaN, None for a failed run."""
+    r = problem.misfit(target, q, window)
     if not np.all(np.isfinite(r)):
-        return np.full(r.size, math.nan), None, None
-    return linear_part(r, target.linear)
+        return math.nan, None
+    line = fit_line(r, target.linear)
+    line.take_from(r)
+    return float(np.linalg.norm(r)) / math.sqrt(r.size), line
+
+
+def _spread(measured: FloatArray, line: Line | None) -> float:
+    """Return ||measured - line - mean||."""
+    own = measured.copy()
+    (line or Line()).take_from(own)
+    own -= own.mean()
+    return float(np.linalg.norm(own))

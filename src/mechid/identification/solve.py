@@ -13,8 +13,15 @@ from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
 
 FloatArray = NDArray[np.float64]
-REFUSED = 1e150
-"""The norm of a failed simulation: its square is still a number, and no other comes near."""
+NEGLIGIBLE = 1e-3
+"""A fall of the cost, in sigmas squared, that moves no parameter by more than a thirtieth of its standard error."""
+AT_OPTIMUM = "The derivatives promise no further fall of the cost."
+REFUSED = 1e75
+"""The norm of a failed simulation: no other comes near, and SciPy can still square and divide it."""
+
+
+class _AtOptimumError(Exception):
+    """Ends the solver's run, which has no other way to be told that a point is good enough."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,8 @@ def solve(
         accepted(x)
         return problem.joint(x, windows)
 
-    return descend(norm, triangle, q, (problem.lower, problem.upper), steps=steps, tolerance=tolerance)
+    bounds = (problem.lower, problem.upper)
+    return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=NEGLIGIBLE)
 
 
 def descend(
@@ -64,11 +72,13 @@ def descend(
     *,
     steps: int,
     tolerance: float,
+    negligible: float = 0.0,
 ) -> Solution:
     """Minimise `norm` within bounds by SciPy's trust-region reflective method on its `triangle`.
 
     The residual is (norm, 0, ..., 0) in the triangle's basis: trial points need no Jacobian, and no matrix
-    is decomposed that is larger than the number of coordinates.
+    is decomposed that is larger than the number of coordinates. A fall of the squared norm below `negligible`,
+    as the derivatives promise it, is not sought.
     """
     lower, upper = bounds
     gap = np.where(np.isfinite(upper - lower), 1e-10 * (upper - lower), 0.0)  # a side may be open
@@ -90,14 +100,26 @@ def descend(
         if not np.all(np.isfinite(found.jacobian)):
             raise ArithmeticError("the simulation or its sensitivities failed")
         at = x, found
+        if _promised(found, (x - lower > gap) & (upper - x > gap)) < negligible:
+            raise _AtOptimumError
         return found.jacobian
 
     try:
         result = least_squares(fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps,
                                ftol=tolerance, xtol=1e-12, gtol=1e-14)  # fmt: skip
+    except _AtOptimumError:
+        return Solution(*at, True, calls, AT_OPTIMUM)
     except ArithmeticError as error:
         return Solution(*at, False, calls, str(error))
     return Solution(*at, result.status > 0, calls, str(result.message))
+
+
+def _promised(triangle: Triangle, free: NDArray[np.bool_]) -> float:
+    """Return by how much the cost falls, in sigmas squared, if it is as its derivatives say."""
+    J = triangle.jacobian[:, free]
+    Q, R = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))
+    seen = np.abs(np.diag(R)) > 1e-12
+    return float(triangle.cost * np.sum(Q[0, seen] ** 2))
 
 
 def _lost(size: int) -> Triangle:

@@ -12,7 +12,7 @@ from mechid.identification.fit import FitOutcome
 from mechid.identification.noise import released_sigmas
 from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
-from mechid.identification.trail import Trail, joint_fit
+from mechid.identification.trail import Trail, cliff_warnings, joint_fit
 
 Window = tuple[int, int]
 
@@ -30,7 +30,9 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
             begun.append(stage)
             _begin(trail, campaign, [stage], values)
             trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-            if not joint_fit(trail, f"stage {number}", stage.free):
+            solution = joint_fit(trail, f"stage {number}", stage.free)
+            trail.warnings += cliff_warnings(f"stage {number}", trail.problem, solution)
+            if not solution.converged:
                 trail.warnings.append(f"stage {number} did not converge: {trail.stages[-1].note}")
             if not math.isfinite(trail.stages[-1].cost):
                 return

@@ -7,22 +7,31 @@ import numpy as np
 from mechid.campaign import CampaignRecord
 from mechid.identification.problem import Target
 from mechid.signal import noise_floor
-from mechid.simulation.simulator import TimeBase
+from mechid.simulation.simulator import TimeBase, excitation_over
 
 
 def target_of(record: CampaignRecord) -> Target:
     """Return a record as a target, with the noise of its high-frequency floor."""
     data = record.data
     assert data is not None
-    torque = data.channel("torque").data
-    delay = next(p for p in record.parameters if p.name.endswith("time_offset_s"))
+    delay = record.time_offset
+    latest_s = max(abs(delay.min), abs(delay.max)) if delay.is_free else abs(delay.value)
+    base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
     return Target(
         name=record.name,
-        measured=torque,
-        base=TimeBase(data.sample_rate_hz, data.samples, data.time_start_s),
+        measured=data.channel("torque").data,
+        base=base,
         command=record.command,
-        sigma=max(noise_floor(torque, data.sample_rate_hz), 1e-6 * float(np.std(torque))),
+        excitation=excitation_over(record.command, base, latest_s),
+        sigma=noise_sigma(record),
         linear=(2 if record.drift else 1) if record.offset else 0,
         time_offset_s=delay.value,
         time_offset_bounds=(delay.min, delay.max) if delay.is_free else None,
     )
+
+
+def noise_sigma(record: CampaignRecord) -> float:
+    """Return the noise of a record, N m: its high-frequency floor, or hardly anything where it has none."""
+    assert record.data is not None
+    torque = record.data.channel("torque").data
+    return max(noise_floor(torque, record.data.sample_rate_hz), 1e-6 * float(np.std(torque)))

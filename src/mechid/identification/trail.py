@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.cliffs import along_cliff
 from mechid.identification.conclude import Ending
 from mechid.identification.doubts import refused_gain
 from mechid.identification.fit import FitOutcome, StageReport
@@ -18,6 +19,9 @@ from mechid.identification.progress import Listener, Progress
 from mechid.identification.solve import Solution, solve
 
 FloatArray = NDArray[np.float64]
+MOST_CLIFFS = 3
+BACK_FROM_EDGE = 4.0
+"""Sigmas squared that it may cost to stand clear of a cliff."""
 WORTH_SAYING = 1.0
 """A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
 
@@ -64,16 +68,15 @@ class Trail:
         self.stage_began = now
 
 
-def joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> bool:
-    """Fit all windows of the trail to convergence, and return whether it came there.
+def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: float = 1e-8) -> Solution:
+    """Fit all windows of the trail to convergence.
 
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
-    line = f"{trail.problem.substeps} steps a sample"
+    told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
     evaluations = 0
     while True:
-        told = partial(trail.tell, name, line)
-        solution = solve(trail.problem, trail.q, trail.windows, progress=told, accepted=trail.at)
+        solution = solve(trail.problem, trail.q, trail.windows, tolerance=tolerance, progress=told, accepted=trail.at)
         trail.q = solution.q
         evaluations += solution.evaluations
         outside = trail.problem.space.outside_disc(solution.q)
@@ -81,15 +84,45 @@ def joint_fit(trail: Trail, name: str, free: tuple[str, ...]) -> bool:
             break
         trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
     trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
-    trail.warnings += _cliff(name, trail.problem, solution)
-    return solution.converged
+    return solution
 
 
-def _cliff(name: str, problem: Problem, solution: Solution) -> list[str]:
+def fit_past_cliffs(trail: Trail, solution: Solution, free: tuple[str, ...], seed: int) -> Solution:
+    """Go on from better points along a cliff at which a joint fit has stopped, while there are any.
+
+    Each fit comes to rest at the cliff's very edge; where finer integration steps would put it beyond, it is taken
+    back to a point that they keep on this side, at the cost of a few sigmas squared.
+    """
+    rng = np.random.default_rng((seed, 0, 0))
+    for _ in range(MOST_CLIFFS):
+        if _refused(trail.problem, solution) <= WORTH_SAYING:
+            break
+        better = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=WORTH_SAYING)
+        if better is None:
+            break
+        trail.at(better)
+        solution = joint_fit(trail, "along a cliff", free)
+    if _refused(trail.problem, solution) > 0.1 and _depends_on_steps(trail, solution):
+        back = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=-BACK_FROM_EDGE)
+        trail.at(trail.q if back is None else back)
+    return solution
+
+
+def _depends_on_steps(trail: Trail, solution: Solution) -> bool:
+    """Tell whether the cost is another one at twice the integration steps."""
+    fine = replace(trail.problem, substeps=2 * trail.problem.substeps)
+    cost = float(np.sum(np.square(fine.norms(trail.q, trail.windows))))
+    return not abs(cost - solution.triangle.cost) < WORTH_SAYING
+
+
+def _refused(problem: Problem, solution: Solution) -> float:
+    """Return by how much the derivatives promise that the cost falls yet, where the solver called it converged."""
+    return refused_gain(solution.triangle, ~problem.on_bound(solution.q)) if solution.converged else 0.0
+
+
+def cliff_warnings(name: str, problem: Problem, solution: Solution) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
-    if not solution.converged:
-        return []
-    gain = refused_gain(solution.triangle, ~problem.on_bound(solution.q))
+    gain = _refused(problem, solution)
     if gain <= WORTH_SAYING:
         return []
     return [

@@ -18,6 +18,7 @@ from mechid.identification.problem import Problem, Target, Windows
 from mechid.identification.reduction import Triangle
 from mechid.identification.solve import covariance
 from mechid.signal.autoregression import Autoregression, fit_autoregression
+from mechid.signal.trend import fit_line
 
 FloatArray = NDArray[np.float64]
 
@@ -50,18 +51,9 @@ def uncertainty(
 
 def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
     """Return measured minus model minus offset and drift over a window, (n,) N m."""
-    r = target.measured[window[0] : window[1]] - problem.predict(target, q, window[1])[window[0] :]
-    return np.asarray(r - linear_part(r, target.linear)[0], dtype=np.float64)
-
-
-def linear_part(r: FloatArray, terms: int) -> tuple[FloatArray, float | None, float | None]:
-    """Return the fitted offset and drift over the samples, (n,), the offset at the first, the drift per sample."""
-    if terms == 0:
-        return np.zeros(r.size), None, None
-    k = np.arange(r.size, dtype=float)
-    fitted = np.polynomial.Polynomial.fit(k, r, terms - 1).convert()
-    slope = float(fitted.coef[1]) if fitted.coef.size > 1 else 0.0
-    return fitted(k), float(fitted.coef[0]), slope if terms > 1 else None
+    r = problem.misfit(target, q, window)
+    fit_line(r, target.linear).take_from(r)
+    return r
 
 
 def _score_variance(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_toeplitz
 
 FloatArray = NDArray[np.float64]
+BLOCK = 65536
 
 
 @dataclass(frozen=True)
@@ -27,11 +28,17 @@ class Autoregression:
         return self.coefficients.size - 1
 
 
-def autocovariance(series: FloatArray, lags: int) -> FloatArray:
-    """Return the biased autocovariance at lags 0 to `lags`, (lags + 1,), of a zero-mean series."""
-    n = series.size
-    products = [series[: n - k] @ series[k:] for k in range(min(lags + 1, n))]
-    return np.array(products, dtype=np.float64) / n
+def autocovariance(series: FloatArray, lags: int, mean: float = 0.0) -> FloatArray:
+    """Return the biased autocovariance of a series about `mean`, at lags 0 to `lags` or as many as there are."""
+    n, most = series.size, min(lags, series.size - 1)
+    total = np.zeros(most + 1)
+    for start in range(0, n, BLOCK):  # a long series is never copied whole
+        size = min(BLOCK, n - start)
+        ahead = np.zeros(size + most)
+        part = series[start : start + size + most]
+        ahead[: part.size] = part - mean
+        total += [ahead[:size] @ ahead[k : k + size] for k in range(most + 1)]
+    return total / n
 
 
 def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
@@ -45,7 +52,7 @@ def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
         Highest order tried.
     """
     most = min(most, max(series.size // 20, 0))
-    covariance = autocovariance(series - series.mean(), most)
+    covariance = autocovariance(series, most, float(series.mean()))
     if covariance[0] <= 0.0:
         return Autoregression(np.ones(1), 0.0)
     orders = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40]

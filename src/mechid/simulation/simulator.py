@@ -78,6 +78,8 @@ class Simulator:
         The largest |time offset| that runs will ask for, s.
     capacity : int
         Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
+    known_edges : Excitation or None
+        What `excitation_over` gives, where it has been worked out already.
     """
 
     plant: Plant
@@ -86,6 +88,7 @@ class Simulator:
     sensitive: Sequence[tuple[int, ...]] = ()
     latest_s: float = 0.0
     capacity: int = 0
+    known_edges: Excitation | None = None
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -95,8 +98,7 @@ class Simulator:
     @cached_property
     def excitation(self) -> Excitation:
         """All step edges any run of this simulator can meet."""
-        end = self.base.start_s + self.base.samples * self.base.interval_s
-        return self.command.excitation(max(end + self.latest_s, 0.0))
+        return self.known_edges or excitation_over(self.command, self.base, self.latest_s)
 
     @cached_property
     def _edge_values(self) -> FloatArray:
@@ -119,13 +121,18 @@ class Simulator:
         block: int = BLOCK,
         events: int = 0,
         directions: FloatArray | None = None,
+        samples: int | None = None,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
-        `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`.
+        `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
+        `samples` for the first ones alone.
         """
         wanted = self.directions if directions is None else directions
-        return Run(self, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted)
+        base = self.base if samples is None else self.base.first(samples)
+        return Run(
+            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted
+        )
 
 
 class Run:
@@ -134,6 +141,7 @@ class Run:
     def __init__(
         self,
         simulator: Simulator,
+        base: TimeBase,
         p: FloatArray,
         time_offset_s: float,
         substeps: int,
@@ -141,9 +149,9 @@ class Run:
         events: int,
         directions: FloatArray,
     ) -> None:
-        self.simulator, self.p, self.block = simulator, p, min(block, max(simulator.base.samples, 1))
-        self.substeps = substeps
-        base, kernel = simulator.base, simulator.kernel
+        self.simulator, self.base, self.p = simulator, base, p
+        self.block, self.substeps = min(block, max(base.samples, 1)), substeps
+        kernel = simulator.kernel
         self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
@@ -164,7 +172,7 @@ class Run:
 
     def blocks(self) -> Iterator[Block]:
         """Yield the record block by block; after a failure the samples are NaN."""
-        done, total = 0, self.simulator.base.samples
+        done, total = 0, self.base.samples
         for count in self._resting():
             yield self._block(done, count)
             done += count
@@ -178,7 +186,7 @@ class Run:
     def _resting(self) -> Iterator[int]:
         """Count the samples before command time 0, where the mechanism rests and measures nothing."""
         resting = int(np.ceil(-self.grid[0] / self.grid[1] - 1e-9)) if self.grid[0] < 0.0 else 0
-        resting = min(resting, self.simulator.base.samples)
+        resting = min(resting, self.base.samples)
         while resting > 0:
             count = min(self.block, resting)
             for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
@@ -225,10 +233,16 @@ class Run:
         )
 
 
+def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:
+    """Return all step edges of a record that may be up to `latest_s` early or late."""
+    end = base.start_s + base.samples * base.interval_s
+    return command.excitation(max(end + latest_s, 0.0))
+
+
 def simulate_run(run: Run) -> Trajectory:
     """Consume a run into one trajectory."""
     simulator = run.simulator
-    n, m, quantities = simulator.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
+    n, m, quantities = run.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
     y = np.empty((n, len(quantities)))
     rate, J = np.empty((n if m else 0, len(quantities))), np.empty((n if m else 0, len(quantities), m))
     for block in run.blocks():
@@ -237,7 +251,7 @@ def simulate_run(run: Run) -> Trajectory:
         if m:
             rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
     return Trajectory(
-        time=simulator.base.times,
+        time=run.base.times,
         values={q: y[:, j] for j, q in enumerate(quantities)},
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},

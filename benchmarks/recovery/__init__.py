@@ -1,0 +1,1 @@
+"""Random mechanisms, their records, and how the identification of each is judged."""
