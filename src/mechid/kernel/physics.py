@@ -88,7 +88,7 @@ class Writer:
         if share:
             shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
             pairs = zip(ready, reduced, strict=True)
-            ready = [(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs]
+            ready = _in_order([(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs])
         lines = [*multiples, *ready]
         return self._loads([e for _, e in lines], set(scalars)) + [f"{name} = {python_text(e)}" for name, e in lines]
 
@@ -115,6 +115,17 @@ class Writer:
             f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
         ]
         return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
+
+
+def _in_order(lines: Sequence[tuple[str, sp.Expr]]) -> list[tuple[str, sp.Expr]]:
+    """Return assignments in an order in which each comes after what it needs, otherwise as they are."""
+    waiting, result = list(lines), []
+    undone = {name for name, _ in lines}
+    while waiting:
+        n = next(n for n, (_, e) in enumerate(waiting) if not undone & {str(s) for s in sp.sympify(e).free_symbols})
+        undone.discard(waiting[n][0])
+        result.append(waiting.pop(n))
+    return result
 
 
 def placed(line: str) -> str:
