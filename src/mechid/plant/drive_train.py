@@ -30,7 +30,7 @@ def rotor(*, geared: bool = True, start: Expr = COMMANDED, inertia: Declaration 
         Of J_rot; its key says where in the file it stands.
     """
     T_mot, T_rg, T_fr, free = symbols("T_mot_in T_rg_in T_fr_in free_in")
-    drive, T_res, J_rot = symbols("T_drive T_res J_rot")
+    drive, T_res, J_rot = symbols(f"T_drive T_res {inertia.symbol}")
     return Block(
         name="rotor",
         table="rotor",

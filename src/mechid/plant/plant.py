@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -189,7 +189,22 @@ def assemble(
         parameters=(),
         offered=offered,
     )
+    _refuse_unknown_symbols(plant, offered.values())
     return plant.measuring(tuple(out))
+
+
+def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
+    """Refuse a symbol that is no state, term, input, mode symbol or declared parameter."""
+    modes = {m for s in plant.switches for values in s.modes.values() for m in values}
+    known = {*plant.states, *plant.filter.states, *plant.inputs, *modes, START_ANGLE, *(s for s, _ in plant.terms)}
+    known |= {sp.Symbol(d.symbol) for d in plant.declarations.values()}
+    known |= {s for block in plant.blocks for s in block.coordinates}
+    margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
+    entries = [e for s in plant.switches for e, _ in s.entry]
+    system = [*plant.filter.A, *plant.filter.B, *plant.filter.inputs]
+    every = [*(e for _, e in plant.terms), *plant.rates, *plant.initial, *margins, *entries, *system, *offered]
+    if strange := sorted(str(s) for e in every for s in sp.sympify(e).free_symbols - known):
+        raise ValueError(f"{strange[0]} is no state, term, input or declared parameter")
 
 
 def _refuse_twice(symbols: Sequence[sp.Symbol]) -> None:
