@@ -50,7 +50,6 @@ def mechanism_of(table: Mapping):
     return mechanism_from_table(table, "mechanism.toml")
 
 
-FREE_GEAR = {"stiffness": None}
 LAYOUTS = {
     "stribeck": {"friction": {"law": "stribeck", "coulomb": 0.004, "stribeck_rate": 2.0}},
     "directional": {"friction": {"law": "directional", "coulomb": 0.004, "asymmetry": 0.2, "viscous_asymmetry": -0.1}},
