@@ -22,7 +22,8 @@ def paper_table():
         if path[1:2] != ["detent"]:
             table.setdefault(path[0], {})[key] = value
     table["stepper"]["detent"] = [
-        {key: ESTIMATED[f"stepper.detent.{k}.{key}"] for key in ("period_deg", "amplitude", "phase_deg")} for k in (0, 1)
+        {key: ESTIMATED[f"stepper.detent.{k}.{key}"] for key in ("period_deg", "amplitude", "phase_deg")}
+        for k in (0, 1)
     ]
     return table
 

@@ -48,11 +48,9 @@ def test_the_rates_are_those_of_the_page():
     m = read_mechanism(EXAMPLE / "mechanism.toml")
     assert {q.name for q in m.free} == {"friction.dry", "friction.grease", "load.unbalance"}
     equations, names = equations_of(m.plant), list(map(str, m.plant.states))
-    x = dict(i_A=0.3, i_B=-0.2, alpha=1.2, omega=-6.0, alpha_gear=0.0241, omega_gear=-0.11)
+    x = {"i_A": 0.3, "i_B": -0.2, "alpha": 1.2, "omega": -6.0, "alpha_gear": 0.0241, "omega_gear": -0.11}
     modes = equations.mode_symbols([list(m.plant.switches[0].modes).index("backward")])
-    rates = dict(
-        zip(names, equations.rates([x[n] for n in names], [0.0, 0.0], modes, m.kernel_values()), strict=True)
-    )
+    rates = dict(zip(names, equations.rates([x[n] for n in names], [0.0, 0.0], modes, m.kernel_values()), strict=True))
     twist, twist_rate = x["alpha"] - 50 * x["alpha_gear"], x["omega"] - 50 * x["omega_gear"]
     T_rg = 913.47 / 2500 * twist + 0.39 / 2500 * twist_rate
     T_mot = 0.384 * (0.3 * np.sin(50 * 1.2) - 0.2 * np.cos(50 * 1.2))
@@ -63,7 +61,16 @@ def test_the_rates_are_those_of_the_page():
 
 def test_it_is_simulated_like_any_other(folder, tmp_path):
     """Truth: the slow twin."""
-    asked = ["simulate", str(folder), "--out", str(tmp_path / "out"), "--sample-rate-hz", "10000", "--duration-s", "0.1"]
+    asked = [
+        "simulate",
+        str(folder),
+        "--out",
+        str(tmp_path / "out"),
+        "--sample-rate-hz",
+        "10000",
+        "--duration-s",
+        "0.1",
+    ]
     assert CliRunner().invoke(app, asked, prog_name="mechid").exit_code == 0
     written = np.loadtxt(tmp_path / "out" / "full_46.csv", delimiter=",", skiprows=1)
     campaign = load_campaign(folder, read_records=False)

@@ -14,7 +14,9 @@ def unbalanced_load() -> Block:
         name="unbalanced_load",
         table="load",
         declarations=(
-            Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="inertia of the load", lower=0.0, source=book),
+            Declaration(
+                key="inertia", symbol="J_m", unit="kg m2", meaning="inertia of the load", lower=0.0, source=book
+            ),
             Declaration(key="unbalance", symbol="W_u", unit="N m", meaning="m c g of the load", lower=0.0, source=book),
         ),
         inputs=(T,),

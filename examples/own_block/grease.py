@@ -15,7 +15,8 @@ def grease() -> Block:
         ROTOR,
         (
             Declaration(key="dry", symbol="T_c", unit="N m", meaning="dry friction", lower=0.0, source=source),
-            Declaration(key="grease", symbol="b_g", unit="N m s/rad", meaning="grease at rest", lower=0.0, source=source),
+            Declaration(key="grease", symbol="b_g", unit="N m s/rad", meaning="grease at rest", lower=0.0,
+                        source=source),
             Declaration(key="thinning_rate", symbol="omega_g", unit="rad/s", meaning="speed at which it has thinned",
                         lower=0.0, source=source),
         ),

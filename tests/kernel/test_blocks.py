@@ -1,4 +1,4 @@
-"""The library's blocks, wired into the paper's mechanism, against right-hand sides typed by hand from their references."""
+"""The library's blocks in the paper's mechanism, against right-hand sides typed by hand from their references."""
 
 import numpy as np
 import pytest

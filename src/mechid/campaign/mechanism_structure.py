@@ -75,7 +75,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     own = dict(_own_blocks(table, place, folder))
     if both := next((name for name in own if name in laws and name != "stepper"), None):
         key = OPTION_KEYS.get(both, LAW)
-        raise place.key(f"{both}.{OWN}").error(f"stands beside {key} = \"{laws[both]}\"; keep one of them")
+        raise place.key(f"{both}.{OWN}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
     orders = {name: tuple(_orders(table, name, place)) for name in LIST_TABLES}
     tables = frozenset(name for name in OPTIONAL_TABLES if is_table(_at(table, name)))
     if "anti_alias" in tables:
@@ -133,7 +133,7 @@ def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
     """Yield each table that chooses its block by a key, and what it chooses."""
     for name, choices in CHOICES.items():
         entry, key = table.get(name), OPTION_KEYS.get(name, LAW)
-        if not is_table(entry):
+        if not isinstance(entry, Mapping):
             continue
         where = f"{name}.{key}"
         if key in entry or where in DEFAULT_OPTIONS:
@@ -144,7 +144,7 @@ def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
 def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterator[tuple[str, tuple[Block, str]]]:
     for name in OWN_TABLES:
         entry = table.get(name)
-        if is_table(entry) and OWN in entry:
+        if isinstance(entry, Mapping) and OWN in entry:
             yield name, read_own_block(entry[OWN], place.key(f"{name}.{OWN}"), folder)
 
 

@@ -43,7 +43,9 @@ def read_own_block(entry: Any, place: Place, folder: Path) -> tuple[Block, str]:
         raise place.error(f'{path} has no "{name}"{near}')
     block = _made(getattr(module, name), f"{path}:{name}", place)
     if not isinstance(block, Block):
-        raise place.error(f"{path}:{name} gives {type(block).__name__}; it has to be a Block, or a function returning one")
+        raise place.error(
+            f"{path}:{name} gives {type(block).__name__}; it has to be a Block, or a function returning one"
+        )
     return block, f"{file.as_posix()}:{name}"
 
 

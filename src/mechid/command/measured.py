@@ -1,8 +1,8 @@
-"""A record that measured channels drive: what was measured of a voltage, a current, a torque or a force is the input."""
+"""A record that measured channels drive: voltages, currents, a torque or a force are the input."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class MeasuredCommand(Command):
 
     stepping: Stepping = "full"
     microsteps: int = 1
-    rate: RateProfile = RateProfile.constant(0.0)
+    rate: RateProfile = field(default_factory=lambda: RateProfile.constant(0.0))
     waveform: Waveform = "cosine"
     channels: tuple[InputChannel, ...] = ()
     sample_rate_hz: float = 1.0

@@ -31,7 +31,7 @@ def target_of(record: CampaignRecord) -> Target:
 
 
 def noise_sigma(record: CampaignRecord) -> float:
-    """Return the noise of a record in its quantity's unit: its high-frequency floor, or hardly anything where it has none."""
+    """Return the noise of a record, in its quantity's unit: its high-frequency floor, or hardly anything."""
     assert record.data is not None
     measured = record.data.channel(record.quantity).data
     return max(noise_floor(measured, record.data.sample_rate_hz), 1e-6 * float(np.std(measured)))

@@ -68,12 +68,12 @@ def simulate_twin(
     for inputs, end in _stretches(excitation, state, float(samples.times[-1])):
         state, fixed = replace(state, inputs=inputs), np.zeros(len(sensitive))
         while True:
-            fired, dtau = twin.thrown(state, samples.interval), fixed
+            thrown = fired = twin.thrown(state, samples.interval)
             if fired is None:
-                (state, fired), dtau = twin.arc(state, end, samples), None
+                state, fired = twin.arc(state, end, samples)
             if fired is None:
                 break
-            before, (state, switch) = state, twin.switched(state, *fired, dtau)
+            before, (state, switch) = state, twin.switched(state, *fired, fixed if thrown else None)
             samples.jump(before, state, switch)
             switching.append(switch)
             fixed = switch.sensitivity

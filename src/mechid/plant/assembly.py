@@ -46,9 +46,7 @@ def _cached(
     orders: tuple[tuple[str, tuple[int | None, ...]], ...],
     tables: tuple[str, ...],
 ) -> Plant:
-    return _assembled(
-        Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), own={})
-    )
+    return _assembled(Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), own={}))
 
 
 def _assembled(layout: Layout) -> Plant:
@@ -86,6 +84,4 @@ def stepper_gear_mass(detent_orders: Sequence[int | None], housing_form: str | N
         ``"paper"``, ``"unit_dc"``, or None for a rigid housing.
     """
     laws = {"housing": housing_form} if housing_form else {}
-    return plant_of(
-        Layout(laws=laws, orders={"stepper.detent": tuple(detent_orders)}, tables=frozenset(laws), own={})
-    )
+    return plant_of(Layout(laws=laws, orders={"stepper.detent": tuple(detent_orders)}, tables=frozenset(laws), own={}))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sympy import Expr, Symbol, symbols
+from sympy import Expr, Integer, Symbol, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block
@@ -87,7 +87,7 @@ def measured_drive(channels: Sequence[tuple[str, str]], table: str, offset: Decl
         inputs=tuple(s for quantity, _ in channels for s in (Symbol(quantity), slopes[quantity])),
         terms={Symbol(name): value for name, value in outputs.items()},
         rates={ramps[quantity]: slopes[quantity] for quantity, _ in channels},
-        initial={ramp: 0 for ramp in ramps.values()},
+        initial=dict.fromkeys(ramps.values(), Integer(0)),
         outputs={name: Symbol(name) for name in outputs},
         reference="measured",
     )

@@ -67,7 +67,9 @@ def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED) -> Bl
     inertia = Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0)
     terms: dict[Symbol, Expr] = {}
     springs: Expr = Integer(0)
-    hub, rates, initial, declared = J_m, {}, {}, [inertia]
+    hub, declared = J_m, [inertia]
+    rates: dict[Symbol, Expr] = {}
+    initial: dict[Symbol, Expr] = {}
     for k in range(1, modes + 1):
         J_k, zeta_k, omega_k, q_k, v_k, spring = symbols(f"J_{k} zeta_{k} omega_{k} q_{k} v_{k} T_mode{k}")
         terms[spring] = J_k * (omega_k**2 * q_k + 2 * zeta_k * omega_k * v_k)

@@ -21,7 +21,8 @@ def joined_filter(links: Links, blocks: Sequence[Block], terms: Sequence[sp.Symb
     systems = [(f, [links.resolve(b, u) for u in f.inputs]) for b in blocks if (f := b.filter) is not None]
     if not systems:
         return NO_FILTER
-    fixed = {sp.Symbol(d.symbol) for b in blocks for d in b.declarations} | {s for b in blocks for s in b.coordinates}
+    fixed = {sp.Symbol(d.symbol) for b in blocks for d in b.declarations}
+    fixed |= {s for b in blocks for s in b.coordinates}
     states = tuple(s for f, _ in systems for s in f.states)
     A = sp.Matrix(sp.diag(*(f.A for f, _ in systems)))
     columns: dict[sp.Expr, sp.Matrix] = {}
@@ -51,7 +52,7 @@ def _linear_parts(expr: sp.Expr, variables: Sequence[sp.Symbol]) -> tuple[dict[s
 
 
 def _by_term(expr: sp.Expr, terms: Sequence[sp.Symbol], fixed: set[sp.Symbol]) -> dict[sp.Expr, sp.Expr]:
-    """Return {term: coefficient} of an expression that is linear in terms, with coefficients of parameters, else {expression: 1}."""
+    """Return {term: coefficient} of an expression linear in terms, coefficients of parameters; else {expression: 1}."""
     if expr == 0:
         return {}
     found = {t: sp.diff(expr, t) for t in terms if expr.has(t)}

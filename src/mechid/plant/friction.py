@@ -296,7 +296,7 @@ def dry_output(site: Site) -> Block:
 
 
 def _levels(site: Site) -> tuple[Declaration, ...]:
-    """Static, Coulomb and viscous friction, which all laws at the rotor have."""
+    """Return static, Coulomb and viscous friction, which all laws at the rotor have."""
     dry, damp = site.holding, site.damping
     names = [site.symbol(name).name for name in ("T_frs", "T_frd", "T_visc")]
     return (

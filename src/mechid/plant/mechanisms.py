@@ -44,7 +44,12 @@ CHOICES: Mapping[str, tuple[str, ...]] = {
 }
 """Tables that choose among blocks of the library, and their choices."""
 OPTIONAL_TABLES = (
-    "stepper.imbalance", "output_friction", "housing", "transducer", "charge_amplifier", "anti_alias",
+    "stepper.imbalance",
+    "output_friction",
+    "housing",
+    "transducer",
+    "charge_amplifier",
+    "anti_alias",
 )
 """Tables without which there is no such block."""
 MOTOR_QUANTITIES = {"rotor_angle": "rotor.alpha", "rotor_rate": "rotor.omega"}
@@ -113,7 +118,9 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
     names = ("output_angle", "output_rate") if turning else ("position", "velocity")
 
     def parts(layout: Layout) -> Parts:
-        site = replace(ROTOR, torque=unit, viscous=f"{unit} s/{rate.split('/')[0]}", rate=rate, holding=None, damping=None)
+        site = replace(
+            ROTOR, torque=unit, viscous=f"{unit} s/{rate.split('/')[0]}", rate=rate, holding=None, damping=None
+        )
         laws = friction.UNGEARED_LAWS
         blocks = [
             measured_drive(((quantity, "T_mot"),), "drive", _offset(unit)),

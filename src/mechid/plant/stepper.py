@@ -84,7 +84,9 @@ def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
     angles = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
     shapes: dict[str, Expr] = {}
     for x, angle in angles.items():
-        extra = (c * sin(h * angle) + s * cos(h * angle) for h, (c, s) in zip(harmonics, _parts(harmonics), strict=True))
+        extra = (
+            c * sin(h * angle) + s * cos(h * angle) for h, (c, s) in zip(harmonics, _parts(harmonics), strict=True)
+        )
         shapes[x] = sum(extra, sin(angle))
     return shapes
 

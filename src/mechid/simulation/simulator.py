@@ -152,7 +152,9 @@ class Run:
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
-        self.grid = np.array([base.start_s - simulator.command.origin_s - time_offset_s, base.interval_s, base.interval_s / substeps])
+        self.grid = np.array(
+            [base.start_s - simulator.command.origin_s - time_offset_s, base.interval_s, base.interval_s / substeps]
+        )
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
