@@ -111,6 +111,29 @@ def is_unit(text: str) -> bool:
     return False
 
 
+def conversion_factor(unit: str, to: str) -> float | None:
+    """Return what a value in `unit` is multiplied by to be in `to`; None where it measures something else.
+
+    For units that belong to no channel of a record, as those of a transfer function.
+
+    Examples
+    --------
+    >>> conversion_factor("urad/(N*m)", "rad/(N*m)")
+    1e-06
+    >>> conversion_factor("rad/N", "rad/(N*m)") is None
+    True
+    """
+    spelling = _one_spelling(unit)
+    if spelling == to:
+        return 1.0
+    parsed, expected = _parse(spelling), _parse(to)
+    if parsed is None or expected is None or not parsed.is_compatible_with(expected):
+        return None
+    if _angle_power(parsed) != _angle_power(expected):
+        return None
+    return float(_registry().Quantity(1.0, parsed).to(expected).magnitude)
+
+
 def si_unit(quantity: str) -> str:
     """Return the SI unit of `quantity`, e.g. ``"N*m"``; RecordError where it is none that mechid knows."""
     if quantity not in SI_UNIT:

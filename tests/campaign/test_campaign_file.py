@@ -139,7 +139,8 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
     "option": (
         "[[record]]",
         "[identify]\nworkers = 2\n[[record]]",
-        "identify.workers: unknown key; [identify] has no options yet, leave it out",
+        "identify.workers: unknown key; "
+        "the keys here are priors, colour, spikes, freeze, max_relative_error, max_correlation",
     ),
     "options of a wrong type": (
         "[[record]]",

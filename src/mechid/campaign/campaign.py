@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Literal, TypeAlias
 
+from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import Command
 from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration, Parameter
@@ -107,6 +108,7 @@ class Campaign:
         In the order of the file.
     stages : tuple of Stage
         Empty where mechid is to plan them.
+    options : IdentifyOptions
     warnings : tuple of str
         What is odd and yet usable, one line each.
     """
@@ -116,6 +118,7 @@ class Campaign:
     mechanism: Mechanism
     records: tuple[CampaignRecord, ...]
     stages: tuple[Stage, ...] = ()
+    options: IdentifyOptions = field(default_factory=IdentifyOptions)
     warnings: tuple[str, ...] = ()
 
     def record(self, name: str) -> CampaignRecord:

@@ -8,22 +8,20 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
-from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
+from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
 from mechid.campaign.toml_file import read_toml
-from mechid.command.entry import is_table
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
 from mechid.records import read_record
 
 FILE_NAME = "campaign.toml"
 KEYS = ("mechanism", "identify", "record", "stage")
-IDENTIFY_OPTIONS: tuple[str, ...] = ()
-"""Keys of the ``[identify]`` table; there are none yet."""
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -49,7 +47,8 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     """
     file = _campaign_file(Path(path))
     table, place = read_toml(file), Place(file.name)
-    _refuse_unknown(table, place)
+    refuse_unknown_keys(table, KEYS, place)
+    options = read_identify_options(table, place)
     mechanism_path = file.parent / _mechanism(table, place)
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)
@@ -64,6 +63,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
         mechanism=mechanism,
         records=records,
         stages=read_stages(table, place, mechanism, records),
+        options=options,
         warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, place)),
     )
 
@@ -74,17 +74,6 @@ def _campaign_file(path: Path) -> Path:
     if not (path / FILE_NAME).is_file():
         raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
     return path / FILE_NAME
-
-
-def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:
-    refuse_unknown_keys(table, KEYS, place)
-    options = table.get("identify", {})
-    if not is_table(options):
-        raise place.key("identify").error(f"{found(options)}; write a table, [identify]")
-    for key in options:
-        if key not in IDENTIFY_OPTIONS:
-            at = place.key("identify").key(key)
-            raise at.error("unknown key; [identify] has no options yet, leave it out")
 
 
 def _mechanism(table: Mapping[str, Any], place: Place) -> str:

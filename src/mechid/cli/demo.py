@@ -15,6 +15,7 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Of the bench's noise and of the search.")] = 0,
 ) -> None:
     """Make a synthetic bench and identify it from catalogue values."""
+    from mechid.budget.example import write_example
     from mechid.campaign import catalogue_mechanism, load_campaign
     from mechid.campaign.bench import TRUTH, write_bench
     from mechid.cli.identification import identify_into
@@ -23,4 +24,5 @@ def demo(
     prepare_kernel(catalogue_mechanism().plant)
     typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
     campaign = load_campaign(write_bench(out, seed))
+    write_example(out)
     identify_into(campaign, out, seed=seed, truth=TRUTH, mechanism_name=ESTIMATED_NAME)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import typer
 
-from mechid.analysis import validate
+from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign
 from mechid.cli.journal import Journal
 from mechid.cli.progress_line import ProgressLine
@@ -16,7 +17,7 @@ from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.identify import identify
 from mechid.identification.progress import Progress
 from mechid.report import print_report, report_data, write_results
-from mechid.report.results import MECHANISM_NAME
+from mechid.report.results import MECHANISM_NAME, REPORT_NAME
 from mechid.report.terminal import console_on
 
 INTERRUPTED = 130
@@ -46,12 +47,32 @@ def identify_into(
     validation = validate(campaign, fit)
     data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-    print_report(data, console_on(), [*files, journal])
+    files += [journal, *_report(data, campaign, fit, validation, folder)]
+    print_report(data, console_on(), files)
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
         raise typer.Exit(INTERRUPTED)
     if not fit.outcome.good:
         raise FitError(f"the fit did not succeed: {fit.outcome.value} {folder} holds what was reached")
+
+
+def _report(
+    data: Mapping[str, Any],
+    campaign: Campaign,
+    fit: Fit,
+    validation: Mapping[str, RecordValidation],
+    folder: Path,
+) -> list[Path]:
+    """Write the report; where that fails say so, since the estimate is on disk already."""
+    typer.echo("making the report ...", err=True)
+    try:
+        from mechid.report.writing import write_report
+
+        return [path for path in write_report(data, campaign, fit, validation, folder) if path.name != REPORT_NAME]
+    except Exception as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        typer.echo(f'warning: no report was made ({what}); "mechid report {folder}" tries again', err=True)
+        return []
 
 
 def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None) -> tuple[Fit, Path]:

@@ -11,11 +11,31 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import IO
 
-from mechid.errors import UsageError
+from mechid.errors import InputFileError, UsageError
 from mechid.identification.fit import Fit
 from mechid.identification.progress import Progress
 
 FILE_NAME = "journal.jsonl"
+
+
+def identified_campaign(folder: Path) -> Path:
+    """Return the campaign file that the last identification into a folder was of.
+
+    Raises
+    ------
+    InputFileError
+        There is no journal that tells, or the file is no longer there.
+    """
+    path, remedy = folder / FILE_NAME, "give it as --campaign CAMPAIGN"
+    try:
+        notes = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+        named = Path([note["campaign"] for note in notes if note["event"] == "started"][-1])
+    except (OSError, ValueError, KeyError, IndexError) as error:
+        raise InputFileError(f"{path}: does not tell which campaign was identified; {remedy}") from error
+    found = next((place for place in (named, folder / named.name) if place.is_file()), None)
+    if found is None:
+        raise InputFileError(f"{path}: the campaign was {named}, which is not there; {remedy}")
+    return found
 
 
 class Journal:

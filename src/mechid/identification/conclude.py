@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import math
 import platform
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.doubts import indistinct
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, StageReport
-from mechid.identification.problem import Problem, Windows
+from mechid.identification.declaration import DECLARED, taken_campaign
+from mechid.identification.ending import Ending
+from mechid.identification.fit import Fit, ParameterEstimate
+from mechid.identification.problem import Problem
 from mechid.identification.record_fit import record_fit
-from mechid.identification.reduction import Triangle
-from mechid.identification.uncertainty import uncertainty
+from mechid.identification.standard_errors import StandardErrors, standard_errors
 from mechid.identification.verdict import Verdict, judge
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -28,42 +28,32 @@ FloatArray = NDArray[np.float64]
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
-@dataclass(frozen=True)
-class Ending:
-    """Where a search ended: all that `conclude` needs of it."""
-
-    problem: Problem
-    q: FloatArray
-    windows: Windows
-    outcome: FitOutcome
-    stages: tuple[StageReport, ...]
-    warnings: tuple[str, ...]
-    seed: int
-    seconds: float
-
-
 def conclude(campaign: Campaign, ending: Ending) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome."""
-    problem, windows = ending.problem, ending.windows
+    problem, windows, taken = ending.problem, ending.windows, ending.taken
+    campaign = taken_campaign(campaign, taken)
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(ending.q, windows)
-    verdict = judge(campaign, problem, ending.q, windows, triangle)
+    verdict = judge(campaign, problem, ending.q, windows, triangle, {f.name: f.reason for f in ending.frozen})
     q = verdict.q
-    names, robust, white = _covariances(ending, triangle, verdict)
+    errors = standard_errors(ending, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
-    parameters = _estimates(campaign, problem, mechanism, verdict, names, robust, white)
-    scale = np.sqrt(np.diag(robust))
-    scale[scale == 0.0] = 1.0
+    parameters = _estimates(campaign, problem, mechanism, verdict, errors)
+    own = _warnings(parameters)
     return Fit(
         mechanism=mechanism,
         parameters=parameters,
-        correlation_names=names,
-        correlation=robust / np.outer(scale, scale),
-        covariance=robust,
-        records={r.name: record_fit(r, problem, q, windows) for r in campaign.records if r.data is not None},
+        correlation_names=errors.names,
+        correlation=errors.correlation,
+        covariance=errors.robust,
+        records={
+            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+            for r in campaign.records
+            if r.data is not None
+        },
         stages=ending.stages,
         outcome=ending.outcome,
-        warnings=(*campaign.warnings, *ending.warnings, *_warnings(problem, triangle, verdict, parameters)),
+        warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),
         notes=_notes(campaign),
         provenance=_provenance(campaign, ending),
     )
@@ -78,35 +68,13 @@ def _mechanism(campaign: Campaign, problem: Problem, verdict: Verdict) -> Mechan
     return campaign.mechanism.with_values({**found, **back})
 
 
-def _covariances(
-    ending: Ending, triangle: Triangle, verdict: Verdict
-) -> tuple[tuple[str, ...], FloatArray, FloatArray]:
-    """Return the names that carry uncertainty, and their covariances in the file's coordinates."""
-    problem, q = ending.problem, verdict.q
-    space_names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
-    whole = np.zeros((len(space_names) + len(delays), problem.size))
-    whole[: len(space_names), : problem.space.size] = slopes
-    whole[len(space_names) :, problem.space.size :] = np.eye(len(delays))
-    names = (*space_names, *delays)
-    kept = [i for i, name in enumerate(names) if name not in verdict.reasons]
-    if not verdict.counted.any() or not np.isfinite(triangle.norm):
-        return (), np.zeros((0, 0)), np.zeros((0, 0))
-    found = uncertainty(problem, q, ending.windows, triangle, verdict.counted)
-    maps = whole[kept]
-    return tuple(names[i] for i in kept), maps @ found.robust @ maps.T, maps @ found.white @ maps.T
-
-
 def _estimates(
     campaign: Campaign,
     problem: Problem,
     mechanism: Mechanism,
     verdict: Verdict,
-    names: Sequence[str],
-    robust: FloatArray,
-    white: FloatArray,
+    errors: StandardErrors,
 ) -> dict[str, ParameterEstimate]:
-    errors = {name: (float(np.sqrt(robust[i, i])), float(np.sqrt(white[i, i]))) for i, name in enumerate(names)}
     out = {}
     for name, before in campaign.mechanism.parameters.items():
         start = campaign.mechanism.value(name)
@@ -120,14 +88,15 @@ def _estimates(
 
 
 def _estimate(
-    before: Parameter, value: float, start: float, verdict: Verdict, errors: dict[str, tuple[float, float]]
+    before: Parameter, value: float, start: float, verdict: Verdict, errors: StandardErrors
 ) -> ParameterEstimate:
     status, reason = before.status, before.reason
     if before.is_free:
         status, reason = verdict.reasons.get(before.name, (Status.FREE, ""))
     if before.tied_to:
         reason = f"follows {before.tied_to}"
-    error, white = errors.get(before.name, (None, None)) if status is Status.FREE else (None, None)
+    error, white = errors.of(before.name) if status is Status.FREE else (None, None)
+    local = errors.local_only.get(before.name, "") if error is not None else ""
     bounded = before.is_free and not before.is_periodic
     return ParameterEstimate(
         name=before.name,
@@ -140,24 +109,16 @@ def _estimate(
         min=before.min if bounded else None,
         max=before.max if bounded else None,
         status=str(status),
-        reason=reason,
+        reason=reason or local,
+        local_only=bool(local),
     )
 
 
-def _warnings(
-    problem: Problem, triangle: Triangle, verdict: Verdict, parameters: Mapping[str, ParameterEstimate]
-) -> list[str]:
-    """Say which parameters have no uncertainty of their own, and which cannot be told from one another."""
+def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
+    """Say which parameters have no uncertainty of their own."""
     said = (Status.FROZEN, Status.AT_BOUND)
-    lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
-             for p in parameters.values() if p.status in said]  # fmt: skip
-    if not np.all(np.isfinite(triangle.jacobian)):
-        return lines
-    groups = indistinct(triangle, problem.names, verdict.counted)
-    return lines + [
-        f"{', '.join(group)}: the records tell only of a combination of them; give one as a known number"
-        for group in groups
-    ]
+    return [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
+            for p in parameters.values() if p.status in said]  # fmt: skip
 
 
 def _notes(campaign: Campaign) -> tuple[str, ...]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -12,8 +10,6 @@ from mechid.identification.reduction import Triangle
 FloatArray = NDArray[np.float64]
 SINGULAR = 1e-7
 """Below this share of the largest, a singular value of the column-scaled Jacobian is rounding."""
-INVOLVED = 0.1
-"""Share of a singular direction from which a parameter is named."""
 
 
 def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
@@ -24,17 +20,6 @@ def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
     """
     U, s, _ = _decomposed(triangle, counted)
     return float(triangle.cost * np.sum(U[0, s > SINGULAR * s.max(initial=0.0)] ** 2))
-
-
-def indistinct(triangle: Triangle, names: Sequence[str], counted: NDArray[np.bool_]) -> list[tuple[str, ...]]:
-    """Return the groups of parameters of which the records see only combinations, by name."""
-    _, s, Vt = _decomposed(triangle, counted)
-    own = [name for name, is_counted in zip(names, counted, strict=True) if is_counted]
-    groups = []
-    for direction in Vt[s <= SINGULAR * s.max(initial=0.0)]:
-        involved = (name for name, share in zip(own, direction, strict=True) if abs(share) > INVOLVED)
-        groups.append(tuple(dict.fromkeys(involved)))
-    return groups
 
 
 def _decomposed(triangle: Triangle, counted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -23,6 +24,10 @@ class FitOutcome(Enum):
     HORIZON = (
         "The model does not follow all records to their ends from any start found; the values are those "
         "of the part that it follows."
+    )
+    CLIFF = (
+        "The joint fit stopped at a cliff: a stick/slip hangs by a thread, the cost should still fall but does not; "
+        "the values may be off by more than their errors."
     )
     NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
     FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
@@ -44,7 +49,8 @@ class ParameterEstimate:
     """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
 
     `std_error` is robust to coloured residuals, `std_error_white` assumes white ones; both are None
-    unless the parameter is free.
+    unless the parameter is free. `local_only`: the cost within its standard error is not what the derivatives
+    say, so that the error is none to rely on; `reason` says where.
     """
 
     name: str
@@ -58,6 +64,7 @@ class ParameterEstimate:
     max: float | None
     status: str
     reason: str = ""
+    local_only: bool = False
 
     @property
     def ci95(self) -> tuple[float, float] | None:
@@ -83,6 +90,14 @@ class RecordFit:
         Samples used.
     horizon_s : float
         How far the model follows the record, s from its first sample.
+    prefilter_order : int
+        Of the autoregressive model that whitened its residual; 0 where none did.
+    rejected : int
+        Samples rejected as spikes.
+    effective_samples : float or None
+        How many independent samples tell as much of a constant residual as its coloured ones.
+    taken : Taken
+        How it was taken, where that is not as the campaign file declares it.
     """
 
     name: str
@@ -94,7 +109,11 @@ class RecordFit:
     offset: float | None
     drift: float | None
     horizon_s: float
+    prefilter_order: int = 0
+    rejected: int = 0
+    effective_samples: float | None = None
     channels: tuple[str, ...] = ("torque",)
+    taken: Taken = DECLARED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,6 +187,7 @@ def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
         "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
         "std_error_white": p.std_error_white, "ci95": list(interval) if interval else None,
         "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
+        "local_only": p.local_only,
     }  # fmt: skip
 
 
@@ -175,7 +195,8 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
     return {
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
-        "channels": list(r.channels),
+        "prefilter_order": r.prefilter_order, "rejected": r.rejected, "effective_samples": r.effective_samples,
+        "channels": list(r.channels), "taken": r.taken.to_dict(),
     }  # fmt: skip
 
 

@@ -28,8 +28,10 @@ WINDOW_S = 0.005
 DIVERGED_AT = 4.0
 BEYOND_S = 0.08
 ROUNDS = 80
-SCALES = (1.0, 2.0, 4.0, 8.0, 16.0)
+SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Widths of the escape's draws, in standard deviations of the present posterior."""
+DRAWS = 32
+WINNERS = 3
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
 BLOCK = 65536
@@ -188,12 +190,13 @@ def _escape(
     """Draw from the present posterior, wider and wider, for a point that follows the records further.
 
     Draws are simulated on the unfinished records some way past their gates. First those that go past a gate
-    by themselves are tried, refitted and as they are; then, of each width, the one of least cost there, refitted.
+    by themselves are tried, refitted and as they are; then, while most of the records is still ahead, the one of
+    least cost of each width, refitted.
     """
     root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
     draws = [
-        [np.clip(q + scale * root @ rng.standard_normal(problem.size), problem.lower, problem.upper) for _ in range(24)]
+        np.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T, problem.lower, problem.upper)
         for scale in SCALES
     ]
 
@@ -203,10 +206,12 @@ def _escape(
 
     for some in draws:
         gains = [_gain_beyond(problem, open_targets, gates, draw, most) for draw in some]
-        for i in [i for i in np.argsort(gains, kind="stable")[::-1][:2] if gains[i] > 0]:
+        for i in [i for i in np.argsort(gains, kind="stable")[::-1][:WINNERS] if gains[i] > 0]:
             found = longer(_refitted(problem, some[i], gates, least, most)) or longer(some[i])
             if found:
                 return found
+    if 2 * sum(gates.values()) > sum(t.samples for t in problem.targets):
+        return None
     for some in draws:
         costs = [_cost_beyond(problem, open_targets, gates, draw) for draw in some]
         i = int(np.argmin(costs))

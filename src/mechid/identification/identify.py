@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,17 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
+from mechid.identification.agreement import Agreement, agreement, explains
+from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
+from mechid.identification.departure import departure
+from mechid.identification.ending import Frozen
 from mechid.identification.fit import Fit, FitOutcome
+from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
-from mechid.identification.noise import released_sigmas
+from mechid.identification.noise import rejection_warnings, released, without_outliers, without_spikes
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
@@ -31,7 +37,7 @@ from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, 
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
-CONFIRMATIONS = 3
+CONFIRMATIONS = 2
 ROUGH = 1e-6
 """Relative fall of the cost at which the fit before the release of the noise may stop."""
 LONGEST_STEP_S = 2e-4
@@ -63,20 +69,19 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole())
-    trail.warnings += [
-        f"{q.name}: its prior (sigma = {q.sigma:g}) is not used by the fit yet"
-        for q in campaign.mechanism.free
-        if q.sigma
-    ]
     with one_core_algebra():
+        frozen: list[Frozen] = []
         try:
             if campaign.stages:
                 follow_stages(trail, campaign)
             else:
                 _follow_plan(trail, campaign, seed)
+            if trail.outcome.good:
+                freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
-        return conclude(campaign, trail.ending(seed))
+        trail.warnings += rejection_warnings(trail.problem)
+        return conclude(campaign, trail.ending(seed, frozen))
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:
@@ -88,11 +93,19 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
         )
     _refuse_free_voltage(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
+    if campaign.options.spikes == "reject":
+        targets = tuple(map(without_spikes, targets))
     if not targets:
         raise FitError(f'{campaign.path}: no record has use = "estimate"; there is nothing to estimate from')
     longest = max(t.base.interval_s for t in targets)
     substeps = max(1, math.ceil(longest / LONGEST_STEP_S - 1e-6))
-    return Problem(SearchSpace(campaign.mechanism), targets, substeps=substeps, workers=workers)
+    priors = {} if campaign.options.priors == "none" else _priors(campaign)
+    return Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
+
+
+def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
+    """Return value and standard deviation of what the mechanism file knows beforehand."""
+    return {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
 
 
 def _refuse_free_voltage(campaign: Campaign) -> None:
@@ -115,22 +128,71 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
     if best is None:
         return
-    growth = _grow_best(trail, chain([best], found), seed)
+    growth = _grown(trail, campaign, best, found, seed)
+    names = (*names, *(n for n in trail.problem.names[trail.problem.space.size :] if n not in names))
     trail.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     trail.close("gated growth", names, math.nan, growth.rounds, followed)
-    trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    left_out = any(t.left_out for t in trail.taken.values())
+    trail.outcome = FitOutcome.CONVERGED if growth.complete and not left_out else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
-    trail.problem = trail.problem.with_sigmas(released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings))
+    trail.problem = released(trail.problem, trail.q, trail.windows, campaign.options, trail.warnings)
+    if campaign.options.priors == "search":
+        trail.problem = replace(trail.problem, priors={})
     solution = joint_fit(trail, "noise released", names)
+    if campaign.options.spikes == "reject":
+        solution = _without_outliers(trail, solution, names)
     if growth.complete:
         solution = _confirmed(trail, solution, names, seed)
     solution = fit_past_cliffs(trail, solution, names, seed)
-    trail.warnings += cliff_warnings("noise released", trail.problem, solution)
+    at_cliff = cliff_warnings("noise released", trail.problem, solution)
+    trail.warnings += at_cliff
+    if at_cliff and trail.outcome is FitOutcome.CONVERGED:
+        trail.outcome = FitOutcome.CLIFF
     if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
+
+
+def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
+    """Reject what the fit has shown to be far off, and fit again, until nothing more is."""
+    for _ in range(CONFIRMATIONS):
+        kept = without_outliers(trail.problem, trail.q, trail.windows)
+        if kept is trail.problem:
+            break
+        trail.problem = kept
+        solution = joint_fit(trail, "spikes rejected", names)
+    return solution
+
+
+def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int) -> Growth:
+    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    growth = _grow_best(trail, iter([best]), seed)
+    if growth.complete:
+        return growth
+    explained = explains(trail.problem, best)
+    told = partial(trail.tell, "records compared")
+    agreed = agreement(trail.problem, growth, seed, explained=explained, tell=told)
+    if agreed and agreed.judged:
+        _take(trail, campaign, agreed)
+        return _grow_best(trail, _candidates(trail, seed), seed, agreed.growth)
+    rest = agreed if agreed and agreed.growth.complete else None
+    if rest and not rest.left_out:
+        return rest.growth
+    said = [] if explained else common_readings(trail.problem, growth, seed)
+    if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
+        growth = _grow_best(trail, found, seed, growth)
+        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+    if rest and not said and not growth.complete:
+        _take(trail, campaign, rest)
+        return rest.growth
+    trail.warnings += said
+    return growth
+
+
+def _take(trail: Trail, campaign: Campaign, agreed: Agreement) -> None:
+    trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
 
 
 def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
@@ -146,16 +208,37 @@ def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: i
             return solution
         rng = np.random.default_rng((seed, 0, attempt))
         growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict)
+        if growth.complete or _cost(fine, growth.q) < _cost(fine, trail.q):
+            trail.at(growth.q, {t.name: t.samples for t in fine.targets})
+            trail.problem = fine
+            solution = fit_past_cliffs(trail, joint_fit(trail, "growth again", names), names, seed)
         if not growth.complete:
+            if _lost(trail.problem, trail.q, most=strict):
+                trail.warnings.append(_suspicion(growth, fine))
             break
-        trail.at(growth.q, growth.horizons)
-        trail.problem = fine
-        solution = joint_fit(trail, "growth again", names)
     lost = _lost(trail.problem, trail.q)
     if lost:
         trail.outcome = FitOutcome.HORIZON
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")
     return solution
+
+
+def _cost(problem: Problem, q: FloatArray) -> float:
+    return float(np.sum(np.square(problem.norms(q, problem.whole()))))
+
+
+def _suspicion(growth: Growth, problem: Problem) -> str:
+    """Say where a record is followed less well than noise and integration error allow."""
+    at = {
+        t.name: growth.horizons[t.name] / t.base.sample_rate_hz
+        for t in problem.targets
+        if growth.horizons[t.name] < t.samples
+    }
+    places = ", ".join(f"record {name} at {seconds:.4g} s" for name, seconds in at.items())
+    return (
+        f"{places}: a stick/slip hangs by a thread; it falls the other way than measured, or does so in finer "
+        "integration steps, and no estimate near by was found that settles it"
+    )
 
 
 def _lost(problem: Problem, q: FloatArray, *, most: float = DIVERGED_AT) -> list[str]:
@@ -171,12 +254,12 @@ def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> Non
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends."""
+    """Name the records that are not followed to their ends, and what happens where they are left."""
     return [
-        f"record {t.name}: the model follows it for {growth.horizons[t.name] / t.base.sample_rate_hz:.4g} s "
-        f"of {(t.samples - 1) / t.base.sample_rate_hz:.4g} s"
+        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
         for t in problem.targets
-        if growth.horizons[t.name] < t.samples
+        if (n := growth.horizons[t.name]) < t.samples
     ]
 
 
@@ -195,10 +278,12 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
         yield candidate
 
 
-def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int, best: Growth | None = None) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
-    best: Growth | None = None
-    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
+    if best and best.complete:
+        return best
+    begun = 2 if best else 1
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
         told = partial(_note_growth, trail, number, best)
         growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeVar
 
@@ -13,15 +13,20 @@ from numpy.typing import NDArray
 
 from mechid.command import Command, Excitation
 from mechid.identification.parallel import mapped
-from mechid.identification.reduction import Triangle, absorb, combined, finished
+from mechid.identification.reduction import Triangle, absorb, combined, finished, of_rows
 from mechid.identification.space import SearchSpace
+from mechid.identification.weighted_rows import WeightedRows
+from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
-from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 Result = TypeVar("Result")
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
+
+
+def _none() -> NDArray[np.int64]:
+    return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +50,10 @@ class Target:
         Known time offset, s; where it is free, its start.
     time_offset_bounds : (float, float) or None
         Bounds where it is free.
+    prefilter : Autoregression or None
+        Model of its noise where that is whitened before it is weighted.
+    rejected : (s,) of int
+        Samples that do not count.
     """
 
     name: str
@@ -56,11 +65,18 @@ class Target:
     linear: int = 2
     time_offset_s: float = 0.0
     time_offset_bounds: tuple[float, float] | None = None
+    prefilter: Autoregression | None = None
+    rejected: NDArray[np.int64] = field(default_factory=_none)
 
     @property
     def samples(self) -> int:
         """Number of samples."""
         return self.base.samples
+
+    @property
+    def scale(self) -> float:
+        """Standard deviation of what is left of the noise behind the prefilter, N m."""
+        return self.prefilter.sigma if self.prefilter else self.sigma
 
 
 Windows = Mapping[str, tuple[int, int]]
@@ -71,11 +87,14 @@ Windows = Mapping[str, tuple[int, int]]
 class Problem:
     """All targets and the search space. Coordinates are the mechanism's, then free time offsets.
 
-    `substeps` is the number of integration steps per sample, `workers` of threads over records.
+    `priors` holds (value, standard deviation) by dotted name, in the file's units; those of parameters that the
+    space does not move say nothing. `substeps` is the number of integration steps per sample, `workers` of
+    threads over records.
     """
 
     space: SearchSpace
     targets: tuple[Target, ...]
+    priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     substeps: int = 1
     workers: int = 1
 
@@ -204,25 +223,14 @@ class Problem:
         self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
     ) -> tuple[FloatArray, bool]:
         """Return the triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
-        columns = self.size if jacobian else 0
-        width = target.linear + 1 + columns
-        R = np.zeros((width, width))
-        run = self.run(target, q, window[1], jacobian=jacobian)
-        rows = np.zeros((width, run.block))
-        for block in run.blocks():
-            first = max(block.start, window[0])
-            if first >= block.stop:
-                continue
-            n = block.stop - first
-            self.linear_rows(rows, target, window, first, n)
-            rows[target.linear, :n] = block.y[-n:, 0] - target.measured[first : block.stop]
-            if jacobian:
-                self._jacobian_rows(rows[target.linear + 1 :], target, block, n)
+        blocks = WeightedRows(self, target, q, window, jacobian=jacobian)
+        R = np.zeros((blocks.width, blocks.width))
+        for rows, n in blocks:
             absorb(R, rows, n)
-        R[:, target.linear :] /= target.sigma
-        return R, run.outcome is SimulationOutcome.COMPLETE
+        R[:, target.linear :] /= target.scale
+        return R, blocks.succeeded
 
-    def _jacobian_rows(self, rows: FloatArray, target: Target, block: Block, n: int) -> None:
+    def write_jacobian(self, rows: FloatArray, target: Target, block: Block, n: int) -> None:
         """Write dy/dq of the last n samples of a block as rows; the delay of another record has none."""
         moved = self.space.size
         rows[:moved, :n] = block.jacobian[-n:, 0, :moved].T
@@ -232,7 +240,7 @@ class Problem:
     def jacobian_block(self, target: Target, block: Block, n: int) -> FloatArray:
         """Return dy/dq of the last n samples of a block, (n, size)."""
         rows = np.zeros((self.size, n))
-        self._jacobian_rows(rows, target, block, n)
+        self.write_jacobian(rows, target, block, n)
         return rows.T
 
     @staticmethod
@@ -248,13 +256,39 @@ class Problem:
         """Return ||r|| of every target, in parallel over records."""
         return self._over_targets(self.norm, q, windows)
 
+    def total_norm(self, q: FloatArray, windows: Windows) -> float:
+        """Return the norm of all residuals and of what the priors say, in sigmas."""
+        away, _ = self.prior_rows(q)
+        return float(np.linalg.norm([*self.norms(q, windows), *away]))
+
+    def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far each prior is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        if not self.priors:
+            return np.zeros(0), np.zeros((0, self.size))
+        here = q[: self.space.size]
+        names, slopes = self.space.value_jacobian(here)
+        values = self.space.values(here)
+        rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
+        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
+        for k, (i, name, value, sigma) in enumerate(rows):
+            off = values[name] - value
+            if self.space.mechanism.parameters[name].is_periodic:
+                off = (off + 180.0) % 360.0 - 180.0
+            away[k], J[k, : self.space.size] = off / sigma, slopes[i] / sigma
+        return away, J
+
     def triangles(self, q: FloatArray, windows: Windows) -> list[Triangle]:
         """Return the reduced problem of every target, in parallel over records."""
         return self._over_targets(self.triangle, q, windows)
 
     def joint(self, q: FloatArray, windows: Windows) -> Triangle:
-        """Return the reduced problem of all targets together."""
-        return combined(self.triangles(q, windows))
+        """Return the reduced problem of all targets together, and of the priors."""
+        return combined([*self.triangles(q, windows), *self.prior_triangles(q)])
+
+    def prior_triangles(self, q: FloatArray) -> list[Triangle]:
+        """Return what the priors add to a joint problem: one triangle, or none where there is no prior."""
+        away, J = self.prior_rows(q)
+        return [of_rows(away, J)] if away.size else []
 
     def _over_targets(
         self, what: Callable[[Target, FloatArray, tuple[int, int]], Result], q: FloatArray, windows: Windows

@@ -81,6 +81,13 @@ def finished(R: FloatArray, linear: int, samples: int) -> Triangle:
     return Triangle(abs(float(rest[0, 0])), jacobian, samples)
 
 
+def of_rows(r: FloatArray, J: FloatArray) -> Triangle:
+    """Reduce residuals, (k,), and their derivatives, (k, n), that are at hand as they are."""
+    R = np.zeros((J.shape[1] + 1, J.shape[1] + 1))
+    absorb(R, np.ascontiguousarray(np.column_stack([r, J]).T), r.size)
+    return finished(R, 0, r.size)
+
+
 def combined(triangles: list[Triangle]) -> Triangle:
     """Join the triangles of independent records into one."""
     n = triangles[0].jacobian.shape[1]

@@ -52,7 +52,7 @@ def solve(
     """
 
     def norm(x: FloatArray) -> float:
-        found = float(np.linalg.norm(problem.norms(x, windows)))
+        found = problem.total_norm(x, windows)
         progress(found**2)
         return found
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from mechid.campaign import Campaign, Stage
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.fit import FitOutcome
-from mechid.identification.noise import released_sigmas
+from mechid.identification.noise import released
 from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
 from mechid.identification.trail import Trail, cliff_warnings, joint_fit
@@ -40,8 +40,8 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
         trail.outcome = FitOutcome.STAGES_DONE
     finally:
         _begin(trail, campaign, begun, values | _free_values(trail))
-    sigmas = released_sigmas(trail.problem, trail.q, trail.windows, trail.warnings)
-    trail.problem = trail.problem.with_sigmas(sigmas)
+    options = replace(campaign.options, colour="none")  # no fit follows
+    trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
 
 
 def _begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.cliffs import along_cliff
-from mechid.identification.conclude import Ending
+from mechid.identification.declaration import Taken
 from mechid.identification.doubts import refused_gain
+from mechid.identification.ending import Ending, Frozen
 from mechid.identification.fit import FitOutcome, StageReport
+from mechid.identification.gates import Growth
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, Progress
 from mechid.identification.solve import Solution, solve
@@ -36,6 +38,7 @@ class Trail:
     q: FloatArray
     windows: dict[str, tuple[int, int]]
     outcome: FitOutcome = FitOutcome.FAILED
+    taken: dict[str, Taken] = field(default_factory=dict)
     stages: list[StageReport] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
     began: float = field(default_factory=time.perf_counter)
@@ -47,16 +50,23 @@ class Trail:
         if gates is not None:
             self.windows = {name: (0, n) for name, n in gates.items()}
 
+    def take(self, problem: Problem, growth: Growth, taken: Mapping[str, Taken], said: Sequence[str]) -> None:
+        """Go on with records that are taken otherwise than declared, and what is said of that."""
+        self.problem, self.taken = problem, dict(taken)
+        self.at(growth.q, growth.horizons)
+        self.warnings += said
+
     def tell(self, stage: str, line: str, cost: float | None = None) -> None:
         """Report progress of the stage at work."""
         number = min(len(self.stages) + 1, self.total)
         self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
 
-    def ending(self, seed: int) -> Ending:
+    def ending(self, seed: int, frozen: Sequence[Frozen] = ()) -> Ending:
         """Return where the search stands, for the conclusion."""
         seconds = time.perf_counter() - self.began
         stages, warnings = tuple(self.stages), tuple(self.warnings)
-        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds)
+        return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds,
+                      tuple(frozen), self.taken)  # fmt: skip
 
     def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
         """Note a finished stage."""

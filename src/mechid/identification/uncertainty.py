@@ -3,7 +3,8 @@
 White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1 with S the variance that the score has under
 the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2016). The autocovariance
 comes from an autoregressive model of each record's residual, S from a second streamed pass in which the
-Jacobian runs through that model: memory does not grow with the record.
+Jacobian runs through that model: memory does not grow with the record. Where a prefilter whitens a record, all of
+this is of what stands behind it.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from scipy.signal import lfilter
 from mechid.identification.problem import Problem, Target, Windows
 from mechid.identification.reduction import Triangle
 from mechid.identification.solve import covariance
+from mechid.identification.weighted_rows import WeightedRows
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.trend import fit_line
 
@@ -42,18 +44,31 @@ def uncertainty(
     used = [t for t in problem.targets if t.name in windows]
     inverse = np.zeros((problem.size, problem.size))
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
-    colour = {t.name: fit_autoregression(residual(problem, t, q, windows[t.name])) for t in used}
-    score = np.zeros_like(inverse)
+    colour = {t.name: fit_autoregression(_whitened(problem, t, q, windows[t.name])) for t in used}
+    _, known = problem.prior_rows(q)
+    score = known.T @ known
     for t in used:
         score += _score_variance(problem, t, q, windows[t.name], colour[t.name])
     return Uncertainty(inverse, inverse @ score @ inverse, colour)
 
 
 def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
-    """Return measured minus model minus offset and drift over a window, (n,) N m."""
+    """Return measured minus model minus offset and drift over a window, (n,) N m; 0 at rejected samples."""
     r = problem.misfit(target, q, window)
     fit_line(r, target.linear).take_from(r)
+    rejected = target.rejected - window[0]
+    r[rejected[(rejected >= 0) & (rejected < r.size)]] = 0.0
     return r
+
+
+def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
+    """Return the residual behind the target's prefilter, (n,) N m: what is left of its colour."""
+    r = residual(problem, target, q, window)
+    return (
+        r
+        if target.prefilter is None
+        else np.asarray(lfilter(target.prefilter.coefficients, [1.0], r), dtype=np.float64)
+    )
 
 
 def _score_variance(
@@ -65,16 +80,9 @@ def _score_variance(
     projection = np.linalg.solve(R[:linear, :linear], R[:linear, linear + 1 :]) if linear else np.zeros((0, 1))
     memory = np.zeros((colour.order, problem.size))
     total = np.zeros((problem.size, problem.size))
-    for block in problem.run(target, q, window[1], jacobian=True).blocks():
-        n = block.stop - max(block.start, window[0])
-        if n <= 0:
-            continue
-        J = problem.jacobian_block(target, block, n) / target.sigma
-        if linear:
-            rows = np.zeros((linear, n))
-            problem.linear_rows(rows, target, window, block.stop - n, n)
-            J = J - rows.T @ projection
+    for rows, n in WeightedRows(problem, target, q, window, jacobian=True):
+        J = rows[linear + 1 :, :n].T / target.scale - rows[:linear, :n].T @ projection
         if colour.order:
             J, memory = lfilter([1.0], colour.coefficients, J, axis=0, zi=memory)
         total += J.T @ J
-    return total * (colour.sigma / target.sigma) ** 2
+    return total * (colour.sigma / target.scale) ** 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,17 +38,26 @@ class Verdict:
     reasons: dict[str, Reason]
 
 
-def judge(campaign: Campaign, problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle) -> Verdict:
-    """Return the verdict on a point; what no record sees goes back to the file's value if that changes nothing."""
+def judge(
+    campaign: Campaign,
+    problem: Problem,
+    q: FloatArray,
+    windows: Windows,
+    triangle: Triangle,
+    dependent: Mapping[str, str],
+) -> Verdict:
+    """Return the verdict on a point; what no record sees goes back to the file's value if that changes nothing.
+
+    `dependent` says by name why a parameter has been held for a dependence.
+    """
     on, lost = problem.on_bound(q), not np.isfinite(triangle.norm)
-    effect = np.linalg.norm(triangle.jacobian, axis=0) * (problem.upper - problem.lower)
-    seen = np.isfinite(effect) & (effect > NOTHING)
-    back = _back(campaign, problem, q, ~seen & ~on)
-    unchanged = not lost and _same(float(np.linalg.norm(problem.norms(back, windows))), triangle.norm)
+    seen = seen_coordinates(problem, triangle)
+    back = _back(campaign, problem, q, ~seen)
+    unchanged = not lost and _same(problem.total_norm(back, windows), triangle.norm)
     unseen = FAILED if lost else UNSEEN if unchanged else LEFT
     reasons: dict[str, Reason] = {}
     for j, name in enumerate(problem.names):
-        if on[j]:
+        if on[j] and (seen[j] or not unchanged):
             is_least = name == STATIC and q[j] <= LEAST_EXCESS
             reasons[name] = (Status.AT_BOUND, AS_COULOMB if is_least else ON_BOUND)
         elif not seen[j]:
@@ -55,8 +65,14 @@ def judge(campaign: Campaign, problem: Problem, q: FloatArray, windows: Windows,
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
     reasons |= {phase: reasons[amplitude] for phase, amplitude in partners.items() if amplitude in reasons}
     held = _free_names(campaign) - {*problem.names, *partners}
-    reasons |= dict.fromkeys(held, (Status.FROZEN, IN_NO_STAGE))
+    reasons |= {name: (Status.FROZEN, dependent.get(name, IN_NO_STAGE)) for name in held}
     return Verdict(back if unchanged else q, seen & ~on, reasons)
+
+
+def seen_coordinates(problem: Problem, triangle: Triangle) -> NDArray[np.bool_]:
+    """Return the coordinates, (n,), whose whole range changes anything of the records."""
+    effect = np.linalg.norm(triangle.jacobian, axis=0) * (problem.upper - problem.lower)
+    return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
 
 
 def _same(norm: float, other: float) -> bool:

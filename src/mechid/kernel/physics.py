@@ -88,7 +88,7 @@ class Writer:
         if share:
             shared, reduced = sp.cse([e for _, e in ready], symbols=sp.numbered_symbols("r"), order="none")
             pairs = zip(ready, reduced, strict=True)
-            ready = _in_order([(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in pairs])
+            ready = _in_order(shared, [(name, e) for (name, _), e in pairs])
         lines = [*multiples, *ready]
         return self._loads([e for _, e in lines], set(scalars)) + [f"{name} = {python_text(e)}" for name, e in lines]
 
@@ -117,15 +117,24 @@ class Writer:
         return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
 
 
-def _in_order(lines: Sequence[tuple[str, sp.Expr]]) -> list[tuple[str, sp.Expr]]:
-    """Return assignments in an order in which each comes after what it needs, otherwise as they are."""
-    waiting, result = list(lines), []
-    undone = {name for name, _ in lines}
-    while waiting:
-        n = next(n for n, (_, e) in enumerate(waiting) if not undone & {str(s) for s in sp.sympify(e).free_symbols})
-        undone.discard(waiting[n][0])
-        result.append(waiting.pop(n))
-    return result
+def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) -> list[tuple[str, sp.Expr]]:
+    """Put repeated subexpressions first, but those of named quantities only before their first use."""
+    waiting, ready = {}, []
+    late = {sp.Symbol(name) for name, _ in wanted}
+    for s, e in shared:
+        if e.free_symbols & late:
+            waiting[s] = e
+            late.add(s)
+        else:
+            ready.append((str(s), e))
+    for name, expr in wanted:
+        needed, todo = set(), expr.free_symbols & waiting.keys()
+        while todo:
+            needed |= todo
+            todo = set().union(*(waiting[s].free_symbols for s in todo)) & waiting.keys() - needed
+        ready += [(str(s), waiting.pop(s)) for s in list(waiting) if s in needed]
+        ready.append((name, expr))
+    return ready
 
 
 def placed(line: str) -> str:

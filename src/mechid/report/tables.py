@@ -77,6 +77,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "max": p.max,
         "status": p.status,
         "reason": p.reason,
+        "local_only": p.local_only,
         "estimated": p.status != Status.KNOWN,
         "text": {
             "nominal": plain(p.start),

@@ -1,0 +1,1 @@
+"""From an identified mechanism to the line of sight: disturbance, coupling, pointing error indices, margins."""

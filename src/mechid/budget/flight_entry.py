@@ -1,0 +1,89 @@
+"""The ``[flight]`` table: what flies in place of the bench's test mass, and how far units and conditions spread."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables
+from mechid.command.entry import is_table
+
+KEYS = ("load_inertia", "peak_voltage", "values", "spread", "load_mode")
+LOAD_MODE_KEYS = ("frequency_hz", "damping", "inertia")
+SHORT = {"load_inertia": "load.inertia", "peak_voltage": "stepper.peak_voltage"}
+
+
+@dataclass(frozen=True)
+class LoadMode:
+    """A cantilever mode of the load: frequency in Hz, damping, effective inertia in kg m2 about the axis."""
+
+    frequency_hz: float
+    damping: float
+    inertia: float
+
+
+@dataclass(frozen=True)
+class Flight:
+    """What differs from the bench.
+
+    Parameters
+    ----------
+    values : mapping of dotted name to value
+        In the mechanism file's units; other voltage, load, or temperature.
+    spread : mapping of dotted name to standard deviation
+        From unit to unit, over temperature, of the voltage: the ensemble of the requirements.
+    load_modes : tuple of LoadMode
+        Their inertias are part of the load's.
+    """
+
+    values: Mapping[str, float] = field(default_factory=dict)
+    spread: Mapping[str, float] = field(default_factory=dict)
+    load_modes: tuple[LoadMode, ...] = ()
+
+
+def read_flight(entry: Any, place: Place) -> Flight:
+    """Return the table's content; names of parameters are checked against the estimate later.
+
+    Raises
+    ------
+    InputFileError
+        A key is unknown or an entry wrong.
+    """
+    if not is_table(entry):
+        raise place.error(f"{found(entry)}; write a table, [flight]")
+    refuse_unknown_keys(entry, KEYS, place)
+    values = {SHORT[key]: number(entry[key], place.key(key), "SI units") for key in SHORT if key in entry}
+    values |= _numbers(entry.get("values", {}), place.key("values"))
+    spread = _numbers(entry.get("spread", {}), place.key("spread"))
+    for name, sigma in spread.items():
+        if sigma < 0.0:
+            raise place.key("spread").key(name).error(f"found {sigma:.9g}; a standard deviation is 0 or above")
+    entries = tables(entry.get("load_mode", []), place.key("load_mode"))
+    modes = tuple(_load_mode(mode, place.key("load_mode").item(k)) for k, mode in enumerate(entries))
+    return Flight(values, spread, modes)
+
+
+def _numbers(entry: Any, place: Place) -> dict[str, float]:
+    """Return dotted names with numbers; tables within tables are joined, as TOML's dotted keys make them."""
+    if not is_table(entry):
+        raise place.error(f'{found(entry)}; write a table, as {{ "stepper.coil_resistance" = 11.2 }}')
+    out: dict[str, float] = {}
+    for key, value in entry.items():
+        if is_table(value):
+            out |= {f"{key}.{name}": v for name, v in _numbers(value, place.key(key)).items()}
+        else:
+            out[key] = number(value, place.key(key), "the mechanism file's unit")
+    return out
+
+
+def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:
+    refuse_unknown_keys(entry, LOAD_MODE_KEYS, place)
+    units = ("Hz", "1", "kg m2")
+    numbers = []
+    for key, unit in zip(LOAD_MODE_KEYS, units, strict=True):
+        value = number(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
+        if value < 0.0 or (value == 0.0 and key != "damping"):
+            raise place.key(key).error(f"found {value:.9g}; write a number above 0")
+        numbers.append(value)
+    return LoadMode(*numbers)

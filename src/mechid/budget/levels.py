@@ -1,0 +1,118 @@
+"""The level that a pointing error stays below with a given confidence, by its own distribution.
+
+ECSS-E-ST-60-10C's summation (`summation`) rests on the central limit theorem and says itself, in A.2.1, that it
+is poor where one or two errors dominate, as the lines of a stepper do. Here the distributions are convolved: the
+periodic part's own (arcsine, for a single line) with the Gaussian of the random part.
+
+The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the confidence counts:
+
+- temporal: over time, for the worst member of the ensemble;
+- ensemble: over the ensemble, at each member's worst time;
+- mixed: over both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import ndtr, ndtri
+from scipy.stats import qmc
+
+from mechid.budget.indices import Index
+from mechid.budget.pointing_error import POINTS, PointingError
+from mechid.errors import UsageError, did_you_mean
+
+FloatArray = NDArray[np.float64]
+
+INTERPRETATIONS = ("temporal", "ensemble", "mixed")
+CONE = "cone"
+CONE_DRAWS = 16
+"""Draws of the random part for each instant of the periodic one."""
+
+
+def level(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
+    """Return the level in rad that the error of one member stays below for a share of the time.
+
+    Parameters
+    ----------
+    error : PointingError
+    index : Index
+    confidence : float
+        Share, between 0 and 1.
+    axis : int or None
+        Of the line of sight; None takes the half angle of the cone, the root of the squares' sum.
+    """
+    return mixed_level([error], index, confidence, axis)
+
+
+def mixed_level(
+    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, points: int = POINTS
+) -> float:
+    """Return the level in rad for a share of all times of all members."""
+    parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for e in members]
+    centres, sigmas = (np.concatenate(column) for column in zip(*parts, strict=True))
+    return _quantile(centres, sigmas, confidence)
+
+
+def ensemble_level(
+    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, interpretation: str
+) -> float:
+    """Return the level in rad by a statistical interpretation.
+
+    Raises
+    ------
+    UsageError
+        The interpretation is unknown.
+    """
+    if interpretation == "mixed":
+        return mixed_level(members, index, confidence, axis, points=512)
+    if interpretation == "temporal":
+        return max(level(member, index, confidence, axis) for member in members)
+    if interpretation == "ensemble":
+        worst = [worst_time(member, index, confidence, axis) for member in members]
+        return float(np.quantile(worst, confidence))
+    known = did_you_mean(interpretation, INTERPRETATIONS) or f"; write one of {', '.join(INTERPRETATIONS)}"
+    raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
+
+
+def worst_time(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
+    """Return the error in rad at its worst time.
+
+    The periodic part has a largest value. The random part has none; it counts with the level that it stays below
+    with the requirement's confidence.
+    """
+    total = np.abs(error.waveforms(index) + error.kept_bias(index)) + ndtri(0.5 * (1.0 + confidence)) * error.sigma(
+        index
+    )
+    return float(np.sqrt(np.sum(total**2, axis=1)).max() if axis is None else total[:, axis].max())
+
+
+def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return the member as a mixture of Gaussians of equal weight: centres and sigmas, (n,) each."""
+    centres = error.waveforms(index, points)[:, axis] + error.kept_bias(index)[axis]
+    return centres, np.full(points, error.sigma(index)[axis])
+
+
+def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
+    sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
+    if np.any(sigma > 0.0):
+        draws = qmc.Sobol(sigma.size, seed=0).random(points * CONE_DRAWS)
+        total = np.repeat(total, CONE_DRAWS, axis=0) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
+    angle = np.sqrt(np.sum(total**2, axis=1))
+    return angle, np.zeros(angle.size)
+
+
+def _quantile(centres: FloatArray, sigmas: FloatArray, confidence: float) -> float:
+    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians of equal weight, some of no width."""
+    if not np.any(sigmas > 0.0):
+        return float(np.quantile(np.abs(centres), confidence, method="hazen"))
+    width = np.maximum(sigmas, 1e-9 * sigmas.max())
+
+    def missing(x: float) -> float:
+        return float(np.mean(ndtr((x - centres) / width) - ndtr((-x - centres) / width))) - confidence
+
+    return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))

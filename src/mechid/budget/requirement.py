@@ -1,0 +1,69 @@
+"""A requirement on the line of sight, and how an error stands against it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from mechid.budget.indices import Index
+from mechid.budget.shares import Band
+
+
+@dataclass(frozen=True, kw_only=True)
+class Requirement:
+    """A line of the requirements.
+
+    Parameters
+    ----------
+    name : str
+    index : Index
+    axis : str
+        A line of sight of the structure, or ``"cone"``: the angle between wanted and actual direction.
+    limit_rad : float
+    interpretation : str
+        "temporal", "ensemble" or "mixed".
+    confidence : float
+    evaluation_period_s : float
+        Over which the error is looked at; windows fit into it.
+    """
+
+    name: str
+    index: Index
+    axis: str
+    limit_rad: float
+    interpretation: str
+    confidence: float
+    evaluation_period_s: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Standing:
+    """How a mode of operation stands against a requirement.
+
+    Attributes
+    ----------
+    level : Band
+        rad at the requirement's confidence.
+    ecss_rad : float
+        The same by the standard's own summation, |mean| + n_p sigma.
+    """
+
+    requirement: Requirement
+    mode: str
+    level: Band
+    ecss_rad: float
+
+    @property
+    def margin(self) -> float:
+        """Share of the limit that is left; negative where it is exceeded."""
+        return 1.0 - self.level.value / self.requirement.limit_rad
+
+    @property
+    def margin95(self) -> tuple[float, float]:
+        """95 % interval of the margin from the parameters' covariance."""
+        low, high = self.level.ci95
+        return 1.0 - high / self.requirement.limit_rad, 1.0 - low / self.requirement.limit_rad
+
+    @property
+    def met(self) -> bool:
+        """Whether the level is below the limit at the upper end of its band too."""
+        return self.margin95[0] >= 0.0

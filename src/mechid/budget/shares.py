@@ -1,0 +1,89 @@
+"""A band from the parameters' covariance, and whose uncertainty makes it: linear, or by quasi-random draws."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtri
+from scipy.stats import qmc
+
+FloatArray = NDArray[np.float64]
+
+TWO_SIDED_95 = 1.959964
+DRAWS = 512
+"""A power of two, as Sobol's sequence wants it."""
+CURVATURE = "curvature"
+"""The share of a drawn variance that no straight line in the parameters explains."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """A value with its standard error, and each parameter's share of the variance.
+
+    The shares are g_i (C g)_i / (g' C g), g the gradient and C the covariance: they add to 1. With correlated
+    parameters one may be negative: it offsets others.
+    """
+
+    value: float
+    sigma: float
+    shares: Mapping[str, float]
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """95 % interval."""
+        return self.value - TWO_SIDED_95 * self.sigma, self.value + TWO_SIDED_95 * self.sigma
+
+
+def propagated(value: float, gradient: FloatArray, covariance: FloatArray, names: Sequence[str]) -> Band:
+    """Return the band of a value.
+
+    Parameters
+    ----------
+    value : float
+    gradient : (n,)
+        Derivative of the value to each parameter.
+    covariance : (n, n)
+    names : sequence of str, (n,)
+    """
+    parts = gradient * (covariance @ gradient)
+    variance = float(parts.sum())
+    if variance <= 0.0:
+        return Band(value, 0.0, dict.fromkeys(names, 0.0))
+    return Band(value, float(np.sqrt(variance)), dict(zip(names, (parts / variance).tolist(), strict=True)))
+
+
+def drawn(value: float, function: Callable[[FloatArray], float], covariance: FloatArray, names: Sequence[str]) -> Band:
+    """Return the band of a function that a gradient at one point would not do justice, as a quantile with its kinks.
+
+    The parameters' deviations are drawn from their covariance by a scrambled Sobol sequence. The
+    gradient behind the shares is the straight line through the draws, and what it leaves is `CURVATURE`.
+
+    Parameters
+    ----------
+    value : float
+    function : callable
+        From deviations of the parameters, (n,), to the value.
+    covariance : (n, n)
+    names : sequence of str, (n,)
+    """
+    sizes, axes = np.linalg.eigh(covariance)
+    keep = sizes > 1e-12 * sizes.max(initial=0.0)
+    if not keep.any():
+        return Band(value, 0.0, dict.fromkeys(names, 0.0))
+    root = axes[:, keep] * np.sqrt(sizes[keep])
+    white = ndtri(qmc.Sobol(root.shape[1], seed=0).random(DRAWS))
+    results = np.array([function(root @ row) for row in white])
+    columns = np.column_stack([white, np.ones(DRAWS)])
+    fitted = np.linalg.lstsq(columns, results, rcond=None)[0]
+    line, rest = fitted[:-1], float(np.var(results - columns @ fitted))
+    variance = float(line @ line) + rest
+    if variance <= 0.0:
+        return Band(value, 0.0, dict.fromkeys(names, 0.0))
+    gradient = axes[:, keep] @ (line / np.sqrt(sizes[keep]))
+    shares = gradient * (root @ line) / variance
+    return Band(
+        value, float(np.sqrt(variance)), {**dict(zip(names, shares.tolist(), strict=True)), CURVATURE: rest / variance}
+    )

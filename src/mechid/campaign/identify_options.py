@@ -1,0 +1,84 @@
+"""The ``[identify]`` table of a campaign file: what the user decides of the estimation itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, TypeAlias
+
+from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys
+from mechid.command.entry import is_table
+
+Priors: TypeAlias = Literal["fit", "search", "none"]
+Colour: TypeAlias = Literal["auto", "prefilter", "none"]
+Spikes: TypeAlias = Literal["keep", "reject"]
+CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
+LIMITS = ("max_relative_error", "max_correlation")
+
+
+@dataclass(frozen=True, kw_only=True)
+class IdentifyOptions:
+    """How the estimation treats priors, colour, spikes and dependent parameters.
+
+    Parameters
+    ----------
+    priors : {"fit", "search", "none"}
+        Whether the `sigma` of parameters counts throughout, only until the last fit, or not at all.
+    colour : {"auto", "prefilter", "none"}
+        Whether coloured residuals are whitened by an autoregressive prefilter: where they are no larger than the
+        record's noise floor allows, always, or never. The covariance allows for colour in each case.
+    spikes : {"keep", "reject"}
+        Whether single samples far off the rest count.
+    freeze : bool
+        Whether a parameter is frozen where a dependence ruins the estimate.
+    max_relative_error : float or None
+        Standard error over value above which a parameter counts as ruined.
+    max_correlation : float or None
+        Magnitude of a correlation above which two parameters count as dependent.
+    """
+
+    priors: Priors = "fit"
+    colour: Colour = "auto"
+    spikes: Spikes = "keep"
+    freeze: bool = True
+    max_relative_error: float | None = None
+    max_correlation: float | None = None
+
+
+KEYS = tuple(IdentifyOptions.__dataclass_fields__)
+
+
+def read_identify_options(table: Mapping[str, Any], place: Place) -> IdentifyOptions:
+    """Return the options of a campaign file, the defaults where it has none.
+
+    Raises
+    ------
+    InputFileError
+        A key or its entry is not one of those known.
+    """
+    entry, here = table.get("identify", {}), place.key("identify")
+    if not is_table(entry):
+        raise here.error(f"{found(entry)}; write a table, [identify]")
+    refuse_unknown_keys(entry, KEYS, here)
+    options: dict[str, Any] = {}
+    for key, value in entry.items():
+        if key in CHOICES:
+            options[key] = one_of(value, CHOICES[key], here.key(key))
+        elif key in LIMITS:
+            options[key] = _limit(value, here.key(key))
+        else:
+            options[key] = _switch(value, here.key(key))
+    return IdentifyOptions(**options)
+
+
+def _limit(entry: Any, place: Place) -> float:
+    value = number(entry, place, "")
+    if value <= 0.0:
+        raise place.error(f"{found(entry)}; write a number above 0, or leave it out")
+    return value
+
+
+def _switch(entry: Any, place: Place) -> bool:
+    if not isinstance(entry, bool):
+        raise place.error(f"{found(entry)}; write true or false")
+    return entry

@@ -1,0 +1,24 @@
+"""``mechid budget``: from an estimate to the line of sight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def budget(
+    file: Annotated[Path, typer.Argument(metavar="BUDGET.toml", help="What flies, on what, and how.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
+    workers: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
+) -> None:
+    """Predict the microvibration at the payload, against requirements."""
+    from mechid.budget.budget import make_budget
+    from mechid.budget.budget_file import read_budget_file
+    from mechid.budget.hand_off import budget_data, write_budget
+    from mechid.report.budget import print_budget
+    from mechid.report.terminal import console_on
+
+    made = make_budget(read_budget_file(file), workers, lambda line: typer.echo(line, err=True))
+    print_budget(budget_data(made), console_on(), write_budget(made, out))

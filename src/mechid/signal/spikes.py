@@ -1,0 +1,51 @@
+"""Spikes: single samples far off their neighbours, and samples far off a residual's spread."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+NEIGHBOURHOOD = 51
+"""Samples whose median bend tells how much a smooth signal bends there."""
+SHARP = 8.0
+"""How many times larger than its neighbourhood's a bend must be to be none of the signal's."""
+
+
+def isolated_spikes(series: FloatArray, sigma: float) -> IntArray:
+    """Return the samples that stand alone off a smooth signal in noise, as numbers, ascending.
+
+    A spike of height d bends a series by -2 d, and by d at both neighbours; a step or a line bends it otherwise.
+
+    Parameters
+    ----------
+    series : (n,)
+    sigma : float
+        Standard deviation of its noise.
+    """
+    if series.size < NEIGHBOURHOOD:
+        return np.zeros(0, dtype=np.int64)
+    bend = np.zeros(series.size)
+    bend[1:-1] = series[:-2] - 2.0 * series[1:-1] + series[2:]
+    usual = np.maximum(1.4826 * median_filter(np.abs(bend), NEIGHBOURHOOD, mode="nearest"), np.sqrt(6.0) * sigma)
+    sharp = np.abs(bend) > SHARP * usual
+    sides = np.zeros(series.size)
+    sides[1:-1] = -(bend[:-2] + bend[2:]) / 2.0
+    alike = np.abs(sides - 0.5 * bend) < 0.25 * np.abs(bend)
+    return np.flatnonzero(sharp & alike).astype(np.int64)
+
+
+def outliers(residual: FloatArray, limit: float) -> IntArray:
+    """Return the samples more than `limit` robust standard deviations off, as numbers, ascending.
+
+    Parameters
+    ----------
+    residual : (n,)
+        About zero.
+    limit : float
+        In standard deviations as the median magnitude tells them for Gaussian noise.
+    """
+    spread = 1.4826 * float(np.median(np.abs(residual)))
+    return np.flatnonzero(np.abs(residual) > limit * spread + np.finfo(float).tiny).astype(np.int64)

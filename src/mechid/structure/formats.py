@@ -1,0 +1,81 @@
+"""From a file to a structure: the one place that knows which reader reads which format.
+
+A further format is one reader, a function from (path, selection) to a `Structure`, and its suffix in `READERS`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from mechid.errors import InputFileError, did_you_mean
+from mechid.structure.mat import read_mat
+from mechid.structure.modal_csv import read_modal_csv
+from mechid.structure.modal_toml import read_modal_toml
+from mechid.structure.nastran import read_craig_bampton, read_nas2cam
+from mechid.structure.numbers_file import read_numbers, split_unit
+from mechid.structure.response_csv import PAIRS, read_response_csv
+from mechid.structure.selection import Selection
+from mechid.structure.structure import Structure
+from mechid.structure.uff import read_uff
+
+Reader = Callable[[Path, Selection], Structure]
+
+
+def read_csv(path: Path, selection: Selection) -> Structure:
+    """Return the structure of a CSV file: a frequency response where columns end in ``_re`` or ``_mag``, else modes."""
+    names = [split_unit(header)[0] for header in read_numbers(path)]
+    pairs = any(name.endswith(end) for name in names for pair in PAIRS for end in pair)
+    return read_response_csv(path, selection) if pairs else read_modal_csv(path, selection)
+
+
+READERS: Mapping[str, Reader] = {
+    ".toml": read_modal_toml,
+    ".csv": read_csv,
+    ".uff": read_uff,
+    ".unv": read_uff,
+    ".mat": read_mat,
+    ".op2": read_nas2cam,
+    ".op4": read_craig_bampton,
+}
+"""Reader by suffix, in lower case."""
+
+
+def read_structure(path: Path | str, selection: Selection | None = None, *, axis: str = "") -> Structure:
+    """Return the structure that a file describes, checked.
+
+    Parameters
+    ----------
+    path : Path
+        Its suffix tells the format.
+    selection : Selection or None
+        Which degrees of freedom, in which units; files whose columns have names need none.
+    axis : str
+        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or wrong; one line with file, what was found and remedy.
+    """
+    path = Path(path)
+    if not path.is_file():
+        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+        raise InputFileError(f"{path}: there is no such file{did_you_mean(path.name, beside) or '; check the path'}")
+    if path.suffix.lower() not in READERS:
+        raise InputFileError(f'{path.name}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')
+    structure = _read(READERS[path.suffix.lower()], path, selection or Selection())
+    if axis and structure.axis and structure.axis != axis:
+        raise InputFileError(
+            f"{path.name}: is for a torque about {structure.axis} where the mechanism turns about {axis}"
+        )
+    return structure
+
+
+def _read(reader: Reader, path: Path, selection: Selection) -> Structure:
+    """Read, with the file's name in front of what the model itself refuses."""
+    try:
+        return reader(path, selection)
+    except InputFileError as error:
+        message = str(error)
+        raise InputFileError(message if message.startswith(path.stem) else f"{path.name}: {message}") from error

@@ -1,0 +1,166 @@
+"""Nastran models by pyYeti (needs the extra ``structures``): solved modes, and Craig-Bampton matrices.
+
+- ``.op2`` with the ``.op4`` of the same name beside it, as the DMAP NAS2CAM writes them: modes of the system.
+- ``.op4`` with the ``.asm`` of the same name beside it: a Craig-Bampton model, KXX and MXX over boundary and
+  modal degrees of freedom, whose free modes are solved here.
+
+Both have the model's own units and each grid its own output frame; shapes are turned to the basic frame and to SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, eigh
+
+from mechid.errors import InputFileError
+from mechid.structure.modal_csv import given_damping
+from mechid.structure.modes import RIGID_BELOW_HZ, Modes
+from mechid.structure.selection import Location, Selection
+from mechid.structure.structure import Structure
+
+FloatArray = NDArray[np.float64]
+
+RECTANGULAR = 1
+ASYMMETRY = 1e-6
+"""Of a mass or stiffness matrix, relative to its largest entry, above which it is refused."""
+RIGID_SHARE = 1e-4
+"""Below this share of the lowest elastic frequency a solved mode is a rigid-body mode, its frequency rounding."""
+RIGID_BODY_MODES = 6
+
+
+def read_nas2cam(path: Path, selection: Selection) -> Structure:
+    """Return the structure of a NAS2CAM pair, ``.op2`` and ``.op4``, modes as Nastran solved them.
+
+    Raises
+    ------
+    InputFileError
+        pyYeti or the second file is missing, the files cannot be read, or a degree of freedom is not there.
+    """
+    nastran = _pyyeti(path.name)
+    _beside(path, ".op4", "the matrices of the pair")
+    content = _read(path, lambda: nastran.op2.rdnas2cam(str(path.with_suffix(""))))
+    try:
+        uset, eigenvalues, shapes = content["uset"][0], content["lambda"][0], content["phg"][0]
+    except KeyError as error:
+        raise InputFileError(
+            f"{path.name}: holds no {error} of the residual; write it with PARAM,PRFMODES,1"
+        ) from error
+    return _structure(path.name, uset, np.asarray(eigenvalues), np.asarray(shapes), selection)
+
+
+def read_craig_bampton(path: Path, selection: Selection) -> Structure:
+    """Return the structure of a Craig-Bampton model, ``.op4`` and ``.asm``, its free modes solved here.
+
+    Raises
+    ------
+    InputFileError
+        pyYeti or the second file is missing, the matrices are not symmetric or of another size, or a degree of
+        freedom is not there.
+    """
+    nastran = _pyyeti(path.name)
+    asm = _beside(path, ".asm", "the grids of the boundary")
+    content = _read(path, lambda: nastran.op4.read(str(path)))
+    stiffness, mass = (_matrix(content, name, path.name) for name in ("kxx", "mxx"))
+    uset = _read(asm, lambda: nastran.bulk.asm2uset(str(asm)))[0]
+    if len(uset) != stiffness.shape[0]:
+        raise InputFileError(f"{asm.name}: {len(uset)} degrees of freedom where kxx has {stiffness.shape[0]}")
+    eigenvalues, shapes = solved_modes(stiffness, mass, path.name)
+    return _structure(path.name, uset, eigenvalues, shapes, selection)
+
+
+def solved_modes(stiffness: FloatArray, mass: FloatArray, label: str) -> tuple[FloatArray, FloatArray]:
+    """Return eigenvalues (n,) and mass-normalised shapes (n_dof, n) of K phi = lambda M phi.
+
+    Raises
+    ------
+    InputFileError
+        A matrix is not symmetric, or the mass matrix is not positive.
+    """
+    for name, matrix in (("kxx", stiffness), ("mxx", mass)):
+        if matrix.shape != stiffness.shape or np.abs(matrix - matrix.T).max() > ASYMMETRY * np.abs(matrix).max():
+            raise InputFileError(f"{label}: {name} {matrix.shape} is not symmetric, or not of the size of the other")
+    try:
+        values, shapes = eigh(0.5 * (stiffness + stiffness.T), 0.5 * (mass + mass.T))
+    except LinAlgError as error:
+        raise InputFileError(f"{label}: mxx is not positive; every degree of freedom needs a mass") from error
+    return np.asarray(values), np.asarray(shapes)
+
+
+def _structure(label: str, uset: Any, eigenvalues: FloatArray, shapes: FloatArray, selection: Selection) -> Structure:
+    interface = selection.required_interface(label)
+    unit = 1.0 / np.sqrt(selection.mass_unit_kg)
+    lines = selection.required_line_of_sight(label)
+    rows = [sum(place.factor * _motion(place, uset, shapes, label, selection) for place in p) for p in lines.values()]
+    frequency_hz = np.sqrt(np.maximum(eigenvalues, 0.0)) / (2.0 * np.pi)
+    modes = Modes(
+        np.where(_rigid(eigenvalues), 0.0, frequency_hz),
+        given_damping(selection, label, eigenvalues.size),
+        unit * _motion(interface, uset, shapes, label, selection),
+        unit * np.array(rows),
+    )
+    if selection.highest_hz is not None:
+        modes = modes.up_to(selection.highest_hz)
+    return Structure(name=label, line_of_sight=tuple(lines), model=modes, axis=interface.direction)
+
+
+def _rigid(eigenvalues: FloatArray) -> NDArray[np.bool_]:
+    """Tell the rigid-body modes: so far below the first elastic mode that only rounding parts them from zero."""
+    frequency = np.sqrt(np.abs(eigenvalues)) / (2.0 * np.pi)
+    elastic = np.sort(frequency)[RIGID_BODY_MODES] if frequency.size > RIGID_BODY_MODES else np.inf
+    return np.asarray(frequency < max(RIGID_BELOW_HZ, RIGID_SHARE * elastic if np.isfinite(elastic) else 0.0))
+
+
+def _motion(place: Location, uset: Any, shapes: FloatArray, label: str, selection: Selection) -> FloatArray:
+    """Return the modes' motion at a location in the basic frame, (n,); rotations by the length unit's metre."""
+    grids = uset.index.get_level_values("id")
+    rows = np.flatnonzero(grids == place.node)
+    if rows.size != 6:
+        known = ", ".join(str(g) for g in dict.fromkeys(grids[uset.index.get_level_values("dof") > 0]))
+        raise InputFileError(f"{label}: no grid {place.node}; it holds {known}")
+    table = uset.iloc[rows][["x", "y", "z"]].to_numpy(dtype=np.float64)
+    if int(table[1, 1]) != RECTANGULAR:
+        raise InputFileError(
+            f"{label}: grid {place.node} has a cylindrical or spherical output frame; make it rectangular"
+        )
+    part = slice(0, 3) if place.direction.startswith("t") else slice(3, 6)
+    motion = table[3:] @ shapes[rows[part]]
+    scale = 1.0 if place.direction.startswith("t") else 1.0 / selection.length_unit_m
+    return np.asarray(scale * motion[(place.component - 1) % 3], dtype=np.float64)
+
+
+def _matrix(content: Mapping[str, Any], name: str, label: str) -> FloatArray:
+    if name not in content:
+        raise InputFileError(f"{label}: no matrix {name}; it holds {', '.join(content)}")
+    matrix = content[name]
+    return np.asarray(matrix.toarray() if hasattr(matrix, "toarray") else matrix, dtype=np.float64)
+
+
+def _beside(path: Path, suffix: str, what: str) -> Path:
+    other = path.with_suffix(suffix)
+    if not other.is_file():
+        raise InputFileError(f"{path.name}: no {other.name} beside it; it holds {what}")
+    return other
+
+
+def _pyyeti(label: str) -> Any:
+    try:
+        with np.printoptions():  # importing pyYeti changes how NumPy prints, for everyone
+            from pyyeti import nastran
+            from pyyeti.nastran import bulk, op2, op4
+    except ImportError as error:
+        raise InputFileError(f'{label}: reading it needs pyYeti; pip install "mechid[structures]"') from error
+    del bulk, op2, op4  # they are attributes of nastran once imported
+    return nastran
+
+
+def _read(path: Path, read: Any) -> Any:
+    """Call a reader of pyYeti's; on nonsense it raises whatever it stumbles over."""
+    try:
+        return read()
+    except Exception as error:
+        raise InputFileError(f"{path.name}: cannot be read ({' '.join(str(error).split())[:120]})") from error

@@ -1,0 +1,98 @@
+"""Frequency response as CSV: ``frequency_Hz``, then for interface and lines of sight a complex pair of columns.
+
+A pair is ``<name>_re`` and ``<name>_im``, or ``<name>_mag`` and ``<name>_phase_deg``. The unit stands in brackets
+and tells receptance, mobility and accelerance apart; without one it is rad/(N*m).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import InputFileError, did_you_mean
+from mechid.structure.checks import response_findings
+from mechid.structure.numbers_file import read_numbers, split_unit
+from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
+from mechid.structure.selection import Selection
+from mechid.structure.structure import Structure
+from mechid.units import conversion_factor
+
+FREQUENCY, INTERFACE = "frequency_Hz", "interface"
+PAIRS = (("_re", "_im"), ("_mag", "_phase_deg"))
+ComplexArray = NDArray[np.complex128]
+Column = tuple[NDArray[np.float64], str | None]
+
+
+def read_response_csv(path: Path, selection: Selection) -> Structure:
+    """Return the structure of a frequency response, checked for passivity, causality and resolution.
+
+    Raises
+    ------
+    InputFileError
+        A column or its partner is missing, its unit measures something else, or its numbers are wrong.
+    """
+    del selection  # the columns have names
+    columns: dict[str, Column] = {}
+    for header, data in read_numbers(path).items():
+        name, unit = split_unit(header)
+        columns[name] = data, unit
+    if FREQUENCY not in columns:
+        raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
+    frequency_hz = columns.pop(FREQUENCY)[0]
+    found = {name: _pair(name, columns, frequency_hz, path.name) for name in _names(columns, path.name)}
+    return structure_of_responses(path.name, frequency_hz, found)
+
+
+def structure_of_responses(
+    label: str, frequency_hz: NDArray[np.float64], found: Mapping[str, ComplexArray], axis: str = ""
+) -> Structure:
+    """Return the structure of receptances by name, (n,) each; ``interface`` may be missing, a line of sight not."""
+    names = tuple(name for name in found if name != INTERFACE)
+    if not names:
+        raise InputFileError(f'{label}: no line of sight; give at least one response beside "{INTERFACE}"')
+    unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
+    values = np.column_stack([found.get(INTERFACE, unknown), *(found[name] for name in names)])
+    try:
+        model = FrequencyResponse(frequency_hz, values)
+    except InputFileError as error:
+        raise InputFileError(f"{label}: {error}") from error
+    findings = response_findings(frequency_hz, values, names)
+    return Structure(name=label, line_of_sight=names, model=model, axis=axis, warnings=tuple(findings))
+
+
+def receptance_of(
+    frequency_hz: NDArray[np.float64], values: ComplexArray, unit: str | None, place: str
+) -> ComplexArray:
+    """Return a response in `unit` as receptance in rad/(N m), (n,); InputFileError where the unit is none of one."""
+    for si, differentiated in KINDS.items():
+        factor = conversion_factor(unit or "rad/(N*m)", si)
+        if factor is not None:
+            return to_receptance(frequency_hz, factor * values[:, None], differentiated)[:, 0]
+    raise InputFileError(f'{place}: unit "{unit}" is none of a response to a torque; expected {", ".join(KINDS)}')
+
+
+def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
+    ends = [end for pair in PAIRS for end in pair]
+    for name in columns:
+        if not name.endswith(tuple(ends)):
+            raise InputFileError(f'{label}: column "{name}": end it with {", ".join(ends)}, or leave it out')
+    return dict.fromkeys(name.removesuffix(next(e for e in ends if name.endswith(e))) for name in columns)
+
+
+def _pair(name: str, columns: Mapping[str, Column], frequency_hz: NDArray[np.float64], label: str) -> ComplexArray:
+    first, second = next(pair for pair in PAIRS if name + pair[0] in columns or name + pair[1] in columns)
+    for end in (first, second):
+        if name + end not in columns:
+            raise InputFileError(
+                f'{label}: no column "{name}{end}"; a response is a pair, {name}{first}, {name}{second}'
+            )
+    (a, unit), (b, other) = columns[name + first], columns[name + second]
+    if first == "_re" and other not in (unit, None):
+        raise InputFileError(f'{label}: column "{name}{second}": unit "{other}" where {name}{first} has "{unit}"')
+    values = a + 1j * b if first == "_re" else a * np.exp(1j * np.radians(b))
+    return receptance_of(
+        frequency_hz, np.asarray(values, dtype=np.complex128), unit, f'{label}: column "{name}{first}"'
+    )

@@ -1,0 +1,73 @@
+"""Budget files: what the example says, and every wrong entry answered with its place and the remedy."""
+
+import numpy as np
+import pytest
+
+from mechid.budget.budget_file import read_budget_file
+from mechid.budget.example import BUDGET, STRUCTURE, write_example
+from mechid.errors import InputFileError
+from paper_estimate import write_estimate_of_paper
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_estimate_of_paper(tmp_path)
+    write_example(tmp_path)
+    return tmp_path
+
+
+def changed(folder, old, new):
+    assert old in BUDGET
+    (folder / "budget.toml").write_text(BUDGET.replace(old, new, 1), encoding="utf-8")
+    return folder / "budget.toml"
+
+
+def test_the_example_is_read_as_it_stands(folder):
+    file = read_budget_file(folder / "budget.toml")
+    scan, slew = file.modes
+    np.testing.assert_allclose(scan.rates, np.linspace(10.0, 60.0, 26))
+    assert (scan.command.microsteps, slew.command.stepping, slew.rates.tolist()) == (16, "full", [92.0])
+    assert file.flight.values == {"load.inertia": 0.0105}
+    assert file.flight.spread == {"stepper.peak_voltage": 0.06}
+    assert file.structure.model.frequency_hz[0] == 0.02  # the rigid body under attitude control
+    exposure, pointing = file.requirements
+    assert (exposure.index.kind, exposure.index.window_s, pointing.axis) == ("RPE", 0.1, "cone")
+
+
+def test_files_that_are_there_stay(folder):
+    (folder / "structure.toml").write_text("mine", encoding="utf-8")
+    assert write_example(folder) == []
+    assert (folder / "structure.toml").read_text(encoding="utf-8") == "mine"
+    assert STRUCTURE.startswith("# ASSUMED")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("estimate =", "estimat =", 'estimat: unknown key; did you mean "estimate"'),
+        ('axis = "rz"', 'axis = "z"', 'axis: found "z"'),
+        ('axis = "rz"', 'axis = "rx"', "is for a torque about rz where the mechanism turns about rx"),
+        ("structure.toml", "structur.toml", 'there is no such file; did you mean "structure.toml"'),
+        ("load_inertia", "load_inertai", 'flight.load_inertai: unknown key; did you mean "load_inertia"'),
+        ("peak_voltage = 0.06", "peak_voltage = -0.06", "flight.spread.stepper.peak_voltage: found -0.06"),
+        ("count = 26", "count = 1", "mode[0].rate_range: found 10 to 60 in 1"),
+        ("microsteps = 16 }", "microsteps = 16, rate = 5.0 }", "mode[0]: found 2 of command.rate, rates, rate_range"),
+        ("rate = 92.0", "rate = -92.0", "mode[1]: found -92; a steady rate is above 0"),
+        ("rate = 92.0", "rate_profile = [[0, 1]]", "command.rate_profile: a budget is made of steady rates"),
+        ("rate = 92.0", "rat = 92.0", "mode[1]: found 0 of command.rate"),
+        ('index = "RPE"', 'index = "RPEE"', 'requirement[0].index: found "RPEE"; did you mean "RPE"'),
+        ("window_s = 0.1\n", "", "requirement[0].window_s: found 0; RPE needs window_s"),
+        ('axis = "x"', 'axis = "los"', 'requirement[0].axis: found "los"; write one of "x", "y", "cone"'),
+        ('"temporal"', '"temprl"', 'interpretation: found "temprl"; did you mean "temporal"'),
+        ("confidence = 0.9973", "confidence = 99.73", "confidence: found 99.73; write a share"),
+        ("limit_rad = 6e-7\n", "", "requirement[0].limit_rad: missing; write the limit in rad"),
+        ("evaluation_period_s = 600.0", "evaluation_period_s = 0.05", "the windows take 0.1 s"),
+        ("bandwidth_hz = 0.02", "bandwith_hz = 0.02", 'did you mean "bandwidth_hz"'),
+        ('name = "slew"', 'name = "scan"', 'mode[1].name: "scan" is the name of another mode'),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_said(folder, old, new, said):
+    with pytest.raises(InputFileError) as caught:
+        read_budget_file(changed(folder, old, new))
+    assert said in str(caught.value)
+    assert str(caught.value).startswith("budget.toml: ")

@@ -1,0 +1,174 @@
+"""Lines of the steady torque, their derivatives and the line of sight, against other ways to the same."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import signal
+
+from mechid.budget.budget_file import OperatingMode
+from mechid.budget.coupling import dynamic_stiffness, loop_gain
+from mechid.budget.flight_entry import Flight, LoadMode
+from mechid.budget.flying_mechanism import on_base, read_flying
+from mechid.budget.indices import Index
+from mechid.budget.line_of_sight import ensemble_draws, nominal_level, respond, standing
+from mechid.budget.orders import phasors
+from mechid.budget.requirement import Requirement
+from mechid.budget.steady_state import steady_state
+from mechid.command import Command, RateProfile
+from mechid.errors import InputFileError
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.structure import Modes, Structure
+from paper_estimate import estimate, write_estimate_of_paper
+
+MICRO = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3))
+MODE = OperatingMode(name="scan", command=MICRO, rates=np.array([37.3]), settle_s=1.0, highest_hz=300.0)
+SUBSTEPS = 4
+PAYLOAD = Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[0.05]]))
+REQUIREMENT = Requirement(
+    name="r", index=Index("RPE", 0.2), axis="x", limit_rad=1e-6, interpretation="temporal", confidence=0.95,
+    evaluation_period_s=10.0,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def flying(tmp_path_factory):
+    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+
+
+@pytest.fixture(scope="module")
+def state(flying):
+    return steady_state(flying.mechanism, MODE, 37.3, flying.names, SUBSTEPS)
+
+
+@pytest.fixture(scope="module")
+def long_run(flying):
+    """Return 5 s of torque at 20 kHz, another sample rate than the lines are made at."""
+    simulator = Simulator(flying.mechanism.plant, MICRO, TimeBase(20_000.0, 100_001))
+    return simulate_run(simulator.run(flying.mechanism.kernel_values(), substeps=2)).torque
+
+
+def test_lines_are_those_of_a_long_run(state, long_run):
+    """Truth: least squares over the last two seconds of a long simulation, on no whole number of periods."""
+    expected = np.abs(phasors(long_run[60_000:], 20_000.0, state.frequency_hz))
+    assert state.unsteady < 1e-3
+    assert state.rms == pytest.approx(long_run[60_000:].std(), rel=2e-3)
+    np.testing.assert_allclose(np.abs(state.lines), expected, atol=2e-3 * expected.max())
+
+
+def test_the_line_of_sight_is_that_of_the_modes_driven_in_time(state, long_run):
+    """Truth: the oscillator integrated under the simulated torque until its transient is gone."""
+    A, B, C = PAYLOAD.state_space()
+    rate = 20_000.0
+    Ad, Bd, Cd, Dd, _ = signal.cont2discrete((A, B, C[1:], np.zeros((1, 1))), 1.0 / rate, method="foh")
+    _, y, _ = signal.dlsim((Ad, Bd, Cd, Dd, 1.0 / rate), long_run)
+    response = respond(state, Structure(name="s", line_of_sight=("x",), model=PAYLOAD))
+    assert response.rms()[0] == pytest.approx(y[70_000:, 0].std(), rel=5e-3)
+
+
+def test_gradients_are_those_of_differences(flying, state):
+    """Truth: central differences of a thousandth of each value, over the whole steady state."""
+    for k, name in enumerate(flying.names):
+        value = flying.mechanism.value(name)
+        step = 1e-3 * value
+        ends = [
+            steady_state(flying.mechanism.with_values({name: value + s}), MODE, 37.3, (), SUBSTEPS).lines
+            for s in (step, -step)
+        ]
+        expected = (ends[0] - ends[1]) / (2.0 * step)
+        size = np.abs(expected).max()
+        np.testing.assert_allclose(state.gradient[:, k], expected, atol=0.02 * size, err_msg=name)
+
+
+@pytest.mark.parametrize(("draws", "within"), [(300, 0.15), pytest.param(10_000, 0.021, marks=pytest.mark.slow)])
+def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, within):
+    """Truth: mechanisms drawn from the covariance, each simulated anew; of n draws sigma is known to 1/sqrt(2 n)."""
+    structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
+    none = (np.zeros(0), np.zeros((0, 0)))
+    band = standing(REQUIREMENT, "scan", respond(state, structure), flying, *none).level
+    rng = np.random.default_rng(8)
+    nominal = np.array([flying.mechanism.value(name) for name in flying.names])
+    levels = []
+    for draw in rng.multivariate_normal(nominal, flying.covariance, draws):
+        moved = flying.mechanism.with_values(dict(zip(flying.names, draw, strict=True)))
+        response = respond(steady_state(moved, MODE, 37.3, (), 2), structure)
+        levels.append(standing(REQUIREMENT, "scan", response, _certain(flying), *none).level.value)
+    assert band.sigma == pytest.approx(np.std(levels), rel=within)
+    assert band.value == pytest.approx(np.mean(levels), abs=3.0 * band.sigma / np.sqrt(draws) + 0.1 * band.sigma)
+    assert sum(band.shares.values()) == pytest.approx(1.0)
+
+
+def _certain(flying):
+    """Return the estimate without uncertainty, so that only the level is worked out."""
+    return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=0.0)
+
+
+@pytest.mark.parametrize(("noise", "expected"), [(0.0, 0.05), (0.8e-3, 0.03), (0.999e-3, 0.0)])
+def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
+    """Truth: 5 % missed with a residual of 1e-3, of which the noise is nothing, 0.8 of it, or all but chance."""
+    content = estimate(fit_percent=95.0)
+    content["records"]["sweep"]["noise_sigma"] = noise
+    (tmp_path / "estimate.json").write_text(json.dumps(content), encoding="utf-8")
+    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_spread_makes_an_ensemble(flying):
+    """Truth: units at the drawn voltages, simulated anew. Temporal is the worst of them."""
+    structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
+    name, sigma = "stepper.peak_voltage", 0.02
+    state = steady_state(flying.mechanism, MODE, 37.3, (name,), SUBSTEPS)
+    draws = ensemble_draws(1, seed=1)
+    worst = standing(REQUIREMENT, "scan", respond(state, structure), _certain(flying), np.array([sigma]), draws)
+    levels = []
+    for draw in (draws.min(), draws.max()):
+        moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})
+        unit = respond(steady_state(moved, MODE, 37.3, (), SUBSTEPS), structure)
+        levels.append(nominal_level(REQUIREMENT, unit))
+    assert worst.level.value == pytest.approx(max(levels), rel=2e-3)
+    assert worst.level.value > nominal_level(REQUIREMENT, respond(state, structure))
+
+
+def test_the_test_stand_stays_behind(flying):
+    assert flying.removed == ("housing.gain",)
+    assert not any(name.startswith("housing") for name in flying.mechanism.parameters)
+    assert flying.mechanism.value("stepper.back_emf_constant") == flying.mechanism.value("stepper.torque_constant")
+
+
+def test_what_flies_replaces_what_was_estimated(tmp_path):
+    """Truth: the file. A value that is given is no longer uncertain."""
+    flight = Flight(values={"gear.stiffness": 1000.0, "load.inertia": 0.02}, load_modes=(LoadMode(5.0, 0.01, 0.01),))
+    flying = read_flying(write_estimate_of_paper(tmp_path), flight)
+    assert flying.mechanism.value("gear.stiffness") == 1000.0
+    assert "gear.stiffness" not in flying.names
+    assert flying.mechanism.value("load.0.shape") == pytest.approx(0.1)
+    with pytest.raises(InputFileError, match=r'did you mean "gear[.]stiffness"'):
+        read_flying(tmp_path / "estimate.json", Flight(spread={"gear.stifness": 1.0}))
+    with pytest.raises(InputFileError, match="leave nothing of the load"):
+        read_flying(tmp_path / "estimate.json", Flight(load_modes=(LoadMode(5.0, 0.01, 0.5),)))
+
+
+@pytest.mark.parametrize("stuck", [True, False])
+def test_dynamic_stiffness(flying, stuck):
+    """Truth: slow, all turns with the base as one inertia; stuck, it peaks where load and gear swing."""
+    v = flying.mechanism.value
+    w = 2.0 * np.pi * 0.01
+    slow = dynamic_stiffness(flying.mechanism, np.array([0.01]), stuck=stuck)[0]
+    assert slow.real == pytest.approx(w**2 * (v("stepper.rotor_inertia") + v("load.inertia")), rel=1e-3)
+    if stuck:
+        f = np.linspace(20.0, 80.0, 6001)
+        peak = f[np.abs(dynamic_stiffness(flying.mechanism, f, stuck=True)).argmax()]
+        assert peak == pytest.approx(np.sqrt(v("gear.stiffness") / v("load.inertia")) / (2.0 * np.pi), rel=0.02)
+
+
+@pytest.mark.parametrize(("shape", "gain"), [(0.5, 0.06), (1.5, 0.5)])
+def test_the_criterion_foretells_the_two_way_torque(flying, state, shape, gain):
+    """Truth: the joined simulation. T = T_held + K R T, K linearised: the largest line changes by 1/(1 - R K)."""
+    modes = Modes(np.array([35.0]), np.array([0.02]), np.array([shape]), np.array([[0.05]]))
+    structure = Structure(name="s", line_of_sight=("x",), model=modes)
+    joined = steady_state(on_base(flying.mechanism, modes), MODE, 37.3, (), SUBSTEPS)
+    at = np.abs(state.lines).argmax()
+    f = state.frequency_hz[[at]]
+    RK = structure.to_interface(f)[0] * dynamic_stiffness(flying.mechanism, f, stuck=False)[0]
+    assert loop_gain(structure, flying.mechanism, f)[0] == pytest.approx(gain, rel=0.15)
+    assert abs(joined.lines[at] / state.lines[at] - 1.0 / (1.0 - RK)) < 0.01

@@ -1,0 +1,85 @@
+"""``mechid budget`` from an estimate to its files; the numbers on the terminal are those in the files."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from mechid.budget.example import BUDGET, STRUCTURE
+from paper_estimate import write_estimate_of_paper
+
+SMALL = (
+    BUDGET.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
+    .replace("limit_rad = 6e-7", "limit_rad = 1e-7")
+    .replace('[[mode]]\nname = "slew"\ncommand = { stepping = "full", rate = 92.0, start_angle_deg = 45.0 }\n', "")
+)  # fmt: skip
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write_estimate_of_paper(tmp_path, fit_percent=99.0)
+    (tmp_path / "budget.toml").write_text(SMALL, encoding="utf-8")
+    (tmp_path / "structure.toml").write_text(STRUCTURE, encoding="utf-8")
+    return tmp_path
+
+
+def test_a_budget_from_file_to_file(run, folder):
+    """Truth: closed forms between the files. RMS of the line of sight is the lines' by the modes' transfer."""
+    result = run("budget", folder / "budget.toml", "--out", folder / "out")
+    assert result.exit_code == 0, result.stderr
+    data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
+    rows = list(csv.DictReader((folder / "out" / "harmonics.csv").read_text(encoding="utf-8").splitlines()))
+    (mode,) = data["modes"]
+    assert mode["worst_rate"] == 47.5
+    lines = [r for r in rows if float(r["rate_steps_per_s"]) == 47.5]
+    f = np.array([float(r["frequency_Hz"]) for r in lines])
+    amplitude = np.array([float(r["torque_amplitude_Nm"]) for r in lines])
+    w = 2.0 * np.pi * f
+    wk = 2.0 * np.pi * np.array([0.02, 21.0, 47.5, 112.0])[:, None]
+    zeta = np.array([0.7, 0.005, 0.005, 0.01])[:, None]
+    weight = np.array([0.1, 0.15, 0.2, -0.1]) * np.array([0.1, -0.04, 0.05, 0.03])
+    h = weight @ (1.0 / (wk**2 - w**2 + 2j * zeta * wk * w))
+    inside = f <= 224.0  # twice the highest mode
+    expected = np.sqrt(0.5 * np.sum(np.abs(h * amplitude)[inside] ** 2))
+    assert mode["line_of_sight_rms_rad"][0] == pytest.approx(expected, rel=1e-6)
+    assert mode["cumulative_rms_rad"]["lines"][0][-1] == pytest.approx(expected, rel=1e-6)
+    bands = list(csv.DictReader((folder / "out" / "envelope.csv").read_text(encoding="utf-8").splitlines()))
+    largest = max(float(r["torque_amplitude_Nm"]) for r in rows)
+    assert max(float(r["torque_amplitude_Nm"]) for r in bands) == pytest.approx(largest)
+    exposure = data["requirements"][0]
+    assert exposure["margin"] == pytest.approx(1.0 - exposure["level_rad"] / 1e-7)
+    assert not exposure["met"]
+    assert sum(exposure["variance_shares"].values()) == pytest.approx(1.0)
+    assert exposure["variance_shares"]["model discrepancy"] > 0.0
+    assert "avoid: mode" in result.stdout
+    assert "left on the bench: housing.gain" in result.stdout
+
+
+def test_time_series_and_densities_in_hdf5(run, folder):
+    """Truth: Parseval between a series and its density, and the RMS in budget.json."""
+    h5py = pytest.importorskip("h5py")
+    assert run("budget", folder / "budget.toml", "--out", folder / "out").exit_code == 0
+    data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
+    with h5py.File(folder / "out" / "disturbance.h5") as file:
+        scan = file["scan"]
+        step = scan["frequency"][1]
+        assert scan["torque"].attrs["unit"] == "N*m"
+        assert scan["torque_psd"][:].sum() * step == pytest.approx(np.mean(scan["torque"][:] ** 2), rel=1e-6)
+        for k, axis in enumerate(("x", "y")):
+            rms = data["modes"][0]["line_of_sight_rms_rad"][k]
+            assert scan[f"line_of_sight_{axis}"][:].std() == pytest.approx(rms, rel=1e-6)
+            assert np.sqrt(scan[f"line_of_sight_{axis}_psd"][:].sum() * step) == pytest.approx(rms, rel=1e-6)
+
+
+def test_a_wrong_key_is_one_line_and_exit_code_3(refused, folder):
+    text = SMALL.replace("[flight]", "[flihgt]")
+    (folder / "budget.toml").write_text(text, encoding="utf-8")
+    line = refused(3, "budget", folder / "budget.toml", "--out", folder / "out")
+    assert 'flihgt: unknown key; did you mean "flight"' in line
+
+
+def test_a_missing_estimate_says_what_writes_it(refused, folder):
+    (folder / "estimate.json").unlink()
+    line = refused(3, "budget", folder / "budget.toml", "--out", folder / "out")
+    assert 'there is no such file; "mechid identify" writes it' in line
