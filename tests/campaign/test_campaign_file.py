@@ -289,13 +289,22 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
     "input": (
         NAME,
         f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", role = "input" }}]',
-        'record[0].channels[0].role: found "input"; no assembly is driven by a measured channel at present',
+        "record[0].channels: nothing but inputs; name what the model is to match",
+    ),
+    "input that drives nothing": (
+        NAME,
+        f'{NAME}\nchannels = [{TORQUE}, {{ quantity = "force", column = "F", role = "input" }}]',
+        'record[0].command.stepping: the record is driven by its channels of role = "input" (force); leave one out',
+    ),
+    "between without input": (
+        NAME,
+        f'{NAME}\nchannels = [{{ quantity = "torque", column = "Mz", between = "held" }}]',
+        "record[0].channels[0].between: it says how an input runs between samples",
     ),
     "no torque": (
         NAME,
         f'{NAME}\nchannels = [{{ quantity = "force", column = "Fz" }}]',
-        "record[0].channels: no torque; only torque records can be identified at present: "
-        f"add {TORQUE}",
+        "record[0].channels: force: the mechanism gives torque, rotor_angle, rotor_rate, output_angle, ",
     ),
     "no toml": ("[[record]]", "[[record]", "line 3, column "),
 }  # fmt: skip

@@ -13,7 +13,6 @@ from mechid.identification.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.fit import FitOutcome
 from mechid.parameter import Status
 
-QUANTITY = "torque"
 PERIOD = ".period_deg"
 SHOWN = 8
 """Digits of a digest that tell one from another in a message."""
@@ -176,7 +175,7 @@ def _believed(name: str, p: Mapping[str, Any]) -> Believed:
 
 
 def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
-    channel = r["validation"]["channels"][QUANTITY]
+    channel = next(iter(r["validation"]["channels"].values()))
     return RecordEvidence(
         name=name,
         use=r["use"],

@@ -66,7 +66,7 @@ def predict(record: CampaignRecord, fit: Fit) -> Prediction:
     own = fit.parameters.get(record.time_offset.name)
     offset_s = own.value if own else record.time_offset.value
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, latest_s=abs(offset_s))
-    modelled = simulate_accurately(simulator, fit.mechanism.kernel_values(), time_offset_s=offset_s).torque
+    modelled = simulate_accurately(simulator, fit.mechanism.kernel_values(), time_offset_s=offset_s).measured
     residual = target.measured - modelled
     finite = bool(np.all(np.isfinite(residual)))
     return Prediction(

@@ -28,6 +28,7 @@ from mechid.signal import (
     theil_inequality,
     third_octaves,
 )
+from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
 
@@ -144,7 +145,7 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
                 name=record.name,
                 use=as_fitted(record, fit).use,
                 command=_stepping(as_fitted(record, fit).command),
-                channels={"torque": channel_validation("torque", "N*m", predict(record, fit))},
+                channels={q: channel_validation(q, SI_UNIT[q], predict(record, fit)) for q in (record.quantity,)},
             )
             for record in campaign.records
             if record.data is not None

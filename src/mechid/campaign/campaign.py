@@ -50,6 +50,8 @@ class CampaignRecord:
         One for each of `RECORD_DECLARATIONS`.
     data : Record or None
         What the file holds, where it was read.
+    quantity : str
+        What of it is matched.
     """
 
     name: str
@@ -61,6 +63,7 @@ class CampaignRecord:
     drift: bool = True
     parameters: tuple[Parameter, ...] = ()
     data: Record | None = None
+    quantity: str = "torque"
 
     def parameter(self, key: str) -> Parameter:
         """Return the record's own parameter of a key, e.g. ``"time_offset_s"``."""

@@ -9,6 +9,7 @@ from typing import Any
 
 from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.identify_options import read_identify_options
+from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
@@ -16,6 +17,7 @@ from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
+from mechid.plant.mechanism import Mechanism
 from mechid.records import read_record
 
 FILE_NAME = "campaign.toml"
@@ -51,9 +53,10 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)
     mechanism = read_mechanism(mechanism_path)
+    mechanism, records = joined(mechanism, records, place)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time
-        records = tuple(map(_with_data, records))
+        records = tuple(_with_data(record, mechanism) for record in records)
     return Campaign(
         path=file,
         mechanism_path=mechanism_path,
@@ -78,8 +81,11 @@ def _mechanism(table: Mapping[str, Any], place: Place) -> str:
     return text(entry, place.key("mechanism"), MECHANISM_REMEDY)
 
 
-def _with_data(record: CampaignRecord) -> CampaignRecord:
-    return replace(record, data=read_record(record.file, record.spec)) if record.file else record
+def _with_data(record: CampaignRecord, mechanism: Mechanism) -> CampaignRecord:
+    if not record.file:
+        return record
+    data = read_record(record.file, record.spec)
+    return with_inputs(replace(record, data=data), data, mechanism)
 
 
 def _warnings(records: Iterable[CampaignRecord], place: Place) -> tuple[str, ...]:

@@ -20,7 +20,8 @@ from mechid.errors import RecordError
 from mechid.records import ChannelSpec, Role
 from mechid.units import SI_UNIT, to_si_factor
 
-KEYS = ("quantity", "column", "unit", "gain", "role")
+KEYS = ("quantity", "column", "unit", "gain", "role", "between")
+BETWEEN = ("linear", "held")
 QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
 TORQUE = "torque"
 EXAMPLE = '{ quantity = "torque", column = "Mz" }'
@@ -33,15 +34,15 @@ def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
     Raises
     ------
     InputFileError
-        One is wrong, or none of them is a measured torque.
+        One is wrong, or all of them are inputs.
     """
     if entry is None:
         return ()
     if not is_table_list(entry) or not entry:
         raise place.error(f"{found(entry)}; write a list of tables, as [{EXAMPLE}]")
     channels = tuple(_channel(table, place.item(index)) for index, table in enumerate(entry))
-    if all(channel.quantity != TORQUE for channel in channels):
-        raise place.error(f"no torque; only torque records can be identified at present: add {EXAMPLE}")
+    if all(channel.role is Role.INPUT for channel in channels):
+        raise place.error(f"nothing but inputs; name what the model is to match: add {EXAMPLE}")
     return channels
 
 
@@ -66,12 +67,16 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
     refuse_unknown_keys(table, KEYS, place)
     quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
     quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
+    role = Role(one_of(table.get("role", "output"), tuple(Role), place.key("role")))
+    if "between" in table and role is not Role.INPUT:
+        raise place.key("between").error('it says how an input runs between samples; write role = "input" beside it')
     return ChannelSpec(
         quantity=quantity,
         column=_column(required(table, "column", place, f"write {EXAMPLE}"), place.key("column")),
         unit=_unit(table, quantity, place.key("unit")),
         gain=_gain(table.get("gain", 1.0), place.key("gain")),
-        role=_role(table, place.key("role")),
+        role=role,
+        held=one_of(table.get("between", "linear"), BETWEEN, place.key("between")) == "held",
     )
 
 
@@ -97,10 +102,3 @@ def _gain(entry: Any, place: Place) -> float:
     if gain == 0.0:
         raise place.error("found 0; it would erase the channel, write -1.0 to reverse its sign")
     return gain
-
-
-def _role(table: Mapping[str, Any], place: Place) -> Role:
-    role = Role(one_of(table.get("role", "output"), tuple(Role), place))
-    if role is Role.INPUT:
-        raise place.error('found "input"; no assembly is driven by a measured channel at present: leave it out')
-    return role

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.mechanism_structure import DETENT_TABLE, Structure, divisors, read_structure
+from mechid.campaign.mechanism_structure import Structure, divisors, read_structure
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, found, in_unit, is_table_list
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
 from mechid.parameter import Declaration, Parameter, Status
+from mechid.plant.layout import LIST_TABLES
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.mechanisms import OPTIONAL_TABLES
 
 TIED_WHERE_ABSENT = {"stepper.back_emf_constant": "stepper.torque_constant"}
 """Parameters that follow another one where the file does not name them."""
 STATIC, COULOMB = "friction.static", "friction.coulomb"
 POLES = "stepper.poles"
 HERTZ_BELOW = 1500.0
-"""A housing resonance this low in rad/s is 240 Hz, so that the number may well be meant in hertz."""
+"""A resonance of the housing or the transducer this low in rad/s is 240 Hz: the number may well be meant in hertz."""
+FAST_TABLES = ("housing.", "transducer.", "anti_alias.")
 
 
 def read_mechanism(path: Path | str) -> Mechanism:
@@ -39,13 +43,16 @@ def read_mechanism(path: Path | str) -> Mechanism:
     InputFileError
         The file is missing or wrong; one line with place and remedy.
     """
-    return mechanism_from_table(read_toml(Path(path)), Path(path).name)
+    return mechanism_from_table(read_toml(Path(path)), Path(path).name, Path(path).parent)
 
 
-def mechanism_from_table(table: Mapping[str, Any], label: str) -> Mechanism:
-    """Return the mechanism of a table as read from TOML; `label` is how messages call the file."""
+def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Path()) -> Mechanism:
+    """Return the mechanism of a table as read from TOML.
+
+    `label` is how messages call the file, `folder` where the files are that it names.
+    """
     place = Place(label)
-    structure = read_structure(table, place)
+    structure = read_structure(table, place, folder)
     entries = dict(_entries(table, structure, place))
     parameters = {
         name: _parameter(name, declaration, entries, structure, place)
@@ -54,6 +61,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str) -> Mechanism:
     _tie(parameters, entries)
     _refuse_odd_poles(parameters, place)
     _refuse_static_below_coulomb(parameters, place)
+    _refuse_wrong_order(parameters, place)
     return Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
 
 
@@ -62,7 +70,7 @@ def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
     return tuple(
         f"{label}: {name} = {q.value:.9g}: is this in Hz? it is read in rad/s"
         for name, q in mechanism.parameters.items()
-        if q.declaration.unit == "rad/s" and 0.0 < q.value < HERTZ_BELOW
+        if q.declaration.unit == "rad/s" and name.startswith(FAST_TABLES) and 0.0 < q.value < HERTZ_BELOW
     )
 
 
@@ -74,7 +82,8 @@ def _parameter(
         return read_parameter(entries[name], name, declaration, place.key(name), divides=divides)
     if declaration.default is None and name not in TIED_WHERE_ABSENT:
         table, _, key = name.rpartition(".")
-        header = f"[[{DETENT_TABLE}]]" if table.startswith(DETENT_TABLE) else f"[{table}]"
+        plain = table.rstrip("0123456789").removesuffix(".")
+        header = f"[[{plain}]]" if plain in LIST_TABLES else f"[{table}]"
         raise place.key(name).error(
             f"missing; write {key} under {header}, {declaration.meaning}{in_unit(declaration.unit)}"
         )
@@ -95,27 +104,44 @@ def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any]) -> None:
 
 
 def _refuse_odd_poles(parameters: Mapping[str, Parameter], place: Place) -> None:
-    poles = parameters[POLES].value
+    poles = parameters[POLES].value if POLES in parameters else 0.0
     if poles % 2.0 != 0.0:
         raise place.key(POLES).error(f"found {poles:.9g}; poles come in pairs, write an even whole number")
 
 
 def _refuse_static_below_coulomb(parameters: Mapping[str, Parameter], place: Place) -> None:
+    if STATIC not in parameters or COULOMB not in parameters:
+        return
     static, coulomb = parameters[STATIC].value, parameters[COULOMB].value
     if static < coulomb:
         remedy = f"static friction is never below Coulomb friction: start at {coulomb:.9g} or above"
         raise place.key(STATIC).error(f"{static:.9g} is below {COULOMB} = {coulomb:.9g}; {remedy}")
 
 
+def _refuse_wrong_order(parameters: Mapping[str, Parameter], place: Place) -> None:
+    """Refuse what no gear and no load can be: bends that do not rise, modes heavier than the whole."""
+    values = {name: q.value for name, q in parameters.items()}
+    low, high = "gear.torque_1", "gear.torque_2"
+    if low in values and values[high] <= values[low]:
+        raise place.key(high).error(f"{values[high]:.9g} is not above {low} = {values[low]:.9g}; exchange them")
+    parts = sum(v for name, v in values.items() if name.startswith("load.mode.") and name.endswith(".inertia"))
+    if "load.inertia" in values and parts >= values["load.inertia"]:
+        found_ = f"{values['load.inertia']:.9g} is not above the modes' {parts:.9g}"
+        raise place.key("load.inertia").error(f"{found_}; it is the inertia of the whole load, its modes included")
+
+
 def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> Iterator[tuple[str, Any]]:
     """Yield the file's parameters by dotted name, options left out; refuse what the plant does not know."""
     known = (*structure.plant.declarations, *structure.options)
-    tables = {name[:at] for name in (*known, f"{DETENT_TABLE}.") for at in _dots(name)}
+    lists = [f"{name}." for name in LIST_TABLES[:1] if POLES in known]
+    tables = {name[:at] for name in (*known, *lists) for at in _dots(name)}
     for name, entry in _flat(table, "", tables):
         if name in tables:
             raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
         if name not in known:
             kind = "table" if is_table(entry) and "." not in name else "key"
+            if law := structure.law_with(name):
+                raise place.key(name).error(f'unknown key; it belongs to {law[0]} = "{law[1]}"')
             raise place.key(name).error(f"unknown {kind}{_nearest(name, known, tables)}")
         if name not in structure.options:
             yield name, entry
@@ -127,9 +153,9 @@ def _flat(entry: Mapping[str, Any], prefix: str, tables: set[str]) -> Iterator[t
         name = f"{prefix}{key}"
         if name in tables and is_table(value):
             yield from _flat(value, f"{name}.", tables)
-        elif name == DETENT_TABLE and is_table_list(value):
-            for index, detent in enumerate(value):
-                yield from _flat(detent, f"{name}.{index}.", tables)
+        elif name in LIST_TABLES and is_table_list(value):
+            for index, item in enumerate(value):
+                yield from _flat(item, f"{name}.{index}.", tables)
         else:
             yield name, value
 
@@ -144,6 +170,9 @@ def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
     names = [*known, *sorted(tables)]
     siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]
+    if absent := get_close_matches(name, (*LIST_TABLES, *OPTIONAL_TABLES), n=1, cutoff=0.8):
+        place = absent[0].rpartition(".")
+        return f'; did you mean "{place[2] if place[0] == table else absent[0]}"?'
     if near := did_you_mean(key, siblings):
         return near
     if elsewhere:

@@ -1,27 +1,34 @@
-"""What of a mechanism file shapes the equations: assembly, detent harmonics, form of the housing."""
+"""What of a mechanism file shapes the equations: assembly, laws, lists of tables, optional tables, own blocks."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import sympy as sp
 
+from mechid.campaign.own_block import read_own_block
 from mechid.campaign.place import Place, found, is_table_list, text
 from mechid.command.entry import is_number, is_table
 from mechid.errors import InputFileError
-from mechid.plant.assembly import STEPPER_GEAR_MASS, check_assembly, stepper_gear_mass
+from mechid.plant.assembly import check_assembly, plant_of
+from mechid.plant.block import Block
+from mechid.plant.layout import LIST_TABLES, OPTION_KEYS, OWN_TABLES, STEPPER_GEAR_MASS, Layout
+from mechid.plant.mechanisms import CHOICES, OPTIONAL_TABLES
 from mechid.plant.plant import Plant
 
 ASSEMBLY = "assembly"
-HOUSING_FORM = "housing.form"
-DETENT_TABLE = "stepper.detent"
-POLES_TABLE, POLES_KEY, PERIOD_KEY = "stepper", "poles", "period_deg"
+POLES_TABLE, POLES_KEY = "stepper", "poles"
+DETENT_TABLE, PERIOD_KEY, ORDER_KEY = "stepper.detent", "period_deg", "order"
+LAW, OWN = "law", "block"
 WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
+DEFAULT_OPTIONS = {"housing.form": "paper"}
+"""Choices that the options name also where the file does not."""
 
 
 @dataclass(frozen=True)
@@ -32,14 +39,29 @@ class Structure:
     ----------
     plant : Plant
     options : mapping of str to str
-        ``assembly``, and ``housing.form`` where there is a housing.
+        ``assembly``; ``housing.form`` where there is a housing; every law and block that the file names.
+    layout : Layout
+        What the plant was made from.
     """
 
     plant: Plant
     options: Mapping[str, str] = field(default_factory=dict)
+    layout: Layout = field(default_factory=Layout)
+
+    def law_with(self, name: str) -> tuple[str, str] | None:
+        """Return the option and the law by which a table would have the parameter `name`, None where none has."""
+        table = name.split(".", maxsplit=1)[0]
+        for law in CHOICES.get(table, ()):
+            other = replace(self.layout, laws={**self.layout.laws, table: law}, own={})
+            try:
+                if name in plant_of(other).declarations:
+                    return OPTION_KEYS.get(table, LAW), law
+            except InputFileError:
+                continue
+        return None
 
 
-def read_structure(table: Mapping[str, Any], place: Place) -> Structure:
+def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Structure:
     """Return the structure that a mechanism file has.
 
     Numbers that are missing or wrong are passed over here: the parameters' own reading says so.
@@ -47,15 +69,29 @@ def read_structure(table: Mapping[str, Any], place: Place) -> Structure:
     Raises
     ------
     InputFileError
-        The assembly or the housing's form is unknown, or the detents are no list of tables.
+        The assembly or a law is unknown, a list of tables is none, or a block of the user's own cannot be used.
     """
-    options = {ASSEMBLY: _assembly(table, place)}
-    if is_table(table.get("housing")):
-        options[HOUSING_FORM] = _housing_form(table["housing"], place)
-    orders = [detent_order(_poles(table), detent.get(PERIOD_KEY)) for detent in _detents(table, place)]
-    form = options.get(HOUSING_FORM)
+    laws = dict(_laws(table, place))
+    own = dict(_own_blocks(table, place, folder))
+    if both := next((name for name in own if name in laws and name != "stepper"), None):
+        key = OPTION_KEYS.get(both, LAW)
+        raise place.key(f"{both}.{OWN}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
+    orders = {name: tuple(_orders(table, name, place)) for name in LIST_TABLES}
+    tables = frozenset(name for name in OPTIONAL_TABLES if is_table(_at(table, name)))
+    if "anti_alias" in tables:
+        orders["anti_alias"] = (_order(_at(table, "anti_alias"), place.key("anti_alias"), default=4),)
+    layout = Layout(
+        assembly=_assembly(table, place),
+        laws=laws,
+        orders={name: found for name, found in orders.items() if found},
+        tables=tables,
+        own={name: block for name, (block, _) in own.items()},
+    )
+    options = {ASSEMBLY: layout.assembly}
+    options |= {f"{name}.{OPTION_KEYS.get(name, LAW)}": law for name, law in laws.items()}
+    options |= {f"{name}.{OWN}": where for name, (_, where) in own.items()}
     with _in_file(place):
-        return Structure(stepper_gear_mass(orders, form), options)
+        return Structure(plant_of(layout), options, layout)
 
 
 def detent_order(poles: Any, period_deg: Any) -> int | None:
@@ -78,9 +114,10 @@ def detent_order(poles: Any, period_deg: Any) -> int | None:
 @lru_cache(maxsize=32)
 def divisors(plant: Plant) -> frozenset[str]:
     """Return the dotted names of the parameters that the equations divide by."""
-    expressions = map(sp.sympify, (*(e for _, e in plant.terms), *plant.rates, *plant.initial))
-    powers = {power for e in expressions for power in e.atoms(sp.Pow) if power.exp.is_negative}
-    symbols = {symbol.name for power in powers for symbol in power.base.free_symbols}
+    system, special = plant.filter, (e for s, e in plant.coordinates.items() if s != e)
+    sources = (*(e for _, e in plant.terms), *plant.rates, *plant.initial, *system.A, *system.B, *special)
+    powers = {power for e in map(sp.sympify, sources) for power in e.atoms(sp.Pow) if power.exp.is_negative}
+    symbols = {symbol.name for power in powers for symbol in power.base.free_symbols if power.base.is_Symbol}
     return frozenset(name for name, d in plant.declarations.items() if d.symbol in symbols)
 
 
@@ -92,23 +129,56 @@ def _assembly(table: Mapping[str, Any], place: Place) -> str:
     return name
 
 
-def _housing_form(housing: Mapping[str, Any], place: Place) -> str:
-    return text(housing.get("form", "paper"), place.key(HOUSING_FORM), 'write form = "paper", or leave it out')
+def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
+    """Yield each table that chooses its block by a key, and what it chooses."""
+    for name, choices in CHOICES.items():
+        entry, key = table.get(name), OPTION_KEYS.get(name, LAW)
+        if not isinstance(entry, Mapping):
+            continue
+        where = f"{name}.{key}"
+        if key in entry or where in DEFAULT_OPTIONS:
+            remedy = f'write {key} = "{choices[0]}", or leave it out'
+            yield name, text(entry.get(key, DEFAULT_OPTIONS.get(where)), place.key(where), remedy)
 
 
-def _poles(table: Mapping[str, Any]) -> Any:
-    stepper = table.get(POLES_TABLE)
-    return stepper.get(POLES_KEY) if isinstance(stepper, Mapping) else None
+def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterator[tuple[str, tuple[Block, str]]]:
+    for name in OWN_TABLES:
+        entry = table.get(name)
+        if isinstance(entry, Mapping) and OWN in entry:
+            yield name, read_own_block(entry[OWN], place.key(f"{name}.{OWN}"), folder)
 
 
-def _detents(table: Mapping[str, Any], place: Place) -> list[Mapping[str, Any]]:
-    stepper = table.get(POLES_TABLE)
-    detents = stepper.get("detent", []) if isinstance(stepper, Mapping) else []
-    if not is_table_list(detents):
-        raise place.key(DETENT_TABLE).error(
-            f"{found(detents)}; write each harmonic as a table under [[{DETENT_TABLE}]], in two brackets"
+def _orders(table: Mapping[str, Any], name: str, place: Place) -> Iterator[int | None]:
+    """Yield what tells the entries of a list of tables apart."""
+    entries = _at(table, name) or []
+    if not is_table_list(entries):
+        raise place.key(name).error(
+            f"{found(entries)}; write each {_ENTRIES[name]} as a table under [[{name}]], in two brackets"
         )
-    return list(detents)
+    for index, entry in enumerate(entries):
+        if name == DETENT_TABLE:
+            yield detent_order(_at(table, f"{POLES_TABLE}.{POLES_KEY}"), entry.get(PERIOD_KEY))
+        else:
+            yield None if name == "load.mode" else _order(entry, place.key(f"{name}.{index}"), default=1)
+
+
+_ENTRIES = {DETENT_TABLE: "harmonic", "load.mode": "mode"} | dict.fromkeys(LIST_TABLES[1:3], "harmonic")
+
+
+def _order(entry: Mapping[str, Any], place: Place, default: int) -> int:
+    """Return a whole order; what is missing or no number is told when the parameters are read."""
+    order = entry.get(ORDER_KEY, default)
+    if is_number(order) and order != round(order):
+        raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number")
+    return max(1, min(int(order), 64)) if is_number(order) else default
+
+
+def _at(table: Mapping[str, Any], name: str) -> Any:
+    """Return the entry of a dotted name, None where there is none."""
+    entry: Any = table
+    for key in name.split("."):
+        entry = entry.get(key) if is_table(entry) else None
+    return entry
 
 
 @contextmanager

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.measured_input import with_inputs
+from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError, UsageError
 from mechid.records import Record, read_record
 from mechid.simulation.accuracy import simulate_accurately
@@ -56,6 +59,8 @@ def simulate(
     >>> trajectory = simulate(load_campaign("bench"), "full_46")  # doctest: +SKIP
     """
     chosen = campaign.record(record) if record is not None else _only_record(campaign)
+    if isinstance(chosen.command, MeasuredCommand):
+        chosen = _driven(chosen, campaign)
     base = _time_base(chosen, sample_rate_hz, duration_s)
     offset = chosen.time_offset.value
     simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=abs(offset))
@@ -111,6 +116,14 @@ def _time_base(record: CampaignRecord, rate_hz: float | None, duration_s: float 
     if rate_hz is None or duration_s is None:
         raise UsageError(f'record "{record.name}" has no file; give both a sample rate and a duration for it')
     return TimeBase(rate_hz, _samples(rate_hz, duration_s), start_s)
+
+
+def _driven(record: CampaignRecord, campaign: Campaign) -> CampaignRecord:
+    """Return a record with the measured channels that drive it."""
+    data = _data(record)
+    if data is None:
+        raise UsageError(f'record "{record.name}" is driven by measured channels; name its file')
+    return with_inputs(replace(record, data=data), data, campaign.mechanism)
 
 
 def _data(record: CampaignRecord) -> Record | None:

@@ -22,15 +22,18 @@ from mechid.campaign.place import (
     tables,
     text,
 )
-from mechid.command import Command
+from mechid.command import Command, MeasuredCommand
+from mechid.command.entry import is_table
+from mechid.command.stepping import STARTS
 from mechid.parameter import Declaration, Parameter
-from mechid.records import RecordSpec
+from mechid.records import RecordSpec, Role
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
 KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
+START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
 
@@ -69,18 +72,35 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
     _refuse_unknown(table, place)
     name = _name(required(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
     file = _file(table, place, needed=need_file)
-    command = required(table, "command", place, COMMAND_REMEDY)
+    spec = _spec(table, name, file or "", place)
     use = one_of(table.get("use", "estimate"), USES, place.key("use"))
     return CampaignRecord(
         name=name,
         use="estimate" if use == "estimate" else "validate",
-        command=Command.from_table(command, str(place.key("command")), folder),
-        spec=_spec(table, name, file or "", place),
+        command=_command(table, spec, place, folder),
+        spec=spec,
         file=folder / file if file else None,
         offset=flag(table.get("offset", True), place.key("offset")),
         drift=flag(table.get("drift", True), place.key("drift")),
         parameters=tuple(_own_parameter(table, name, d, place) for d in RECORD_DECLARATIONS),
     )
+
+
+def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: Path) -> Command:
+    """Return the command of the steps; where measured channels drive the record, what is left to say of its start."""
+    if all(channel.role is Role.OUTPUT for channel in spec.channels):
+        entry = required(table, "command", place, COMMAND_REMEDY)
+        return Command.from_table(entry, str(place.key("command")), folder)
+    entry, at = table.get("command", {}), place.key("command")
+    if not is_table(entry):
+        raise at.error(f"{found(entry)}; write a table, as {{ start_angle_deg = 45.0 }}, or leave it out")
+    for key in entry:
+        if key not in START_KEYS:
+            inputs = ", ".join(c.quantity for c in spec.channels if c.role is Role.INPUT)
+            raise at.key(key).error(f'the record is driven by its channels of role = "input" ({inputs}); leave one out')
+    start = one_of(entry.get("start", STARTS[0]), STARTS, at.key("start"))
+    angle = number(entry.get("start_angle_deg", 0.0), at.key("start_angle_deg"), "deg")
+    return MeasuredCommand(start_angle_deg=angle, start="equilibrium" if start == "equilibrium" else "commanded")
 
 
 def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place
+from mechid.command import MeasuredCommand
 from mechid.errors import UsageError
-from mechid.records import Record
+from mechid.records import Record, Role
 
 SLACK_SAMPLES = 1.5
 """A record of a command's own length ends one sample interval before the command does."""
@@ -29,8 +30,10 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
     """
     lines = [*_unused_channels(record)]
     if record.data is not None:
-        lines += [*record.data.warnings, *_start(record, record.data)]
-        lines += [*_end(record, record.data), *_dense_edges(record, record.data, place)]
+        lines += record.data.warnings
+    if record.data is not None and not isinstance(record.command, MeasuredCommand):
+        lines += [*_start(record, record.data), *_end(record, record.data)]
+        lines += _dense_edges(record, record.data, place)
     yield from (f'record "{record.name}": {line}' for line in lines)
 
 
@@ -49,9 +52,10 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
 
 
 def _unused_channels(record: CampaignRecord) -> Iterator[str]:
-    others = [channel.quantity for channel in record.spec.channels if channel.quantity != "torque"]
+    outputs = [channel.quantity for channel in record.spec.channels if channel.role is Role.OUTPUT]
+    others = [quantity for quantity in outputs if quantity != record.quantity]
     if others:
-        yield f"{', '.join(others)}: not used at present, only the torque is identified from"
+        yield f"{', '.join(others)}: not used at present, only the {record.quantity} is identified from"
 
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:

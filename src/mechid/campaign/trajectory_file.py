@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from mechid.campaign.toml_file import write_whole
 from mechid.errors import FitError, UsageError
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
+from mechid.units import SI_UNIT
 
-HEADER = "time_s,torque_Nm"
 REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
     "fast for the sample rate"
@@ -50,7 +50,7 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
         Path(folder).mkdir(parents=True, exist_ok=True)
         for name, path in files.items():
             trajectory = trajectories[name]
-            write_whole(path, record_rows(trajectory.time, trajectory.torque))
+            write_whole(path, record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity))
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return files
@@ -66,14 +66,15 @@ def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
 
 def record_rows(
     time: NDArray[np.float64],
-    torque: NDArray[np.float64],
+    measured: NDArray[np.float64],
     *,
+    quantity: str = "torque",
     time_format: str = TIME_FORMAT,
     torque_format: str = TORQUE_FORMAT,
 ) -> Iterator[str]:
-    """Yield a record as text, piece by piece: a header line, then time in s and torque in N m, each (n,)."""
+    """Yield a record as text, piece by piece: a header line, then time in s and a quantity in SI, each (n,)."""
     row = f"{time_format},{torque_format}\n"
-    yield f"{HEADER}\n"
+    yield f"time_s,{quantity}_{SI_UNIT[quantity].replace('*', '').replace('/', '_')}\n"
     for start in range(0, time.size, ROWS):
-        pairs = zip(time[start : start + ROWS].tolist(), torque[start : start + ROWS].tolist(), strict=True)
+        pairs = zip(time[start : start + ROWS].tolist(), measured[start : start + ROWS].tolist(), strict=True)
         yield "".join(row % pair for pair in pairs)

@@ -5,6 +5,7 @@ and normalised phase voltages that drive the plant.
 """
 
 from mechid.command.excitation import Excitation
+from mechid.command.measured import InputChannel, MeasuredCommand
 from mechid.command.rate import RateProfile
 from mechid.command.rate_table import read_rate_table
 from mechid.command.stepping import Command, Start, Stepping
@@ -13,6 +14,8 @@ from mechid.command.waveform import Waveform
 __all__ = [
     "Command",
     "Excitation",
+    "InputChannel",
+    "MeasuredCommand",
     "RateProfile",
     "Start",
     "Stepping",

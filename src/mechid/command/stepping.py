@@ -127,6 +127,11 @@ class Command:
         """Electrical angle theta_0 in rad."""
         return math.radians(self.start_angle_deg)
 
+    @property
+    def origin_s(self) -> float:
+        """Record time in s from which command time counts, before any time offset."""
+        return 0.0
+
     def rotor_start_rad(self, poles: float) -> float:
         """Return the rotor's angle theta_0/(p/2) in rad at which a record starts."""
         return self.start_angle_rad / (poles / 2)

@@ -141,6 +141,8 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
 
 def _notes(campaign: Campaign) -> tuple[str, ...]:
     """Say what no record of this kind can tell."""
+    if "stepper.peak_voltage" not in campaign.mechanism.parameters:
+        return (_frame(campaign),) if "stepper.poles" in campaign.mechanism.parameters else ()
     voltage = (
         "stepper.peak_voltage is taken as known: without a current or voltage channel a relative error e of it "
         "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
@@ -153,7 +155,9 @@ def _frame(campaign: Campaign) -> str:
     mechanism = campaign.mechanism
     period = 720.0 / mechanism.value("stepper.poles")
     orders = [
-        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in mechanism.plant.polar_pairs
+        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg"))
+        for p in mechanism.plant.polar_pairs
+        if p.amplitude.startswith("stepper.detent.")
     ]
     turned = " and ".join(f"-{order:g} delta" for order in orders)
     phases = f" with the detent phases turned by {turned}" if orders else ""

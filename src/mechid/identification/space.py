@@ -80,12 +80,12 @@ class SearchSpace:
         }  # fmt: skip
 
     def _plain(self, q: Parameter) -> Coordinate:
-        if q.name == STATIC:
+        if q.name == STATIC and COULOMB in self.mechanism.parameters:
             coulomb = self.mechanism.parameters[COULOMB]
             least = coulomb.min if coulomb.is_free else coulomb.value
             most = coulomb.max if coulomb.is_free else coulomb.value
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
-        if q.name == COULOMB:
+        if q.name == COULOMB and STATIC in self.mechanism.parameters:
             static = self.mechanism.parameters[STATIC]
             most = min(q.max, static.max if static.is_free else static.value)
             return Coordinate(q.name, "linear", q.min, max(most, q.min + 1e-12))
@@ -157,14 +157,16 @@ class SearchSpace:
                 out[c.name], out[c.partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
             else:
                 out[c.name] = self._within_bounds(c.name, math.exp(x)) if c.kind == "log" else float(x)
-        if STATIC in out:
+        if STATIC in out and COULOMB in self.mechanism.parameters:
             total = out[STATIC] + out.get(COULOMB, self.mechanism.value(COULOMB))
             out[STATIC] = self._within_bounds(STATIC, total)
         return out
 
     def _carries_static(self, q: FloatArray) -> float:
         """Return 1 where static friction moves with its excess and with Coulomb friction, 0 where it cannot."""
-        static = self.mechanism.parameters[STATIC]
+        static = self.mechanism.parameters.get(STATIC)
+        if static is None or COULOMB not in self.mechanism.parameters:
+            return 0.0
         return float(static.is_free and static.min < self.values(q)[STATIC] < static.max)
 
     def _within_bounds(self, name: str, value: float) -> float:
@@ -195,7 +197,7 @@ class SearchSpace:
                 out[:, j] = by_file[STATIC] * carries
             else:
                 out[:, j] = by_file[c.name] * (math.exp(x) if c.kind == "log" else 1.0)
-                if c.name == COULOMB:
+                if c.name == COULOMB and carries:
                     out[:, j] += by_file[STATIC] * carries
         return out
 

@@ -19,7 +19,7 @@ def target_of(record: CampaignRecord) -> Target:
     base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
     return Target(
         name=record.name,
-        measured=data.channel("torque").data,
+        measured=data.channel(record.quantity).data,
         base=base,
         command=record.command,
         excitation=excitation_over(record.command, base, latest_s),
@@ -31,7 +31,7 @@ def target_of(record: CampaignRecord) -> Target:
 
 
 def noise_sigma(record: CampaignRecord) -> float:
-    """Return the noise of a record, N m: its high-frequency floor, or hardly anything where it has none."""
+    """Return the noise of a record, in its quantity's unit: its high-frequency floor, or hardly anything."""
     assert record.data is not None
-    torque = record.data.channel("torque").data
-    return max(noise_floor(torque, record.data.sample_rate_hz), 1e-6 * float(np.std(torque)))
+    measured = record.data.channel(record.quantity).data
+    return max(noise_floor(measured, record.data.sample_rate_hz), 1e-6 * float(np.std(measured)))

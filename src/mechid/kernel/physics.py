@@ -298,7 +298,8 @@ def linear_filter(writer: Writer) -> str:
     plant = writer.plant
     system, lines = plant.filter, []
     own = filter_parameters(plant)
-    reads = [f"{q} = p[{plant.parameters.index(q)}]" for q in own]
+    used = set().union(*(e.free_symbols for e in [*system.A, *system.B]), set())
+    reads = [f"{q} = p[{k}]" for k, q in enumerate(plant.parameters) if q in used]
     for name, matrix in (("A", system.A), ("B", system.B)):
         for (i, j), e in _entries(matrix):
             place = i * matrix.cols + j
@@ -320,9 +321,9 @@ def _entries(matrix: sp.Matrix) -> Iterable[tuple[tuple[int, int], sp.Expr]]:
 
 
 def filter_parameters(plant: Plant) -> tuple[sp.Symbol, ...]:
-    """Parameters that occur in the filter's matrices, in the kernel's order."""
+    """Estimable parameters that occur in the filter's matrices, in the kernel's order."""
     used = set().union(*(e.free_symbols for e in [*plant.filter.A, *plant.filter.B]), set())
-    return tuple(q for q in plant.parameters if q in used)
+    return tuple(q for q in plant.estimable if q in used)
 
 
 def constants(writer: Writer) -> str:

@@ -15,8 +15,8 @@ from mechid.plant.plant import Plant
 GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py")
 TEMPLATES = ("places", "filter", "guards", "lanes", "switches", "loop")
 """The texts that are the same for all plants, in the order in which a kernel needs them."""
-TERMS = 30
-"""Most terms of the series of the filter's propagator."""
+TERMS = 48
+"""Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
 
 SINCOS = '''
 @njit(**INNER)

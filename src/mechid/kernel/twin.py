@@ -20,6 +20,8 @@ from mechid.kernel.equations import Equations, FloatArray, equations_of
 from mechid.kernel.twin_state import TwinRun, TwinState, TwinSwitch
 from mechid.plant.plant import Plant
 
+THROWN = 1e-9
+"""A margin this far below zero, of its change over a sample interval, did not come there by flowing."""
 ABSOLUTE = 1e-2
 """Absolute tolerance over relative: the gear's angle is some 1e-3 rad and feeds K_s = 1e3 N m/rad."""
 
@@ -64,12 +66,17 @@ def simulate_twin(
     samples = _Samples(twin, np.asarray(times, dtype=np.float64), state.time)
     switching: list[TwinSwitch] = []
     for inputs, end in _stretches(excitation, state, float(samples.times[-1])):
-        state, fired = twin.arc(replace(state, inputs=inputs), end, samples)
-        while fired is not None:
-            before, (state, switch) = state, twin.switched(state, *fired)
+        state, fixed = replace(state, inputs=inputs), np.zeros(len(sensitive))
+        while True:
+            thrown = fired = twin.thrown(state, samples.interval)
+            if fired is None:
+                state, fired = twin.arc(state, end, samples)
+            if fired is None:
+                break
+            before, (state, switch) = state, twin.switched(state, *fired, fixed if thrown else None)
             samples.jump(before, state, switch)
             switching.append(switch)
-            state, fired = twin.arc(state, end, samples)
+            fixed = switch.sensitivity
     y, rate, J = samples.finished()
     return TwinRun(y=y, rate=rate, jacobian=J, switching=tuple(switching), end=state)
 
@@ -100,7 +107,7 @@ class Twin:
         s = self.equations.initial(*at)
         S = self.equations.initial.by_parameter(*at)[:, list(self.sensitive)]
         state = TwinState(time=0.0, s=s, S=S, inputs=inputs, modes=modes, armed=())
-        for k in range(len(modes)):
+        for k in (*range(len(modes)), *range(len(modes))):  # twice: an entry may ask for another switch's mode
             state = self._with_mode(state, k, self._entered(state, k))
         return state
 
@@ -117,12 +124,28 @@ class Twin:
             if fired is not None or solver.status == "finished":
                 return self.on(piece, time, state), fired
 
-    def switched(self, state: TwinState, switch: int, guard: int) -> tuple[TwinState, TwinSwitch]:
-        """Return the state after a guard has fired: S+ = S- + (f- - f+) dtau/dp, resets included."""
+    def thrown(self, state: TwinState, interval: float) -> Fired | None:
+        """Return the first guard that a jump has left below zero: it fires with that jump."""
+        for k, mode in enumerate(state.modes):
+            margins, at = self.equations.margins[k][mode], self.at(state)
+            limits = -THROWN * interval * np.abs(margins.by_state(*at) @ self.flow(state))
+            below = np.flatnonzero(margins(*at) < limits)
+            if below.size:
+                return k, int(below[0])
+        return None
+
+    def switched(
+        self, state: TwinState, switch: int, guard: int, dtau: FloatArray | None = None
+    ) -> tuple[TwinState, TwinSwitch]:
+        """Return the state after a guard has fired: S+ = S- + (f- - f+) dtau/dp, resets included.
+
+        `dtau`, (m,), is given where the instant is that of a jump.
+        """
         declared = self.equations.plant.switches[switch]
         names, before = list(declared.modes), state.modes[switch]
         rule = declared.guards[names[before]][guard]
-        dtau = self._instant_derivative(state, switch, guard)
+        if dtau is None:
+            dtau = self._instant_derivative(state, switch, guard)
         s, S = state.s.copy(), state.S + np.outer(self.flow(state), dtau)
         for symbol, value in rule.resets.items():
             k = self.equations.states.index(symbol)

@@ -1,38 +1,76 @@
-"""Assemblies: which blocks make a mechanism, and how they are wired. Wiring is data."""
+"""A layout becomes a plant: the assembly's blocks, those of the user's own among them, wired by name."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
+
+from sympy import Integer
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
-from mechid.plant.drive import voltage_drive
-from mechid.plant.drive_train import gear, rigid_load, rotor
-from mechid.plant.housing import housing, rigid_housing, transducer
+from mechid.plant.drive import RAMP, measured_quantities
+from mechid.plant.layout import Layout
+from mechid.plant.mechanisms import ASSEMBLIES
 from mechid.plant.plant import Plant, assemble
-from mechid.plant.stepper import detent, motor_torque, windings
 
-STEPPER_GEAR_MASS = "stepper_gear_mass"
-ASSEMBLIES = (STEPPER_GEAR_MASS,)
 
-WIRING = {
-    "windings.u_A": "drive.u_A",
-    "windings.u_B": "drive.u_B",
-    "windings.alpha": "rotor.alpha",
-    "windings.omega": "rotor.omega",
-    "motor.T_coils": "windings.T",
-    "rotor.T_mot": "motor.T_mot",
-    "rotor.T_rg": "gear.T_rg",
-    "gear.alpha": "rotor.alpha",
-    "gear.omega": "rotor.omega",
-    "gear.alpha_gear": "load.alpha_gear",
-    "gear.omega_gear": "load.omega_gear",
-    "load.T_applied": "gear.T_applied",
-    "housing.T_res": "rotor.T_res",
-    "transducer.T_residual": "housing.T",
-    "transducer.T_applied": "gear.T_applied",
-}
+def check_assembly(name: str) -> None:
+    """Raise InputFileError if there is no assembly of that name."""
+    if name not in ASSEMBLIES:
+        raise InputFileError(
+            f'assembly: unknown "{name}"{did_you_mean(name, ASSEMBLIES) or "; known: " + ", ".join(ASSEMBLIES)}'
+        )
+
+
+def plant_of(layout: Layout) -> Plant:
+    """Return the plant of a layout; it measures the first quantity that its assembly offers.
+
+    Raises
+    ------
+    InputFileError
+        Assembly or law are unknown, or a block of the user's own does not fit in.
+    """
+    check_assembly(layout.assembly)
+    if layout.own:
+        return _assembled(layout)
+    key = (tuple(sorted(layout.laws.items())), tuple(sorted(layout.orders.items())), tuple(sorted(layout.tables)))
+    return _cached(layout.assembly, *key)
+
+
+@lru_cache(maxsize=64)
+def _cached(
+    assembly: str,
+    laws: tuple[tuple[str, str], ...],
+    orders: tuple[tuple[str, tuple[int | None, ...]], ...],
+    tables: tuple[str, ...],
+) -> Plant:
+    return _assembled(Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), own={}))
+
+
+def _assembled(layout: Layout) -> Plant:
+    blocks, wiring, outputs = ASSEMBLIES[layout.assembly](layout)
+    blocks = [_in_place(layout, block) for block in blocks]
+    try:
+        plant = assemble(layout.assembly, blocks, wiring, outputs)
+    except ValueError as error:
+        raise InputFileError(f"assembly: the blocks do not fit together: {error}") from error
+    channels = measured_quantities(plant.inputs)
+    known = {"e_A", "e_B", *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
+    if unwired := [s.name for s in plant.inputs if s.name not in known]:
+        names = ", ".join(name.removesuffix("_in") for name in unwired)
+        raise InputFileError(f"assembly: no block gives {names}; a block of your own has to have it among its outputs")
+    return plant
+
+
+def _in_place(layout: Layout, block: Block) -> Block:
+    """Return the user's own block in place of the library's, where the file names one for its table."""
+    if block.name not in layout.own:
+        return block
+    own = layout.own[block.name]
+    missing = {name: Integer(1) for name in block.outputs if name.startswith("free") and name not in own.outputs}
+    return replace(own, name=block.name, table=own.table or block.table, outputs={**own.outputs, **missing})
 
 
 def stepper_gear_mass(detent_orders: Sequence[int | None], housing_form: str | None) -> Plant:
@@ -45,33 +83,5 @@ def stepper_gear_mass(detent_orders: Sequence[int | None], housing_form: str | N
     housing_form : str or None
         ``"paper"``, ``"unit_dc"``, or None for a rigid housing.
     """
-    return _stepper_gear_mass(tuple(detent_orders), housing_form)
-
-
-@lru_cache(maxsize=32)
-def _stepper_gear_mass(detent_orders: tuple[int | None, ...], housing_form: str | None) -> Plant:
-    detents = [detent(k, order) for k, order in enumerate(detent_orders)]
-    blocks: list[Block] = [
-        voltage_drive(),
-        windings(),
-        *detents,
-        motor_torque(len(detents)),
-        rotor(),
-        gear(),
-        rigid_load(),
-        housing(housing_form) if housing_form else rigid_housing(),
-        transducer(),
-    ]
-    wiring = dict(WIRING)
-    for d in detents:
-        wiring[f"{d.name}.alpha"] = "rotor.alpha"
-        wiring[f"motor.T_D{d.name.removeprefix('detent_')}"] = f"{d.name}.T"
-    return assemble(STEPPER_GEAR_MASS, blocks, wiring, {"torque": "transducer.torque"})
-
-
-def check_assembly(name: str) -> None:
-    """Raise InputFileError if there is no assembly of that name."""
-    if name not in ASSEMBLIES:
-        raise InputFileError(
-            f'assembly: unknown "{name}"{did_you_mean(name, ASSEMBLIES) or "; known: " + ", ".join(ASSEMBLIES)}'
-        )
+    laws = {"housing": housing_form} if housing_form else {}
+    return plant_of(Layout(laws=laws, orders={"stepper.detent": tuple(detent_orders)}, tables=frozenset(laws), own={}))

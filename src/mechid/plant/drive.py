@@ -1,11 +1,16 @@
-"""Voltage drive (VST): the commanded waveform becomes phase voltages."""
+"""Drives: what the command, or a measured channel, makes of phase voltages, phase currents, or a torque."""
 
 from __future__ import annotations
 
-from sympy import symbols
+from collections.abc import Sequence
+
+from sympy import Expr, Integer, Symbol, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block
+
+RAMP = "_slope"
+"""A measured input comes as two: its value held from a sample on, and its slope from there to the next."""
 
 
 def voltage_drive() -> Block:
@@ -33,3 +38,62 @@ def voltage_drive() -> Block:
         terms={u_A: U * e_A, u_B: U * e_B},
         outputs={"u_A": u_A, "u_B": u_B},
     )
+
+
+def current_drive() -> Block:
+    """Ideal current source, what a chopper drive is behind its ripple: i_A = I e_A, i_B = I e_B.
+
+    The waveforms are those of `voltage_drive`; i in A. A chopper switches some 10^4 times a second about its
+    set point, far above what a mechanism follows, so neither the ripple nor the rise of the current is modelled.
+    """
+    current, e_A, e_B, i_A, i_B = symbols("I_peak e_A e_B i_A i_B")
+    return Block(
+        name="drive",
+        table="stepper",
+        declarations=(
+            Declaration(key="peak_current", symbol="I_peak", unit="A", meaning="peak phase current", lower=0.0,
+                        source="the drive's setting"),
+        ),
+        inputs=(e_A, e_B),
+        terms={i_A: current * e_A, i_B: current * e_B},
+        outputs={"i_A": i_A, "i_B": i_B},
+        reference="ideal source",
+    )  # fmt: skip
+
+
+def measured_drive(channels: Sequence[tuple[str, str]], table: str, offset: Declaration | None = None) -> Block:
+    """Measured channels as they are, held from sample to sample or straight between samples: v = value + ramp.
+
+    Each channel is two inputs of the plant, its value v_k held from a sample on and its slope; `ramp` integrates
+    the slope. Straight lines between samples are the first value and the slopes; held samples have no slope.
+
+    Parameters
+    ----------
+    channels : sequence of (str, str)
+        Quantity of each channel and the name of the output it becomes, e.g. ``("voltage_phase_a", "u_A")``.
+    table : str
+        Table of the mechanism file.
+    offset : Declaration or None
+        Constant that is added to every channel.
+    """
+    added = Symbol(offset.symbol) if offset else 0
+    ramps = {quantity: Symbol(f"{quantity}_ramp") for quantity, _ in channels}
+    slopes = {quantity: Symbol(f"{quantity}{RAMP}") for quantity, _ in channels}
+    outputs: dict[str, Expr] = {name: Symbol(quantity) + ramps[quantity] + added for quantity, name in channels}
+    return Block(
+        name="drive",
+        table=table,
+        declarations=(offset,) if offset else (),
+        inputs=tuple(s for quantity, _ in channels for s in (Symbol(quantity), slopes[quantity])),
+        terms={Symbol(name): value for name, value in outputs.items()},
+        rates={ramps[quantity]: slopes[quantity] for quantity, _ in channels},
+        initial=dict.fromkeys(ramps.values(), Integer(0)),
+        outputs={name: Symbol(name) for name in outputs},
+        reference="measured",
+    )
+
+
+def measured_quantities(inputs: Sequence[Symbol]) -> tuple[str, ...]:
+    """Return the quantities of the channels that drive a plant of such inputs; none where a command does."""
+    names = [s.name for s in inputs]
+    return tuple(name for name in names if f"{name}{RAMP}" in names)

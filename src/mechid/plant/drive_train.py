@@ -1,107 +1,113 @@
-"""Rotor with set-valued friction, gear, and the rigid test mass (RAG and test mass)."""
+"""Rotor and load of a drive train (RAG and test mass): bodies whose friction is a block of its own."""
 
 from __future__ import annotations
 
-from sympy import symbols
+from sympy import Expr, Integer, Symbol, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Guard, Switch
+from mechid.plant.block import Block
 
 alpha, omega, alpha_gear, omega_gear = symbols("alpha omega alpha_gear omega_gear")
+p, theta_0, G = symbols("p theta_0 G")
+COMMANDED = theta_0 / (p / 2)
+"""Angle in rad at which a stepper's rotor starts."""
+INERTIA = Declaration(key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0)
 
 
-def rotor() -> Block:
-    """Rotor on dry friction: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg.
+def rotor(*, geared: bool = True, start: Expr = COMMANDED, inertia: Declaration = INERTIA) -> Block:
+    """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg.
 
-    Equations (6) and (8) of [Kornienko2013]_, read as set-valued: the rotor is stuck while
-    |T_mot - T_rg| <= T_frs, else T_fr = T_frd sign(omega) + T_visc omega; N m, rad, rad/s.
-    `free` is 0 in the stuck mode and 1 in the sliding ones, `sigma` the direction of sliding.
+    Equation (6) of [Kornienko2013]_; N m, rad, rad/s. The friction block beside it gives T_fr, and `free`, which
+    is 0 while it holds the rotor.
+
+    Parameters
+    ----------
+    geared : bool
+        False: nothing but the motor drives it.
+    start : Expr
+        Angle at the start of a record, rad.
+    inertia : Declaration
+        Of J_rot; its key says where in the file it stands.
     """
-    J_rot, T_frs, T_frd, T_visc, p, theta_0 = symbols("J_rot T_frs T_frd T_visc p theta_0")
-    T_mot, T_rg = symbols("T_mot_in T_rg_in")
-    drive, T_fr, T_res, free, sigma = symbols("T_drive T_fr T_res free sigma")
-    at_rest = {omega: 0.0}
-    friction = Switch(
-        name="friction",
-        modes={
-            "stuck": {free: 0.0, sigma: 0.0},
-            "forward": {free: 1.0, sigma: 1.0},
-            "backward": {free: 1.0, sigma: -1.0},
-        },
-        guards={
-            "stuck": (
-                Guard(margin=T_frs - drive, target="forward"),
-                Guard(margin=T_frs + drive, target="backward"),
-            ),
-            "forward": (Guard(margin=omega, resets=at_rest),),
-            "backward": (Guard(margin=-omega, resets=at_rest),),
-        },
-        entry=(
-            (omega, "forward"),
-            (-omega, "backward"),
-            (drive - T_frs, "forward"),
-            (-drive - T_frs, "backward"),
-        ),
-        otherwise="stuck",
-        ideal={free: 1.0, sigma: 0.0},
-    )
+    T_mot, T_rg, T_fr, free = symbols("T_mot_in T_rg_in T_fr_in free_in")
+    drive, T_res, J_rot = symbols(f"T_drive T_res {inertia.symbol}")
     return Block(
         name="rotor",
-        table="friction",
-        declarations=(
-            Declaration(
-                key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0
-            ),
-            Declaration(key="static", symbol="T_frs", unit="N m", meaning="static friction", lower=0.0,
-                        typical=("k_m*U/R", 0.002, 0.1)),
-            Declaration(key="coulomb", symbol="T_frd", unit="N m", meaning="Coulomb friction", lower=0.0,
-                        typical=("k_m*U/R", 0.002, 0.15)),
-            Declaration(key="viscous", symbol="T_visc", unit="N m s/rad", meaning="viscous friction", lower=0.0,
-                        typical=("k_m*k_v/R", 0.02, 2.0)),
-        ),
-        inputs=(T_mot, T_rg),
-        terms={
-            drive: T_mot - T_rg,
-            T_fr: T_frd * sigma + T_visc * omega,
-            T_res: free * (drive - T_fr),
-        },
+        table="rotor",
+        declarations=(inertia,),
+        inputs=(T_mot, *([T_rg] if geared else []), T_fr, free),
+        terms={drive: T_mot - T_rg if geared else T_mot, T_res: free * (drive - T_fr)},
         rates={alpha: omega, omega: T_res / J_rot},
-        initial={alpha: theta_0 / (p / 2), omega: 0},
-        outputs={"alpha": alpha, "omega": omega, "T_res": T_res},
-        switch=friction,
-    )  # fmt: skip
-
-
-def gear() -> Block:
-    """Gear as spring and damper: T_rg = K_s/G^2 (alpha - G alpha_g) + D/G^2 (omega - G omega_g).
-
-    Equations (7) and (9) of [Kornienko2013]_; K_s in N m/rad and D in N m s/rad at the output, T_rg in N m at
-    the rotor, T_applied = G T_rg at the output. The ratio may be negative.
-    """
-    G, K_s, D, T_rg = symbols("G K_s D T_rg")
-    return Block(
-        name="gear",
-        table="gear",
-        declarations=(
-            Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio", structural=True),
-            Declaration(key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0),
-            Declaration(key="damping", symbol="D", unit="N m s/rad", meaning="gear damping at output", lower=0.0),
-        ),
-        inputs=(alpha, omega, alpha_gear, omega_gear),
-        terms={T_rg: K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)},
-        outputs={"T_rg": T_rg, "T_applied": G * T_rg},
+        initial={alpha: start, omega: 0},
+        outputs={"alpha": alpha, "omega": omega, "T_res": T_res, "T_drive": drive},
     )
 
 
-def rigid_load() -> Block:
-    """Rigid test mass: J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_; kg m2, rad, N m."""
-    J_m, T_applied, G, p, theta_0 = symbols("J_m T_applied_in G p theta_0")
+def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED) -> Block:
+    """Load on the output, rigid or with flexible modes, free or with friction of its own.
+
+    Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
+    kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring, q_k its deflection:
+
+        q_k'' + 2 zeta_k omega_k q_k' + omega_k^2 q_k = -alpha_g''
+        (J_m - sum J_k) alpha_g'' = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr
+
+    (cantilever modes with effective inertias J_k; J_m is the inertia of the whole). The base feels
+    T_load = T_applied - T_fr.
+
+    Parameters
+    ----------
+    modes : int
+    rubbed : bool
+        Whether a friction block acts on it.
+    start : Expr
+        The rotor's angle at the start of a record, rad.
+    """
+    J_m, T_applied, T_fr, free = symbols("J_m T_applied_in T_fr_out_in free_out_in")
+    inertia = Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0)
+    terms: dict[Symbol, Expr] = {}
+    springs: Expr = Integer(0)
+    hub, declared = J_m, [inertia]
+    rates: dict[Symbol, Expr] = {}
+    initial: dict[Symbol, Expr] = {}
+    for k in range(1, modes + 1):
+        J_k, zeta_k, omega_k, q_k, v_k, spring = symbols(f"J_{k} zeta_{k} omega_{k} q_{k} v_{k} T_mode{k}")
+        terms[spring] = J_k * (omega_k**2 * q_k + 2 * zeta_k * omega_k * v_k)
+        springs, hub = springs + spring, hub - J_k
+        rates |= {q_k: v_k, v_k: -spring / J_k}
+        initial |= {q_k: 0, v_k: 0}
+        declared += _mode_declarations(k)
+    drive, T_load, a_gear = symbols("T_drive_out T_load a_gear")
+    outputs: dict[str, Expr] = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
+    if modes or rubbed:
+        terms[drive] = T_applied + springs
+        moving = free * (drive - T_fr) if rubbed else drive
+        terms |= {a_gear: moving / hub, T_load: moving - springs}
+        rates |= {v: rate - a_gear for v, rate in rates.items() if v.name.startswith("v_")}
+        own = {omega_gear: a_gear}
+        outputs |= {"T_drive_out": drive, "T_load": T_load}
+    else:
+        own = {omega_gear: T_applied / J_m}
+        outputs |= {"T_load": T_applied}
     return Block(
         name="load",
         table="load",
-        declarations=(Declaration(key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0),),
-        inputs=(T_applied,),
-        rates={alpha_gear: omega_gear, omega_gear: T_applied / J_m},
-        initial={alpha_gear: theta_0 / (p / 2) / G, omega_gear: 0},
-        outputs={"alpha_gear": alpha_gear, "omega_gear": omega_gear},
+        declarations=tuple(declared),
+        inputs=(T_applied, *([T_fr, free] if rubbed else [])),
+        terms=terms,
+        rates={alpha_gear: omega_gear, **own, **rates},
+        initial={alpha_gear: start / G, omega_gear: 0, **initial},
+        outputs=outputs,
     )
+
+
+def _mode_declarations(k: int) -> list[Declaration]:
+    where, source = f"load.mode.{k - 1}", "Craig, Bampton, AIAA J. 6 (1968) 1313-1319"
+    return [
+        Declaration(key=f"{where}.frequency", symbol=f"omega_{k}", unit="rad/s", lower=0.0, source=source,
+                    meaning="cantilever frequency of a flexible mode"),
+        Declaration(key=f"{where}.damping", symbol=f"zeta_{k}", unit="1", lower=0.0, source=source,
+                    meaning="damping ratio of a flexible mode"),
+        Declaration(key=f"{where}.inertia", symbol=f"J_{k}", unit="kg m2", lower=0.0, source=source,
+                    meaning="effective inertia of a flexible mode, part of the load's"),
+    ]  # fmt: skip

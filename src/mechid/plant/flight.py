@@ -20,23 +20,17 @@ import sympy as sp
 from sympy import symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.assembly import WIRING
 from mechid.plant.block import Block
 from mechid.plant.drive import voltage_drive
-from mechid.plant.drive_train import alpha_gear, gear, omega, omega_gear, rigid_load, rotor
-from mechid.plant.housing import rigid_housing, transducer
+from mechid.plant.drive_train import alpha_gear, load, omega, omega_gear, rotor
+from mechid.plant.friction import ROTOR, coulomb
+from mechid.plant.gear import gear
+from mechid.plant.housing import rigid_housing
 from mechid.plant.plant import Plant, assemble
 from mechid.plant.stepper import detent, motor_torque, windings
+from mechid.plant.test_stand import base_torque
 
 NAME = "stepper_gear_mass_in_flight"
-BASE_WIRING = {
-    "rotor.s_base": "base.s",
-    "rotor.S_base": "base.S",
-    "base.T_res": "rotor.T_res",
-    "base.T_applied": "gear.T_applied",
-    "load.beta_acc": "base.acceleration",
-    "rotor.beta_acc": "base.acceleration",
-}
 
 
 def in_flight(detent_orders: Sequence[int | None], base_modes: int, load_modes: int) -> Plant:
@@ -52,14 +46,10 @@ def _in_flight(detent_orders: tuple[int | None, ...], base_modes: int, load_mode
     detents = [detent(k, order) for k, order in enumerate(detent_orders)]
     moving = [rotor_on_base(), base(base_modes)] if base_modes else [rotor()]
     blocks: list[Block] = [
-        voltage_drive(), windings(), *detents, motor_torque(len(detents)), *moving, gear(),
-        flight_load(load_modes, on_base=base_modes > 0), rigid_housing(), transducer(),
+        voltage_drive(), windings(), *detents, motor_torque(len(detents)), *moving, coulomb(ROTOR),
+        gear(), flight_load(load_modes, on_base=base_modes > 0), rigid_housing(), base_torque(),
     ]  # fmt: skip
-    wiring = WIRING | (BASE_WIRING if base_modes else {})
-    for d in detents:
-        wiring[f"{d.name}.alpha"] = "rotor.alpha"
-        wiring[f"motor.T_D{d.name.removeprefix('detent_')}"] = f"{d.name}.T"
-    return assemble(NAME, blocks, wiring, {"torque": "transducer.torque"})
+    return assemble(NAME, blocks, {}, {"torque": "transducer.T_base"})
 
 
 def base(modes: int) -> Block:
@@ -84,7 +74,7 @@ def base(modes: int) -> Block:
         },
         rates=rates,
         initial=dict.fromkeys(rates, sp.Integer(0)),
-        outputs={"s": s, "S": S, "acceleration": beta_acc},
+        outputs={"s_base": s, "S_base": S, "beta_acc": beta_acc},
         reference="",
     )
 
@@ -95,14 +85,13 @@ def rotor_on_base() -> Block:
     Stuck, T_res = J_rot beta_ddot, so that beta_ddot = (s - S G T_rg)/(1 + S J_rot).
     """
     plain = rotor()
-    G, J_rot, free = symbols("G J_rot free")
+    G, J_rot = symbols("G J_rot")
     s, S, beta_acc = symbols("s_base_in S_base_in beta_acc_in")
-    T_mot, T_rg = symbols("T_mot_in T_rg_in")
-    drive, T_fr, T_res, stuck = symbols("T_drive T_fr T_res beta_acc_stuck")
+    T_mot, T_rg, T_fr, free = plain.inputs
+    drive, T_res, stuck = symbols("T_drive T_res beta_acc_stuck")
     terms = {
         stuck: (s - S * G * T_rg) / (1 + S * J_rot),
         drive: T_mot - T_rg - J_rot * stuck,
-        T_fr: plain.terms[T_fr],
         T_res: free * (T_mot - T_rg - T_fr) + (1 - free) * J_rot * stuck,
     }
     return replace(
@@ -121,7 +110,7 @@ def flight_load(modes: int, *, on_base: bool) -> Block:
     (J_m - sum p_k^2) A = G T_rg + sum p_k (2 zeta_k w_k q_k_dot + w_k^2 q_k),
     q_k_ddot = -p_k A - 2 zeta_k w_k q_k_dot - w_k^2 q_k.
     """
-    plain = rigid_load()
+    plain = load()
     J_m, T_applied, A, beta_acc = symbols("J_m T_applied_in A_load beta_acc_in")
     states = [symbols(f"q_{k} q_dot_{k}") for k in range(modes)]
     values = [symbols(f"omega_load_{k} zeta_load_{k} p_load_{k}") for k in range(modes)]

@@ -45,7 +45,7 @@ def housing(form: str) -> Block:
             Declaration(key="damping", symbol="zeta", unit="1", meaning="housing damping ratio", lower=0.0),
         ),
         inputs=(T_res,),
-        outputs={"T": seen},
+        outputs={"T_residual": seen},
         filter=LinearSystem(
             states=(z, v_z),
             inputs=(T_res,),
@@ -58,15 +58,4 @@ def housing(form: str) -> Block:
 def rigid_housing() -> Block:
     """No resonance: the transducer sees the residual torque itself; N m."""
     (T_res,) = symbols("T_res_in,")
-    return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T": T_res})
-
-
-def transducer() -> Block:
-    """Measured torque: y = -(T_residual + T_applied), section 3.1 of [Kornienko2013]_; N m."""
-    T_residual, T_applied = symbols("T_residual_in T_applied_in")
-    return Block(
-        name="transducer",
-        table="",
-        inputs=(T_residual, T_applied),
-        outputs={"torque": -(T_residual + T_applied)},
-    )
+    return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T_residual": T_res})

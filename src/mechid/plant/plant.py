@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import sympy as sp
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
+from mechid.plant.filter_chain import NO_FILTER, joined_filter
+from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
 
@@ -39,6 +41,8 @@ class Plant:
         Functions of states, terms, filter states and parameters.
     parameters : tuple of Symbol
         The kernel's parameters, in order.
+    offered : mapping of quantity to Expr
+        All quantities that `measuring` can make outputs of.
     """
 
     name: str
@@ -52,6 +56,16 @@ class Plant:
     filter: LinearSystem
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
+    offered: Mapping[str, sp.Expr]
+
+    def measuring(self, quantities: Sequence[str]) -> Plant:
+        """Return the same plant with other outputs, of those `offered`; a filter that none of them sees is left out."""
+        outputs = {quantity: self.offered[quantity] for quantity in quantities}
+        seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
+        system = self.filter if seen & set(self.filter.states) else NO_FILTER
+        found = _parameters(self.blocks, self.inputs, self.terms, self.rates, self.switches, system, outputs)
+        own = {s for s, _ in self.terms} | {*self.states, *self.filter.states}
+        return replace(self, outputs=outputs, filter=system, parameters=tuple(s for s in found if s not in own))
 
     @cached_property
     def declarations(self) -> dict[str, Declaration]:
@@ -124,7 +138,13 @@ def dotted_name(block: Block, key: str) -> str:
     return key if "." in key else f"{block.table}.{key}"
 
 
-def assemble(name: str, blocks: Sequence[Block], wiring: Mapping[str, str], outputs: Mapping[str, str]) -> Plant:
+def assemble(
+    name: str,
+    blocks: Sequence[Block],
+    wiring: Mapping[str, str],
+    outputs: Mapping[str, str],
+    measured: Sequence[str] | None = None,
+) -> Plant:
     """Wire blocks into a plant.
 
     Parameters
@@ -132,24 +152,30 @@ def assemble(name: str, blocks: Sequence[Block], wiring: Mapping[str, str], outp
     name : str
     blocks : sequence of Block
     wiring : mapping
-        ``"block.input"`` to ``"block.output"``. An input that is not wired is excitation of the plant.
+        ``"block.input"`` to ``"block.output"``. An input that is not here is wired to the one output of its
+        name; where there is none it is excitation of the plant.
     outputs : mapping
-        Quantity to ``"block.output"``.
+        Quantity to ``"block.output"``: what can be measured.
+    measured : sequence of str or None
+        Those of `outputs` that are; None is the first.
 
     Raises
     ------
     ValueError
-        If the wiring names what is not there, or closes an algebraic loop that is not linear.
+        If the wiring names what is not there, or closes an algebraic loop that is not linear; or two blocks
+        have one name, one state or term, or give one output that is wanted by its name.
     """
-    links = _Links(blocks, wiring)
+    links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
     initial = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
-    switches = tuple(_resolve_switch(links, b) for b in blocks if b.switch)
+    _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
+    switches = tuple(links.switch(b) for b in blocks if b.switch)
     ordered = _ordered(terms)
-    system = _joined_filter([(links, b) for b in blocks if b.filter])
-    out = {quantity: links.output(target) for quantity, target in outputs.items()}
-    return Plant(
+    system = joined_filter(links, blocks, [s for s, _ in ordered])
+    offered = {quantity: links.output(target) for quantity, target in outputs.items()}
+    out = {quantity: offered[quantity] for quantity in measured or [*outputs][:1]}
+    plant = Plant(
         name=name,
         blocks=tuple(blocks),
         states=tuple(rates),
@@ -160,70 +186,33 @@ def assemble(name: str, blocks: Sequence[Block], wiring: Mapping[str, str], outp
         switches=switches,
         filter=system,
         outputs=out,
-        parameters=_parameters(blocks, links, ordered, rates, switches, system, out),
+        parameters=(),
+        offered=offered,
     )
+    _refuse_unknown_symbols(plant, offered.values())
+    return plant.measuring(tuple(out))
 
 
-class _Links:
-    """The wiring of one assembly: replaces each block's input symbols by what they are wired to."""
-
-    def __init__(self, blocks: Sequence[Block], wiring: Mapping[str, str]) -> None:
-        self.blocks = {b.name: b for b in blocks}
-        self.wiring = wiring
-        inputs = {f"{b.name}.{s.name.removesuffix('_in')}": s for b in blocks for s in b.inputs}
-        if unknown := set(wiring) - set(inputs):
-            raise ValueError(f"wiring of unknown inputs {sorted(unknown)}; known: {sorted(inputs)}")
-        self.free_inputs = [s for key, s in inputs.items() if key not in wiring]
-
-    def output(self, target: str) -> sp.Expr:
-        name, _, key = target.partition(".")
-        if name not in self.blocks or key not in self.blocks[name].outputs:
-            raise ValueError(f"no output {target!r}")
-        block = self.blocks[name]
-        return self.resolve(block, block.outputs[key])
-
-    def resolve(self, block: Block, expr: sp.Expr) -> sp.Expr:
-        expr = sp.sympify(expr)
-        used = [s for s in block.inputs if expr.has(s)]
-        keys = {s: f"{block.name}.{s.name.removesuffix('_in')}" for s in used}
-        wired = {s: self.output(self.wiring[key]) for s, key in keys.items() if key in self.wiring}
-        return expr.xreplace(wired)
+def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
+    """Refuse a symbol that is no state, term, input, mode symbol or declared parameter."""
+    modes = {m for s in plant.switches for values in s.modes.values() for m in values}
+    known = {*plant.states, *plant.filter.states, *plant.inputs, *modes, START_ANGLE, *(s for s, _ in plant.terms)}
+    known |= {sp.Symbol(d.symbol) for d in plant.declarations.values()}
+    known |= {s for block in plant.blocks for s in block.coordinates}
+    margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
+    entries = [e for s in plant.switches for e, _ in s.entry]
+    system = [*plant.filter.A, *plant.filter.B, *plant.filter.inputs]
+    every = [*(e for _, e in plant.terms), *plant.rates, *plant.initial, *margins, *entries, *system, *offered]
+    if strange := sorted(str(s) for e in every for s in sp.sympify(e).free_symbols - known):
+        raise ValueError(f"{strange[0]} is no state, term, input or declared parameter")
 
 
-def _resolve_switch(links: _Links, block: Block) -> Switch:
-    switch = block.switch
-    assert switch is not None
-
-    def resolved(guard: Guard) -> Guard:
-        return Guard(margin=links.resolve(block, guard.margin), target=guard.target, resets=guard.resets)
-
-    return Switch(
-        name=switch.name,
-        modes=switch.modes,
-        guards={mode: tuple(map(resolved, guards)) for mode, guards in switch.guards.items()},
-        entry=tuple((links.resolve(block, e), mode) for e, mode in switch.entry),
-        otherwise=switch.otherwise,
-        ideal=switch.ideal,
-    )
-
-
-def _joined_filter(parts: Iterable[tuple[_Links, Block]]) -> LinearSystem:
-    """Put the blocks' filters into one system; they run side by side."""
-    systems = [
-        (f.states, [links.resolve(b, s) for s in f.inputs], f.A, f.B)
-        for links, b in parts
-        if (f := b.filter) is not None
-    ]
-    states = tuple(s for system in systems for s in system[0])
-    inputs = tuple(dict.fromkeys(u for system in systems for u in system[1]))
-    B = sp.zeros(len(states), len(inputs))
-    row = 0
-    for own, used, _, gain in systems:
-        for j, u in enumerate(used):
-            B[row : row + len(own), inputs.index(u)] = gain[:, j]
-        row += len(own)
-    A = sp.diag(*(system[2] for system in systems)) if systems else sp.zeros(0, 0)
-    return LinearSystem(states=states, inputs=inputs, A=sp.Matrix(A), B=B)
+def _refuse_twice(symbols: Sequence[sp.Symbol]) -> None:
+    seen: set[sp.Symbol] = set()
+    for symbol in symbols:
+        if symbol in seen:
+            raise ValueError(f"two blocks have a state or term {symbol}")
+        seen.add(symbol)
 
 
 def _ordered(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
@@ -256,20 +245,20 @@ def _expand(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Exp
 
 def _parameters(
     blocks: Sequence[Block],
-    links: _Links,
+    inputs: Sequence[sp.Symbol],
     terms: Sequence[tuple[sp.Symbol, sp.Expr]],
-    rates: Mapping[sp.Symbol, sp.Expr],
+    rates: Sequence[sp.Expr],
     switches: Sequence[Switch],
     system: LinearSystem,
     outputs: Mapping[str, sp.Expr],
 ) -> tuple[sp.Symbol, ...]:
     """Collect the kernel's parameters in the order of the blocks' declarations."""
-    expressions = [e for _, e in terms] + list(rates.values()) + list(outputs.values())
+    expressions = [e for _, e in terms] + list(rates) + list(outputs.values())
     expressions += [g.margin for s in switches for gs in s.guards.values() for g in gs]
     expressions += [*system.A, *system.B]
     used = set().union(*(sp.sympify(e).free_symbols for e in expressions))
     modes = {m for s in switches for values in s.modes.values() for m in values}
-    own = {s for s, _ in terms} | set(rates) | set(links.free_inputs) | set(system.states) | modes
+    own = modes | set(inputs)
     order: dict[sp.Symbol, None] = {}
     for block in blocks:
         special = {e: s for s, expr in reversed(list(block.coordinates.items())) for e in expr.free_symbols}

@@ -2,55 +2,183 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Symbol, cos, pi, sin, symbols
+from collections.abc import Sequence
+
+from sympy import Expr, Integer, Symbol, cos, pi, sin, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block, PolarPair
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
 alpha, omega = symbols("alpha omega")
+HUGHES = "Hughes, Drury, Electric Motors and Drives"
+PHASES = {"A": 1, "B": -1}
+"""The phases, and the sign with which an imbalance enters each."""
 
 
-def windings() -> Block:
+def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
     Equations (1) to (3) of [Kornienko2013]_; i in A, u in V, alpha in rad, omega in rad/s, T in N m.
     Phase A has no shift, phase B `phase_shift_deg` (90 deg where nothing is given).
+
+    Parameters
+    ----------
+    harmonics : sequence of int
+        Orders h of the torque constant's harmonics per electrical period: sin(x) becomes
+        sin(x) + sum c_h sin(h x + phi_h), in the torque and in the back-EMF alike.
+    apart : bool
+        Whether the phases differ: R, L and k_m of phase A are (1 + r) times the file's, of phase B (1 - r)
+        times, and each phase has a voltage offset.
     """
-    phi_shift = Symbol("phi_shift")
-    phases = {"A": sin(p / 2 * alpha), "B": sin(p / 2 * alpha + shift_B)}
-    i = {x: Symbol(f"i_{x}") for x in phases}
-    u = {x: Symbol(f"u_{x}_in") for x in phases}
+    i = {x: Symbol(f"i_{x}") for x in PHASES}
+    u = {x: Symbol(f"u_{x}_in") for x in PHASES}
+    shape, share = _shapes(harmonics), _shares(apart)
+    offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
+    rates = {
+        i[x]: (u[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
+        / (L * share["L"][x])
+        for x in PHASES
+    }
+    own = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
     return Block(
         name="windings",
         table="stepper",
-        declarations=_WINDING_DECLARATIONS,
-        coordinates={shift_B: phi_shift * pi / 180},
+        declarations=(*_electrical(), *own, *_harmonic_declarations(harmonics)),
+        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
+        polar=_harmonic_pairs(harmonics),
         inputs=(*u.values(), alpha, omega),
-        rates={i[x]: (u[x] - R * i[x] - k_v * omega * coupling) / L for x, coupling in phases.items()},
-        initial={i[x]: u[x] / R for x in phases},
-        outputs={"T": sum(k_m * i[x] * coupling for x, coupling in phases.items())},
+        rates=rates,
+        initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) for x in PHASES},
+        outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
     )
 
 
-_WINDING_DECLARATIONS = (
-    Declaration(key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0,
-                structural=True),
-    Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
-                spread=1.25),
-    Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0),
-    Declaration(key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0),
-    Declaration(
-        key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0
-    ),
-    Declaration(
-        key="phase_shift_deg", symbol="phi_shift", unit="deg", default=90.0,
-        meaning="electrical angle from phase A to phase B", lower=-360.0, upper=360.0,
-    ),
+def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
+    """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), whatever voltage that takes.
+
+    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A.
+    """
+    i = {x: Symbol(f"i_{x}_in") for x in PHASES}
+    shape, share = _shapes(harmonics), _shares(apart)
+    offset = {x: Symbol(f"i_0{x}") if apart else Integer(0) for x in PHASES}
+    carried = {x: i[x] + offset[x] for x in PHASES}
+    return Block(
+        name="windings",
+        table="stepper",
+        declarations=(_POLES, _TORQUE_CONSTANT, _PHASE_SHIFT, *(_imbalance(unit="A") if apart else ()),
+                      *_harmonic_declarations(harmonics)),
+        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
+        polar=_harmonic_pairs(harmonics),
+        inputs=(*i.values(), alpha),
+        outputs={"T_coils": _torque(carried, shape, share)},
+    )  # fmt: skip
+
+
+def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[str, Expr]]) -> Expr:
+    return sum((k_m * share["k"][x] * i[x] * shape[x] for x in PHASES), Integer(0))
+
+
+def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
+    """Return each phase's coupling over the angle: a sine and its harmonics."""
+    angles = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
+    shapes: dict[str, Expr] = {}
+    for x, angle in angles.items():
+        extra = (
+            c * sin(h * angle) + s * cos(h * angle) for h, (c, s) in zip(harmonics, _parts(harmonics), strict=True)
+        )
+        shapes[x] = sum(extra, sin(angle))
+    return shapes
+
+
+def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
+    """Return what each phase's R, L and k_m are of the file's."""
+    own = {name: Symbol(f"r_{name}") if apart else Integer(0) for name in ("R", "L", "k")}
+    return {name: {x: 1 + sign * r for x, sign in PHASES.items()} for name, r in own.items()}
+
+
+_POLES = Declaration(key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0, structural=True)
+_TORQUE_CONSTANT = Declaration(key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0)
+_PHASE_SHIFT = Declaration(
+    key="phase_shift_deg", symbol="phi_shift", unit="deg", default=90.0,
+    meaning="electrical angle from phase A to phase B", lower=-360.0, upper=360.0,
 )  # fmt: skip
 
 
-def detent(index: int, order: int | None) -> Block:
+def _electrical() -> tuple[Declaration, ...]:
+    return (
+        _POLES,
+        Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
+                    spread=1.25),
+        Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0),
+        _TORQUE_CONSTANT,
+        Declaration(
+            key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0
+        ),
+        _PHASE_SHIFT,
+    )  # fmt: skip
+
+
+def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
+    """Half the difference of phase A and phase B over their mean, and the phases' offsets."""
+    named = (*more, ("torque_constant", "r_k"))
+    halves = tuple(
+        Declaration(key=f"stepper.imbalance.{key}", symbol=symbol, unit="1", lower=-0.9, upper=0.9, default=0.0,
+                    source=HUGHES, meaning=f"half the difference of {key.replace('_', ' ')}, A less B, over the mean")
+        for key, symbol in named
+    )  # fmt: skip
+    quantity = "voltage" if unit == "V" else "current"
+    offsets = tuple(
+        Declaration(key=f"stepper.imbalance.offset_{x.lower()}", symbol=f"{'u' if unit == 'V' else 'i'}_0{x}",
+                    unit=unit, default=0.0, source=HUGHES, meaning=f"{quantity} offset of phase {x}")
+        for x in PHASES
+    )  # fmt: skip
+    return (*halves, *offsets)
+
+
+def _parts(harmonics: Sequence[int]) -> list[tuple[Symbol, Symbol]]:
+    """Return the symbols of each harmonic's cosine and sine part."""
+    return [(Symbol(f"c_h{k}"), Symbol(f"s_h{k}")) for k in range(1, len(harmonics) + 1)]
+
+
+def _harmonic_symbols(index: int) -> tuple[Symbol, Symbol, Symbol]:
+    k = index + 1
+    return Symbol(f"h_{k}"), Symbol(f"C_h{k}"), Symbol(f"phi_h{k}")
+
+
+def _harmonic_declarations(harmonics: Sequence[int]) -> tuple[Declaration, ...]:
+    result: list[Declaration] = []
+    for index in range(len(harmonics)):
+        order, amplitude, phase = _harmonic_symbols(index)
+        table = f"stepper.torque_harmonic.{index}"
+        result += [
+            Declaration(key=f"{table}.order", symbol=order.name, unit="1", lower=2.0, structural=True, source=HUGHES,
+                        meaning="periods of the torque constant's harmonic per electrical period"),
+            Declaration(key=f"{table}.amplitude", symbol=amplitude.name, unit="1", lower=0.0, source=HUGHES,
+                        meaning="amplitude of the harmonic over the torque constant"),
+            Declaration(key=f"{table}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=HUGHES,
+                        meaning="phase of the harmonic"),
+        ]  # fmt: skip
+    return tuple(result)
+
+
+def _harmonic_coordinates(harmonics: Sequence[int]) -> dict[Symbol, Expr]:
+    result: dict[Symbol, Expr] = {}
+    for index, (c, s) in enumerate(_parts(harmonics)):
+        _, amplitude, phase = _harmonic_symbols(index)
+        result |= {c: amplitude * cos(phase * pi / 180), s: amplitude * sin(phase * pi / 180)}
+    return result
+
+
+def _harmonic_pairs(harmonics: Sequence[int]) -> tuple[PolarPair, ...]:
+    tables = [f"stepper.torque_harmonic.{index}" for index in range(len(harmonics))]
+    return tuple(
+        PolarPair(amplitude=f"{table}.amplitude", phase=f"{table}.phase_deg", cosine=c, sine=s)
+        for table, (c, s) in zip(tables, _parts(harmonics), strict=True)
+    )
+
+
+def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:
     """One harmonic of the detent torque: T = K sin(2 pi alpha / alpha_det + phi).
 
     Equation (4) of [Kornienko2013]_ with a phase, which the paper had not; K in N m. The kernel's
@@ -63,6 +191,8 @@ def detent(index: int, order: int | None) -> Block:
     order : int or None
         Periods per electrical period where that is a whole number: then the sine and cosine come
         from those of the windings by multiple angles. None: the period is used as it is.
+    holding : str or None
+        The motor's holding torque in the file's symbols, where it is known.
     """
     k = index + 1
     a, b, K, phi, period = symbols(f"a_{k} b_{k} K_D{k} phi_{k} alpha_det{k}")
@@ -85,14 +215,14 @@ def detent(index: int, order: int | None) -> Block:
                 unit="N m",
                 meaning="detent torque amplitude",
                 lower=0.0,
-                typical=("k_m*U/R", 0.0, 0.2),
+                typical=(holding, 0.0, 0.2) if holding else None,
             ),
             Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
         ),
         coordinates={a: K * cos(phi * pi / 180), b: K * sin(phi * pi / 180)},
         polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b),),
         inputs=(alpha,),
-        outputs={"T": a * sin(angle) + b * cos(angle)},
+        outputs={f"T_D{k}": a * sin(angle) + b * cos(angle)},
     )
 
 

@@ -41,6 +41,8 @@ class ChannelSpec:
         Multiplies the converted values: polarity, or a calibration.
     role : Role
         Output by default.
+    held : bool
+        Of an input: it is held from sample to sample; else it runs straight between them.
     """
 
     quantity: str
@@ -48,6 +50,7 @@ class ChannelSpec:
     unit: str | None = None
     gain: float = 1.0
     role: Role = Role.OUTPUT
+    held: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

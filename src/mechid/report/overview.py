@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.command import Command, RateProfile
+from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record
@@ -19,6 +19,7 @@ from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
+from mechid.units import SI_UNIT
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
 COLUMNS = (
@@ -93,6 +94,9 @@ def command_words(command: Command) -> str:
     >>> command_words(Command(stepping="micro", microsteps=16, rate=rate))
     'microstepping (16) at 0 to 120 full steps/s over 60 s, from 0 deg'
     """
+    if isinstance(command, MeasuredCommand):
+        inputs = [f"{c.quantity}, {'held' if c.held else 'straight'} between samples" for c in command.channels]
+        return f"measured {' and '.join(inputs)}, from {command.start_angle_deg:.9g} deg"
     count = f" ({command.microsteps})" if command.stepping == "micro" else ""
     odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
     odd += [f"start at {command.start}"] if command.start != "commanded" else []
@@ -122,7 +126,7 @@ def _record(record: CampaignRecord) -> dict[str, Any]:
 
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
-    torque = data.channel("torque").data
+    torque = data.channel(record.quantity).data
     end = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
     return {
         "samples": data.samples,
@@ -130,6 +134,9 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "start_s": data.time_start_s,
         "duration_s": data.duration_s,
         "edges": record.command.excitation(end).times.size,
+        "stepped": not isinstance(record.command, MeasuredCommand),
+        "quantity": record.quantity,
+        "unit": SI_UNIT[record.quantity].replace("*", " "),
         "torque_min": float(torque.min()),
         "torque_max": float(torque.max()),
         "torque_rms": math.sqrt(float(np.mean(torque**2))),
@@ -140,7 +147,7 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
 
 
 def _lines(data: Mapping[str, Any]) -> list[str]:
-    edges = "" if data["edges"] is None else f": {data['edges']} step edges"
+    edges = "" if data["edges"] is None or not data["stepped"] else f": {data['edges']} step edges"
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
     lines = [data["command"] + offset + edges]
     if data["edges"] is None:
@@ -148,10 +155,11 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
     until = data["start_s"] + data["duration_s"]
     span = f"{data['start_s']:.9g} s to {until:.9g} s"
     low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))
+    unit = data["unit"]
     return [
         *lines,
         f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
-        f"torque {low} to {high} N m, RMS {rms} N m, noise floor {noise} N m",
+        f"{data['quantity']} {low} to {high} {unit}, RMS {rms} {unit}, noise floor {noise} {unit}",
         *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
         *(f"conditioned: {line}" for line in data["conditioning"]),
     ]

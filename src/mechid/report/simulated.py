@@ -15,12 +15,14 @@ from mechid.report.terminal import print_lines
 from mechid.report.text_table import Column, print_table
 from mechid.simulation.accuracy import PROMISE
 from mechid.simulation.trajectory import Trajectory
+from mechid.units import SI_UNIT
 
 COLUMNS = (
     Column("record", "name", words=True),
     Column("samples", "samples"),
-    Column("RMS, N m", "rms"),
-    Column("peak, N m", "peak"),
+    Column("RMS", "rms"),
+    Column("peak", "peak"),
+    Column("unit", "unit", words=True),
     Column("steps/sample", "substeps"),
     Column("difference", "difference"),
 )
@@ -32,7 +34,7 @@ def simulated_data(trajectories: Mapping[str, Trajectory], files: Mapping[str, P
         "records": [_row(name, trajectory) for name, trajectory in trajectories.items()],
         "files": [str(path) for path in files.values()],
         "warnings": [
-            f'record "{name}": halving the integration step still changes the torque by {t.difference:.1e} '
+            f'record "{name}": halving the integration step still changes the {t.quantity} by {t.difference:.1e} '
             "of its RMS: a switch between stick and slip falls either way within that"
             for name, t in trajectories.items()
             if t.difference is not None and t.difference > PROMISE
@@ -48,11 +50,12 @@ def print_simulated(data: Mapping[str, Any], console: Console) -> None:
 
 
 def _row(name: str, trajectory: Trajectory) -> dict[str, Any]:
-    rms = math.sqrt(float(np.mean(trajectory.torque**2)))
-    peak = float(np.max(np.abs(trajectory.torque)))
+    rms = math.sqrt(float(np.mean(trajectory.measured**2)))
+    peak = float(np.max(np.abs(trajectory.measured)))
     return {
         "name": name,
         "samples": trajectory.time.size,
+        "unit": SI_UNIT[trajectory.quantity].replace("*", " "),
         "rms": rms,
         "peak": peak,
         "substeps": trajectory.substeps,

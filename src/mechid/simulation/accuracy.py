@@ -47,5 +47,5 @@ def _difference(coarse: Trajectory, fine: Trajectory) -> float | None:
     """Return the relative RMS difference, None where either failed."""
     if not coarse.outcome is fine.outcome is SimulationOutcome.COMPLETE:
         return None
-    size = float(np.linalg.norm(fine.torque))
-    return float(np.linalg.norm(fine.torque - coarse.torque)) / size if size > 0.0 else 0.0
+    size = float(np.linalg.norm(fine.measured))
+    return float(np.linalg.norm(fine.measured - coarse.measured)) / size if size > 0.0 else 0.0

@@ -153,7 +153,9 @@ class Run:
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
-        self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
+        self.grid = np.array(
+            [base.start_s - simulator.command.origin_s - time_offset_s, base.interval_s, base.interval_s / substeps]
+        )
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
@@ -192,8 +194,17 @@ class Run:
             count = min(self.block, resting)
             for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
                 array[:] = 0.0
+            self._rest()
             yield count
             resting -= count
+
+    def _rest(self) -> None:
+        """Write angles and positions of the start, which are no zeros also where nothing moves."""
+        plant, module = self.simulator.plant, self.simulator.kernel.module
+        for j, expression in enumerate(plant.outputs.values()):
+            if expression in plant.states:
+                at = int(module.AT_X) + plant.states.index(expression)
+                self.buffers.y[j :: self.buffers.outputs] = self.buffers.w[at]
 
     def _advance(self, count: int) -> None:
         buffers, simulator = self.buffers, self.simulator
@@ -235,7 +246,7 @@ class Run:
 
 def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:
     """Return all step edges of a record that may be up to `latest_s` early or late."""
-    end = base.start_s + base.samples * base.interval_s
+    end = base.start_s - command.origin_s + base.samples * base.interval_s
     return command.excitation(max(end + latest_s, 0.0))
 
 

@@ -85,6 +85,16 @@ class Trajectory:
         return float(self.time[lost[0]]) if lost.size else None
 
     @property
+    def quantity(self) -> str:
+        """The quantity that is measured, the first where there are several."""
+        return next(iter(self.values))
+
+    @property
+    def measured(self) -> FloatArray:
+        """Samples of `quantity`, (n,) in its SI unit."""
+        return self.values[self.quantity]
+
+    @property
     def torque(self) -> FloatArray:
         """Measured torque, (n,) in N m."""
         return self.values["torque"]

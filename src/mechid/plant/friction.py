@@ -1,0 +1,328 @@
+"""Friction laws: Coulomb, Stribeck, direction- and load-dependent as set-valued friction; LuGre with a state.
+
+A law acts at a `Site`, the rotor or the output. Within the body's equation of motion it gives `T_fr` and `free`:
+J domega/dt = free (T_drive - T_fr), where `free` is 0 while friction holds the body.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+from sympy import Expr, Symbol, exp
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, Guard, Switch
+
+ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
+LUGRE = "Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425"
+KORNIENKO = "Kornienko2013"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Site:
+    """Where a friction acts: its table and symbols, the units there, and what is large there.
+
+    Parameters
+    ----------
+    table : str
+        Table of the mechanism file and name of the block.
+    suffix : str
+        Distinguishes this site's symbols from those of another, e.g. ``"_out"``.
+    omega : Symbol
+        The body's speed, a state of the plant.
+    torque, viscous, rate : str
+        Units of a friction torque (or force), of its viscous part, of a speed.
+    holding, damping : str or None
+        Expressions in the file's symbols: the torque and the damping that friction is a share of.
+    """
+
+    table: str = "friction"
+    suffix: str = ""
+    omega: Symbol = field(default_factory=lambda: Symbol("omega"))
+    torque: str = "N m"
+    viscous: str = "N m s/rad"
+    rate: str = "rad/s"
+    holding: str | None = "k_m*U/R"
+    damping: str | None = "k_m*k_v/R"
+
+    def symbol(self, name: str) -> Symbol:
+        """Return the site's symbol of that name."""
+        return Symbol(f"{name}{self.suffix}")
+
+    @property
+    def sigma(self) -> Symbol:
+        """Direction of sliding, 1 or -1; 0 while stuck."""
+        return self.symbol("sigma")
+
+    @property
+    def drive(self) -> Symbol:
+        """The torque that friction has to hold at rest."""
+        return self.symbol("T_drive")
+
+    @property
+    def load(self) -> Symbol:
+        """The torque that the gear transmits at this site."""
+        return Symbol("T_applied" if self.suffix else "T_rg")
+
+
+ROTOR = Site()
+OUTPUT = Site(table="output_friction", suffix="_out", omega=Symbol("omega_gear"))
+
+
+def set_valued(
+    site: Site,
+    declarations: tuple[Declaration, ...],
+    *,
+    sliding: Expr,
+    holds: tuple[Expr, Expr],
+    inputs: tuple[Symbol, ...] = (),
+    reference: str = KORNIENKO,
+) -> Block:
+    """Return set-valued friction: stuck while -holds[1] <= T_drive <= holds[0], else T_fr = `sliding`.
+
+    Parameters
+    ----------
+    site : Site
+    declarations : tuple of Declaration
+    sliding : Expr
+        Friction torque while sliding, a function of the site's `sigma` (direction, 1 or -1) and `omega`.
+    holds : (Expr, Expr)
+        What friction holds at rest at most, against forward and against backward motion; neither below
+        what `sliding` is at zero speed, else the body would be caught in the instant of its release.
+    inputs : tuple of Symbol
+        What the expressions use besides, wired by name (suffix ``_in``).
+    reference : str
+    """
+    free, sigma, omega, T_fr = site.symbol("free"), site.sigma, site.omega, site.symbol("T_fr")
+    drive = Symbol(f"{site.drive}_in")
+    at_rest = {omega: 0.0}
+    switch = Switch(
+        name=site.table,
+        modes={
+            "stuck": {free: 0.0, sigma: 0.0},
+            "forward": {free: 1.0, sigma: 1.0},
+            "backward": {free: 1.0, sigma: -1.0},
+        },
+        guards={
+            "stuck": (
+                Guard(margin=holds[0] - drive, target="forward"),
+                Guard(margin=holds[1] + drive, target="backward"),
+            ),
+            "forward": (Guard(margin=omega, resets=at_rest),),
+            "backward": (Guard(margin=-omega, resets=at_rest),),
+        },
+        entry=(
+            (omega, "forward"),
+            (-omega, "backward"),
+            (drive - holds[0], "forward"),
+            (-drive - holds[1], "backward"),
+        ),
+        otherwise="stuck",
+        ideal={free: 1.0, sigma: 0.0},
+    )
+    return Block(
+        name=site.table,
+        table=site.table,
+        declarations=declarations,
+        inputs=(drive, *inputs),
+        terms={T_fr: sliding},
+        outputs={T_fr.name: T_fr, free.name: free},
+        switch=switch,
+        reference=reference,
+    )
+
+
+def coulomb(site: Site) -> Block:
+    """Coulomb friction, viscous friction and stiction: T_fr = T_frd sign(omega) + T_visc omega, held up to T_frs.
+
+    Equation (8) of [Kornienko2013]_, read as set-valued: the rotor is stuck while |T_mot - T_rg| <= T_frs;
+    N m, rad/s. `free` is 0 in the stuck mode and 1 in the sliding ones, `sigma` the direction of sliding.
+    """
+    T_frs, T_frd, T_visc = map(site.symbol, ("T_frs", "T_frd", "T_visc"))
+    return set_valued(
+        site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs)
+    )  # fmt: skip
+
+
+def stribeck(site: Site) -> Block:
+    """Stribeck friction: T_fr = sign(omega) (T_frd + (T_frs - T_frd) exp(-(omega/omega_s)^2)) + T_visc omega.
+
+    Armstrong et al. (1994), with exponent 2; held up to T_frs, from which the torque falls without a jump.
+    """
+    T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
+    level = T_frd + (T_frs - T_frd) * exp(-((site.omega / omega_s) ** 2))
+    rate = Declaration(key="stribeck_rate", symbol=omega_s.name, unit=site.rate, source=ARMSTRONG,
+                       meaning="speed over which static falls to Coulomb friction", lower=0.0)  # fmt: skip
+    return set_valued(
+        site,
+        (*_levels(site), rate),
+        sliding=level * site.sigma + T_visc * site.omega,
+        holds=(T_frs, T_frs),
+        reference=ARMSTRONG,
+    )
+
+
+def directional(site: Site) -> Block:
+    """Friction that differs by direction: T_fr = (sign(omega) + a) T_frd + (1 + a_v sign(omega)) T_visc omega.
+
+    Both directions' Coulomb and static friction are (1 + a) and (1 - a) times the file's, their viscous friction
+    (1 + a_v) and (1 - a_v) times; forward is the direction of positive speed. Armstrong et al. (1994).
+    """
+    T_frs, T_frd, T_visc, a, a_v = map(site.symbol, ("T_frs", "T_frd", "T_visc", "a_fr", "a_visc"))
+    own = (
+        Declaration(key="asymmetry", symbol=a.name, unit="1", lower=-1.0, upper=1.0, source=ARMSTRONG,
+                    meaning="half the difference of dry friction between forward and backward, over its mean"),
+        Declaration(key="viscous_asymmetry", symbol=a_v.name, unit="1", lower=-1.0, upper=1.0, default=0.0,
+                    source=ARMSTRONG, meaning="the same of viscous friction"),
+    )  # fmt: skip
+    sigma, omega = site.sigma, site.omega
+    return set_valued(
+        site,
+        (*_levels(site), *own),
+        sliding=T_frd * (sigma + a) + T_visc * (1 + a_v * sigma) * omega,
+        holds=(T_frs * (1 + a), T_frs * (1 - a)),
+        reference=ARMSTRONG,
+    )
+
+
+def load_dependent(site: Site) -> Block:
+    """Friction that grows with the transmitted torque: T_frd + mu |T_rg| while sliding, T_frs + mu |T_rg| at rest.
+
+    Armstrong et al. (1994). The sign of T_rg is a second switch (`load_side`), so that its zeros are met exactly.
+    """
+    T_frs, T_frd, T_visc, mu, side = map(site.symbol, ("T_frs", "T_frd", "T_visc", "mu_fr", "side"))
+    load = Symbol(f"{site.load}_in")
+    share = Declaration(key="load_share", symbol=mu.name, unit="1", lower=0.0, source=ARMSTRONG,
+                        meaning="friction torque over transmitted torque")  # fmt: skip
+    added = mu * side * load
+    return set_valued(
+        site,
+        (*_levels(site), share),
+        sliding=site.sigma * (T_frd + added) + T_visc * site.omega,
+        holds=(T_frs + added, T_frs + added),
+        inputs=(load, Symbol(f"{side}_in")),
+        reference=ARMSTRONG,
+    )
+
+
+def load_side(site: Site) -> Block:
+    """Sign of the torque that the gear transmits, as a switch: `side` is 1 or -1."""
+    side, load = site.symbol("side"), Symbol(f"{site.load}_in")
+    switch = Switch(
+        name=f"{site.table}.side",
+        modes={"positive": {side: 1.0}, "negative": {side: -1.0}},
+        guards={
+            "positive": (Guard(margin=load, target="negative"),),
+            "negative": (Guard(margin=-load, target="positive"),),
+        },
+        entry=((-load, "negative"),),
+        otherwise="positive",
+        ideal={side: 0.0},
+    )
+    return Block(
+        name=f"{site.table}_side",
+        table=site.table,
+        inputs=(load,),
+        outputs={side.name: side},
+        switch=switch,
+        reference=ARMSTRONG,
+    )
+
+
+def lugre(site: Site) -> Block:
+    """LuGre friction: z' = omega - s_0 |omega| z / g, T_fr = s_0 z + s_1 z' + T_visc omega.
+
+    g = T_frd + (T_frs - T_frd) exp(-(omega/omega_s)^2); the bristles' mean deflection z in rad, their stiffness s_0
+    in N m/rad and damping s_1 in N m s/rad. Canudas de Wit et al. (1995). The body is never stuck, it creeps within the
+    bristles; the zeros of the speed, where |omega| has its kink, are met exactly.
+    """
+    T_frs, T_frd, T_visc, omega_s = map(site.symbol, ("T_frs", "T_frd", "T_visc", "omega_s"))
+    s_0, s_1, z = map(site.symbol, ("s_0", "s_1", "z_fr"))
+    g, slip, T_fr, direction = map(site.symbol, ("g_fr", "slip", "T_fr", "direction"))
+    omega, displacement = site.omega, site.rate.removesuffix("/s")
+    own = (
+        Declaration(key="stribeck_rate", symbol=omega_s.name, unit=site.rate, lower=0.0, source=LUGRE,
+                    meaning="speed over which static falls to Coulomb friction"),
+        Declaration(key="bristle_stiffness", symbol=s_0.name, unit=f"{site.torque}/{displacement}", lower=0.0,
+                    source=LUGRE, meaning="stiffness before sliding"),
+        Declaration(key="bristle_damping", symbol=s_1.name, unit=site.viscous, lower=0.0, default=0.0,
+                    source=LUGRE, meaning="damping before sliding"),
+    )  # fmt: skip
+    switch = Switch(
+        name=site.table,
+        modes={"forward": {direction: 1.0}, "backward": {direction: -1.0}},
+        guards={
+            "forward": (Guard(margin=omega, target="backward"),),
+            "backward": (Guard(margin=-omega, target="forward"),),
+        },
+        entry=((-omega, "backward"),),
+        otherwise="forward",
+        ideal={direction: 0.0},
+    )
+    return Block(
+        name=site.table,
+        table=site.table,
+        declarations=(*_levels(site), *own),
+        terms={
+            g: T_frd + (T_frs - T_frd) * exp(-((omega / omega_s) ** 2)),
+            slip: omega - s_0 * direction * omega * z / g,
+            T_fr: s_0 * z + s_1 * slip + T_visc * omega,
+        },
+        rates={z: slip},
+        initial={z: 0},
+        outputs={T_fr.name: T_fr, site.symbol("free").name: 1},
+        switch=switch,
+        reference=LUGRE,
+    )
+
+
+def dry_output(site: Site) -> Block:
+    """Friction at the output: T_fr = T_c sign(omega) + T_v omega, held up to T_c + T_s.
+
+    As `coulomb`, but static friction is given by what it is above Coulomb friction, 0 where left out.
+    """
+    T_c, T_s, T_v = (Symbol(f"{name}{site.suffix}") for name in ("T_frd", "T_stick", "T_visc"))
+    declarations = (
+        Declaration(key="coulomb", symbol=T_c.name, unit=site.torque, lower=0.0, source=KORNIENKO,
+                    meaning="Coulomb friction"),
+        Declaration(key="stiction", symbol=T_s.name, unit=site.torque, lower=0.0, default=0.0, source=KORNIENKO,
+                    meaning="static friction above Coulomb friction"),
+        Declaration(key="viscous", symbol=T_v.name, unit=site.viscous, lower=0.0, default=0.0, source=KORNIENKO,
+                    meaning="viscous friction"),
+    )  # fmt: skip
+    held = T_c + T_s
+    return set_valued(site, declarations, sliding=T_c * site.sigma + T_v * site.omega, holds=(held, held))
+
+
+def _levels(site: Site) -> tuple[Declaration, ...]:
+    """Return static, Coulomb and viscous friction, which all laws at the rotor have."""
+    dry, damp = site.holding, site.damping
+    names = [site.symbol(name).name for name in ("T_frs", "T_frd", "T_visc")]
+    return (
+        Declaration(key="static", symbol=names[0], unit=site.torque, meaning="static friction", lower=0.0,
+                    typical=(dry, 0.002, 0.1) if dry else None),
+        Declaration(key="coulomb", symbol=names[1], unit=site.torque, meaning="Coulomb friction", lower=0.0,
+                    typical=(dry, 0.002, 0.15) if dry else None),
+        Declaration(key="viscous", symbol=names[2], unit=site.viscous, meaning="viscous friction", lower=0.0,
+                    typical=(damp, 0.02, 2.0) if damp else None),
+    )  # fmt: skip
+
+
+Law = Callable[[Site], tuple[Block, ...]]
+
+
+def _alone(law: Callable[[Site], Block]) -> Law:
+    return lambda site: (law(site),)
+
+
+LAWS: Mapping[str, Law] = {
+    "coulomb": _alone(coulomb),
+    "stribeck": _alone(stribeck),
+    "directional": _alone(directional),
+    "load_dependent": lambda site: (load_dependent(site), load_side(site)),
+    "lugre": _alone(lugre),
+}
+"""Friction of the rotor by the name in mechanism.toml; the first is the paper's."""
+UNGEARED_LAWS: Mapping[str, Law] = {name: law for name, law in LAWS.items() if name != "load_dependent"}
+"""Those that need no transmitted torque."""

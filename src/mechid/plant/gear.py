@@ -1,0 +1,236 @@
+"""Gears: linear, piecewise-linear as in harmonic-drive catalogues, backlash; with kinematic error or without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from sympy import Expr, Integer, Symbol, cos, diff, pi, sin, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, Guard, PolarPair, Switch
+from mechid.plant.drive_train import alpha, alpha_gear, omega, omega_gear
+
+G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
+twist, twist_rate = symbols("twist twist_rate")
+HARMONIC = "Harmonic Drive SE, Engineering Data: torsional stiffness K1, K2, K3 at T1, T2"
+NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
+TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
+
+
+@dataclass(frozen=True, kw_only=True)
+class GearLaw:
+    """Torque at the output, N m, as a function of `twist` (rad) and `twist_rate` (rad/s) seen there."""
+
+    torque: Expr
+    declarations: tuple[Declaration, ...]
+    switch: Switch | None = None
+    reference: str = "Kornienko2013"
+
+
+def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
+    """Gear between rotor and output.
+
+    Linear and without kinematic error it is the paper's, equations (7) and (9) of [Kornienko2013]_,
+    T_rg = K_s/G^2 (alpha - G alpha_g) + D/G^2 (omega - G omega_g), T_applied = G T_rg; K_s in N m/rad and D in
+    N m s/rad at the output, T_rg in N m at the rotor. The ratio may be negative. In general
+
+        twist = alpha/G + e(alpha) - alpha_g,   T_applied = law(twist, twist'),   T_rg = (1/G + e'(alpha)) T_applied
+
+    with the kinematic error e(alpha) = sum E_k sin(k alpha + phi_k) at the output, k per turn of the input, after
+    Tuttle and Seering (1996); T_rg follows from T_applied by virtual work.
+
+    Parameters
+    ----------
+    law : str
+        One of `LAWS`.
+    error_orders : sequence of int
+        Harmonics k of the kinematic error.
+    """
+    chosen, ratio = LAWS[law](), _ratio()
+    if law == "linear" and not error_orders:
+        K_s = Symbol("K_s")
+        torque = K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)
+        terms, out = {T_rg: torque}, G * T_rg
+        errors: list[_Harmonic] = []
+    else:
+        errors = [_Harmonic(index, order) for index, order in enumerate(error_orders)]
+        lever = Symbol("lever")
+        slope: Expr = 1 / G + sum((diff(e.angle, alpha) for e in errors), Integer(0))
+        terms = {lever: slope} if errors else {}
+        used = lever if errors else slope
+        terms |= {
+            twist: alpha / G + sum((e.angle for e in errors), Integer(0)) - alpha_gear,
+            twist_rate: used * omega - omega_gear,
+            T_applied: chosen.torque,
+            T_rg: used * T_applied,
+        }
+        out = T_applied
+    return Block(
+        name="gear",
+        table="gear",
+        declarations=(ratio, *chosen.declarations, *(d for e in errors for d in e.declarations)),
+        coordinates={symbol: value for e in errors for symbol, value in e.coordinates.items()},
+        polar=tuple(e.polar for e in errors),
+        inputs=(alpha, omega, alpha_gear, omega_gear),
+        terms=terms,
+        outputs={"T_rg": T_rg, "T_applied": out},
+        switch=chosen.switch,
+        reference=chosen.reference,
+    )
+
+
+def linear() -> GearLaw:
+    """K_s twist + D twist'."""
+    return GearLaw(torque=Symbol("K_s") * twist + D * twist_rate, declarations=(_stiffness(), _damping()))
+
+
+def piecewise_linear() -> GearLaw:
+    """Torque over twist of slope K1 up to torque T1, K2 up to T2, K3 above, and D twist'.
+
+    With delta_1 = T1/K1 and delta_2 = delta_1 + (T2 - T1)/K2. Five modes; `mid` and `high` are 1 where the second
+    and third slope hold, `side` is the sign of the twist.
+    """
+    K_1, K_2, K_3, T_1, T_2, mid, high, side = symbols("K_s1 K_s2 K_s3 T_s1 T_s2 mid high side_gear")
+    bend_1 = T_1 / K_1
+    bend_2 = bend_1 + (T_2 - T_1) / K_2
+    torque = K_1 * twist + mid * (K_2 - K_1) * (twist - side * bend_1) + high * (K_3 - K_2) * (twist - side * bend_2)
+    modes: dict[str, Mapping[Symbol, float]] = {"low": {mid: 0.0, high: 0.0, side: 0.0}}
+    guards: dict[str, tuple[Guard, ...]] = {
+        "low": (Guard(margin=bend_1 - twist, target="mid_up"), Guard(margin=bend_1 + twist, target="mid_down"))
+    }
+    for name, sign in (("up", 1), ("down", -1)):
+        modes[f"mid_{name}"] = {mid: 1.0, high: 0.0, side: float(sign)}
+        modes[f"high_{name}"] = {mid: 1.0, high: 1.0, side: float(sign)}
+        guards[f"mid_{name}"] = (
+            Guard(margin=sign * twist - bend_1, target="low"),
+            Guard(margin=bend_2 - sign * twist, target=f"high_{name}"),
+        )
+        guards[f"high_{name}"] = (Guard(margin=sign * twist - bend_2, target=f"mid_{name}"),)
+    entry = tuple(
+        (sign * twist - bend, f"{zone}_{name}")
+        for zone, bend in (("high", bend_2), ("mid", bend_1))
+        for name, sign in (("up", 1), ("down", -1))
+    )
+    stiffnesses = tuple(
+        Declaration(key=f"stiffness_{k}", symbol=f"K_s{k}", unit="N m/rad", lower=0.0, source=HARMONIC,
+                    meaning=f"gear stiffness at output, K{k} of the catalogue")
+        for k in (1, 2, 3)
+    )  # fmt: skip
+    torques = tuple(
+        Declaration(key=f"torque_{k}", symbol=f"T_s{k}", unit="N m", lower=0.0, source=HARMONIC,
+                    meaning=f"output torque up to which K{k} holds")
+        for k in (1, 2)
+    )  # fmt: skip
+    return GearLaw(
+        torque=torque + D * twist_rate,
+        declarations=(*stiffnesses, *torques, _damping()),
+        switch=Switch(name="gear", modes=modes, guards=guards, entry=entry, otherwise="low",
+                      ideal={mid: 0.0, high: 0.0, side: 0.0}),
+        reference=HARMONIC,
+    )  # fmt: skip
+
+
+def backlash() -> GearLaw:
+    """K_s (twist - side b/2) + D twist' in contact, nothing in the gap |twist| < b/2; Nordin and Gutman (2002).
+
+    The damper acts in contact only: at a contact with speed the torque jumps by D twist'.
+    """
+    K_s, gap, contact, side = symbols("K_s b_gap contact side_gear")
+    half = gap / 2
+    switch = Switch(
+        name="gear",
+        modes={
+            "gap": {contact: 0.0, side: 0.0},
+            "up": {contact: 1.0, side: 1.0},
+            "down": {contact: 1.0, side: -1.0},
+        },
+        guards={
+            "gap": (Guard(margin=half - twist, target="up"), Guard(margin=half + twist, target="down")),
+            "up": (Guard(margin=twist - half, target="gap"),),
+            "down": (Guard(margin=-twist - half, target="gap"),),
+        },
+        entry=((twist - half, "up"), (-twist - half, "down")),
+        otherwise="gap",
+        ideal={contact: 1.0, side: 0.0},
+    )
+    play = Declaration(key="backlash", symbol=gap.name, unit="rad", lower=0.0, source=NORDIN,
+                       meaning="free travel of the output from flank to flank")  # fmt: skip
+    return GearLaw(
+        torque=contact * (K_s * (twist - side * half) + D * twist_rate),
+        declarations=(_stiffness(), _damping(), play),
+        switch=switch,
+        reference=NORDIN,
+    )
+
+
+LAWS: Mapping[str, Callable[[], GearLaw]] = {
+    "linear": linear,
+    "piecewise_linear": piecewise_linear,
+    "backlash": backlash,
+}
+"""By the name in mechanism.toml; the first is the paper's."""
+
+
+@dataclass(frozen=True)
+class _Harmonic:
+    """One harmonic of the kinematic error."""
+
+    index: int
+    order: int
+    cosine: Symbol = field(init=False)
+    sine: Symbol = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cosine", Symbol(f"e_c{self.index + 1}"))
+        object.__setattr__(self, "sine", Symbol(f"e_s{self.index + 1}"))
+
+    @property
+    def table(self) -> str:
+        return f"gear.kinematic_error.{self.index}"
+
+    @property
+    def angle(self) -> Expr:
+        turned = self.order * alpha
+        return self.cosine * sin(turned) + self.sine * cos(turned)
+
+    @property
+    def _symbols(self) -> tuple[Symbol, Symbol, Symbol]:
+        k = self.index + 1
+        return Symbol(f"k_e{k}"), Symbol(f"E_{k}"), Symbol(f"phi_e{k}")
+
+    @property
+    def declarations(self) -> tuple[Declaration, ...]:
+        order, amplitude, phase = self._symbols
+        return (
+            Declaration(key=f"{self.table}.order", symbol=order.name, unit="1", lower=1.0, structural=True,
+                        source=TUTTLE, meaning="periods of the kinematic error per input turn"),
+            Declaration(key=f"{self.table}.amplitude", symbol=amplitude.name, unit="rad", lower=0.0, source=TUTTLE,
+                        meaning="amplitude of the kinematic error at the output"),
+            Declaration(key=f"{self.table}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=TUTTLE,
+                        meaning="phase of the kinematic error"),
+        )  # fmt: skip
+
+    @property
+    def coordinates(self) -> dict[Symbol, Expr]:
+        _, amplitude, phase = self._symbols
+        turned = phase * pi / 180
+        return {self.cosine: amplitude * cos(turned), self.sine: amplitude * sin(turned)}
+
+    @property
+    def polar(self) -> PolarPair:
+        return PolarPair(
+            amplitude=f"{self.table}.amplitude", phase=f"{self.table}.phase_deg", cosine=self.cosine, sine=self.sine
+        )
+
+
+def _ratio() -> Declaration:
+    return Declaration(key="ratio", symbol="G", unit="1", meaning="transmission ratio", structural=True)
+
+
+def _stiffness() -> Declaration:
+    return Declaration(key="stiffness", symbol="K_s", unit="N m/rad", meaning="gear stiffness at output", lower=0.0)
+
+
+def _damping() -> Declaration:
+    return Declaration(key="damping", symbol="D", unit="N m s/rad", meaning="gear damping at output", lower=0.0)

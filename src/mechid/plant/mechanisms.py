@@ -1,0 +1,192 @@
+"""The assemblies of the library: for each the blocks, and what can be measured of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from sympy import Expr, Integer
+
+from mechid.parameter import Declaration
+from mechid.plant import friction, test_stand
+from mechid.plant.block import Block
+from mechid.plant.drive import current_drive, measured_drive, voltage_drive
+from mechid.plant.drive_train import COMMANDED, load, rotor
+from mechid.plant.friction import OUTPUT, ROTOR, Site
+from mechid.plant.gear import LAWS as GEAR_LAWS
+from mechid.plant.gear import gear
+from mechid.plant.housing import FORMS, housing, rigid_housing
+from mechid.plant.layout import STEPPER_GEAR_MASS, Layout
+from mechid.plant.stepper import current_fed, detent, motor_torque, windings
+
+Parts = tuple[list[Block], dict[str, str], dict[str, str]]
+"""Blocks, wiring that names do not settle, and quantities that can be measured."""
+Drive = Callable[[], Block]
+VOLTAGES: Mapping[str, Drive] = {
+    "voltage": voltage_drive,
+    "measured_voltage": lambda: measured_drive((("voltage_phase_a", "u_A"), ("voltage_phase_b", "u_B")), "stepper"),
+}
+CURRENTS: Mapping[str, Drive] = {
+    "current": current_drive,
+    "measured_current": lambda: measured_drive((("current_phase_a", "i_A"), ("current_phase_b", "i_B")), "stepper"),
+}
+SCALES: Mapping[str, tuple[str | None, str | None]] = {
+    "voltage": ("k_m*U/R", "k_m*k_v/R"),
+    "current": ("k_m*I_peak", None),
+}
+"""Holding torque and electrical damping of a motor in the file's symbols, by drive."""
+CHOICES: Mapping[str, tuple[str, ...]] = {
+    "stepper": (*VOLTAGES, *CURRENTS),
+    "friction": tuple(friction.LAWS),
+    "gear": tuple(GEAR_LAWS),
+    "housing": FORMS,
+    "transducer": tuple(test_stand.TRANSDUCERS),
+}
+"""Tables that choose among blocks of the library, and their choices."""
+OPTIONAL_TABLES = (
+    "stepper.imbalance",
+    "output_friction",
+    "housing",
+    "transducer",
+    "charge_amplifier",
+    "anti_alias",
+)
+"""Tables without which there is no such block."""
+MOTOR_QUANTITIES = {"rotor_angle": "rotor.alpha", "rotor_rate": "rotor.omega"}
+OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.omega_gear"}
+
+
+def _geared_stepper(layout: Layout) -> Parts:
+    """Return the paper's mechanism: stepper, rotor, gear, load, housing, test stand."""
+    drive = layout.law("stepper", (*VOLTAGES, *CURRENTS))
+    motor, currents = _stepper(layout, drive)
+    stand, wiring, torque = _stand(layout)
+    law = layout.law("gear", tuple(GEAR_LAWS))
+    blocks = [
+        *motor,
+        rotor(),
+        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](_site(drive)),
+        gear(law, layout.whole_orders("gear.kinematic_error")),
+        *_loaded(layout),
+        *stand,
+    ]
+    return blocks, wiring, {"torque": torque, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
+
+
+def _ungeared_stepper(layout: Layout) -> Parts:
+    """Return a stepper, by default on a current drive, with its load on its own shaft."""
+    drive = layout.law("stepper", (*CURRENTS, *VOLTAGES))
+    motor, currents = _stepper(layout, drive)
+    stand, wiring, torque = _stand(layout, loaded=False)
+    laws = friction.UNGEARED_LAWS
+    blocks = [
+        *motor,
+        rotor(geared=False),
+        *laws[layout.law("friction", tuple(laws))](_site(drive)),
+        *stand,
+    ]
+    return blocks, wiring, {"torque": torque, **MOTOR_QUANTITIES, **currents}
+
+
+def _two_mass(layout: Layout) -> Parts:
+    """Return two masses and a gear under a measured torque at the first."""
+    site = replace(ROTOR, holding=None, damping=None)
+    inertia = Declaration(key="motor.inertia", symbol="J_rot", unit="kg m2", meaning="inertia of the motor's side",
+                          lower=0.0, source="the drive")  # fmt: skip
+    law = layout.law("gear", tuple(GEAR_LAWS))
+    stand, wiring, torque = _stand(layout)
+    blocks = [
+        measured_drive((("torque", "T_mot"),), "drive", _offset("N m")),
+        rotor(start=Integer(0), inertia=inertia),
+        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](site),
+        gear(law, layout.whole_orders("gear.kinematic_error")),
+        *_loaded(layout, Integer(0)),
+        *stand,
+    ]
+    return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, "torque": torque}
+
+
+def _direct(quantity: str) -> Callable[[Layout], Parts]:
+    """Return a mass on friction under a measured torque, or a measured force: a turning or a sliding axis."""
+    turning = quantity == "torque"
+    unit, rate = ("N m", "rad/s") if turning else ("N", "m/s")
+    inertia = Declaration(
+        key="load.inertia" if turning else "load.mass", symbol="J_rot" if turning else "M",
+        unit="kg m2" if turning else "kg", meaning="moving inertia" if turning else "moving mass", lower=0.0,
+        source="the drive",
+    )  # fmt: skip
+    names = ("output_angle", "output_rate") if turning else ("position", "velocity")
+
+    def parts(layout: Layout) -> Parts:
+        site = replace(
+            ROTOR, torque=unit, viscous=f"{unit} s/{rate.split('/')[0]}", rate=rate, holding=None, damping=None
+        )
+        laws = friction.UNGEARED_LAWS
+        blocks = [
+            measured_drive(((quantity, "T_mot"),), "drive", _offset(unit)),
+            rotor(geared=False, start=Integer(0), inertia=inertia),
+            *laws[layout.law("friction", tuple(laws))](site),
+        ]
+        return blocks, {}, dict(zip(names, ("rotor.alpha", "rotor.omega"), strict=True))
+
+    return parts
+
+
+ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
+    STEPPER_GEAR_MASS: _geared_stepper,
+    "current_driven_stepper": _ungeared_stepper,
+    "direct_torque_drive": _direct("torque"),
+    "direct_force_drive": _direct("force"),
+    "two_mass_drive": _two_mass,
+}
+"""By the name in mechanism.toml; the first is the default."""
+
+
+def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
+    """Return drive, windings, detents and their sum; and the quantities of the phases."""
+    harmonics = layout.whole_orders("stepper.torque_harmonic")
+    apart = "stepper.imbalance" in layout.tables
+    if drive in VOLTAGES:
+        phases, where = [VOLTAGES[drive](), windings(harmonics=harmonics, apart=apart)], "windings"
+    else:
+        phases, where = [CURRENTS[drive](), current_fed(harmonics=harmonics, apart=apart)], "drive"
+    holding, _ = SCALES.get(drive, (None, None))
+    detents = [detent(k, order, holding) for k, order in enumerate(layout.orders.get("stepper.detent", ()))]
+    currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
+    return [*phases, *detents, motor_torque(len(detents))], currents
+
+
+def _site(drive: str) -> Site:
+    holding, damping = SCALES.get(drive, (None, None))
+    return replace(ROTOR, holding=holding, damping=damping)
+
+
+def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
+    """Return the load, and the friction on it where there is any."""
+    rubbed = OUTPUT.table in layout.tables
+    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=start)
+    return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
+
+
+def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[str, str], str]:
+    """Return housing, transducer and what is behind it; their wiring; and where the recorded torque comes out."""
+    form = layout.law("housing", FORMS) if "housing" in layout.tables else None
+    blocks = [housing(form) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
+    wiring, last = {}, "transducer.T_base"
+    stages: list[Block] = []
+    if "transducer" in layout.tables:
+        stages.append(test_stand.TRANSDUCERS[layout.law("transducer", tuple(test_stand.TRANSDUCERS))]())
+    if "charge_amplifier" in layout.tables:
+        stages.append(test_stand.charge_amplifier())
+    if "anti_alias" in layout.tables:
+        (order,) = layout.whole_orders("anti_alias")
+        stages.append(test_stand.anti_alias(order))
+    for stage in stages:
+        wiring[f"{stage.name}.T"] = last
+        last = f"{stage.name}.T"
+    return [*blocks, *stages], wiring, last
+
+
+def _offset(unit: str) -> Declaration:
+    return Declaration(key="offset", symbol="T_0", unit=unit, default=0.0, source="the test stand",
+                       meaning="constant part of the drive that is not in its channel")  # fmt: skip

@@ -1,0 +1,147 @@
+"""The test stand between the mechanism's base and the recorder: transducer, charge amplifier, anti-alias filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from sympy import Expr, Matrix, Symbol, pi, sin, sqrt, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, LinearSystem
+
+GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
+BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
+MOST_ORDER = 8
+
+
+def base_torque(*, loaded: bool = True) -> Block:
+    """Torque of the mechanism on its base: y = -(T_residual + T_load), section 3.1 of [Kornienko2013]_; N m."""
+    T_residual, T_load = symbols("T_residual_in T_load_in")
+    return Block(
+        name="transducer",
+        table="",
+        inputs=(T_residual, T_load) if loaded else (T_residual,),
+        outputs={"T_base": -(T_residual + T_load) if loaded else -T_residual},
+    )
+
+
+def transducer_gain(name: str = "sensor") -> Block:
+    """Gain g of the transducer and its conditioning, negative where the polarity is reversed: y = g T."""
+    T, g = symbols("T_in g_y")
+    return Block(name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T},
+                 reference=GAUTSCHI)  # fmt: skip
+
+
+def transducer_resonance(name: str = "sensor") -> Block:
+    """Transducer on its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
+    w, declaration = Symbol("omega_t"), Declaration(
+        key="frequency", symbol="omega_t", unit="rad/s", lower=0.0, source=GAUTSCHI,
+        meaning="resonance of the transducer with what stands on it",
+    )  # fmt: skip
+    return _resonance(name, (declaration,), {}, w)
+
+
+def transducer_adaptor(name: str = "sensor") -> Block:
+    """Transducer whose resonance comes from its stiffness K_t and the inertia J_a that stands on it: w = sqrt(K_t/J_a).
+
+    J_a is the adaptor's inertia with that of the mechanism's fixed parts; only K_t/J_a is seen.
+    """
+    w, K_t, J_a = symbols("omega_t K_t J_a")
+    declarations = (
+        Declaration(key="stiffness", symbol=K_t.name, unit="N m/rad", lower=0.0, source=GAUTSCHI,
+                    meaning="torsional stiffness of the transducer"),
+        Declaration(key="adaptor_inertia", symbol=J_a.name, unit="kg m2", lower=0.0, source=GAUTSCHI,
+                    meaning="inertia on the transducer: adaptor and fixed parts"),
+    )  # fmt: skip
+    return _resonance(name, declarations, {w: sqrt(K_t / J_a)}, w)
+
+
+def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Symbol, Expr], w: Symbol) -> Block:
+    T, g, zeta, x, v = symbols("T_in g_y zeta_t x_t v_t")
+    damping = Declaration(key="damping", symbol=zeta.name, unit="1", lower=0.0, source=GAUTSCHI,
+                          meaning="damping ratio of the transducer's resonance")  # fmt: skip
+    return Block(
+        name=name,
+        table="transducer",
+        declarations=(_gain(), *own, damping),
+        coordinates=coordinates,
+        inputs=(T,),
+        outputs={"T": g * x},
+        filter=LinearSystem(
+            states=(x, v), inputs=(T,), A=w * Matrix([[0, 1], [-1, -2 * zeta]]), B=w * Matrix([[0], [1]])
+        ),
+        reference=GAUTSCHI,
+    )
+
+
+def charge_amplifier(name: str = "charge_amplifier") -> Block:
+    """High-pass of a charge amplifier: y = tau s/(tau s + 1) T, by x' = (T - x)/tau, y = T - x; tau in s."""
+    T, tau, x = symbols("T_in tau_q x_q")
+    constant = Declaration(key="time_constant", symbol=tau.name, unit="s", lower=0.0, source=GAUTSCHI,
+                           meaning="time constant of the charge amplifier")  # fmt: skip
+    return Block(
+        name=name,
+        table="charge_amplifier",
+        declarations=(constant,),
+        inputs=(T,),
+        outputs={"T": T - x},
+        filter=LinearSystem(states=(x,), inputs=(T,), A=Matrix([[-1 / tau]]), B=Matrix([[1 / tau]])),
+        reference=GAUTSCHI,
+    )
+
+
+def anti_alias(order: int, name: str = "anti_alias") -> Block:
+    """Butterworth low-pass of some order with cut-off omega_c (rad/s), as a cascade of first and second order.
+
+    The poles of the second-order sections have the damping ratios sin((2 k - 1) pi/(2 n)).
+    """
+    T, w = symbols("T_in omega_c")
+    x = symbols(f"x_a1:{order + 1}")
+    A, B = Matrix.zeros(order, order), Matrix.zeros(order, 1)
+    source: Symbol | None = None
+    for k in range(1, order // 2 + 1):
+        first, second = 2 * k - 2, 2 * k - 1
+        zeta = sin(pi * (2 * k - 1) / (2 * order)).evalf(17)
+        A[first, second], A[second, first], A[second, second] = w, -w, -2 * zeta * w
+        _feed(A, B, second, source, x, w)
+        source = x[first]
+    if order % 2:
+        A[order - 1, order - 1] = -w
+        _feed(A, B, order - 1, source, x, w)
+        source = x[order - 1]
+    declarations = (
+        Declaration(key="order", symbol="n_a", unit="1", lower=1.0, upper=float(MOST_ORDER), structural=True,
+                    default=4.0, source=BUTTERWORTH, meaning="order of the Butterworth filter"),
+        Declaration(key="frequency", symbol=w.name, unit="rad/s", lower=0.0, source=BUTTERWORTH,
+                    meaning="cut-off of the anti-alias filter"),
+    )  # fmt: skip
+    return Block(
+        name=name,
+        table="anti_alias",
+        declarations=declarations,
+        inputs=(T,),
+        outputs={"T": source if source is not None else T},
+        filter=LinearSystem(states=tuple(x), inputs=(T,), A=A, B=B),
+        reference=BUTTERWORTH,
+    )
+
+
+def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol, ...], w: Symbol) -> None:
+    """Feed a section by the one before it, the first by the filter's input."""
+    if source is None:
+        B[row, 0] = w
+    else:
+        A[row, x.index(source)] += w
+
+
+def _gain() -> Declaration:
+    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI,
+                       meaning="gain of the transducer, negative for the other polarity")  # fmt: skip
+
+
+TRANSDUCERS: Mapping[str, Callable[[], Block]] = {
+    "gain": transducer_gain,
+    "resonance": transducer_resonance,
+    "adaptor": transducer_adaptor,
+}
+"""By the name in mechanism.toml."""

@@ -1,0 +1,111 @@
+"""Mechanism files that choose from the block library: read, written back, and refused with the nearest right word."""
+
+import re
+
+import pytest
+
+from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
+from mechid.campaign import mechanism_text, read_mechanism
+from mechid.errors import InputFileError
+from mechid.plant.mechanisms import ASSEMBLIES, CHOICES
+
+FRICTION = {"static": 0.01, "coulomb": 0.005, "viscous": 1e-3}
+TABLES = {
+    "stepper_gear_mass": paper_table(),
+    "current_driven_stepper": SINGLE_STEPPER,
+    "direct_torque_drive": {"load": {"inertia": 1e-3}, "friction": FRICTION, "drive": {"offset": 0.1}},
+    "direct_force_drive": {"load": {"mass": 95.0}, "friction": FRICTION, "drive": {"offset": -3.0}},
+    "two_mass_drive": {
+        "motor": {"inertia": 1e-4}, "friction": FRICTION, "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
+        "load": {"inertia": 1e-3}, "output_friction": {"coulomb": 0.01}, "drive": {},
+    },
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("assembly", ASSEMBLIES)
+@pytest.mark.parametrize("changes", [pytest.param(LAYOUTS[name], id=name) for name in LAYOUTS])
+def test_a_mechanism_written_is_read_back(assembly, changes, tmp_path):
+    """Truth: the mechanism itself."""
+    if assembly != "stepper_gear_mass" and changes is not LAYOUTS["stribeck"]:
+        pytest.skip("one law is enough there")
+    m = mechanism_of(changed({"assembly": assembly, **TABLES[assembly]}, changes))
+    (tmp_path / "mechanism.toml").write_text(mechanism_text(m))
+    again = read_mechanism(tmp_path / "mechanism.toml")
+    assert again.plant == m.plant
+    assert again.options == m.options
+    assert {n: (q.value, q.status) for n, q in again.parameters.items()} == {
+        n: (q.value, q.status) for n, q in m.parameters.items()
+    }
+
+
+def test_a_law_that_is_the_default_is_the_paper_s_plant():
+    spelt = {"stepper": {"drive": "voltage"}, "friction": {"law": "coulomb"}, "gear": {"law": "linear"}}
+    assert paper_with(spelt).plant == paper_with({}).plant
+
+
+@pytest.mark.parametrize("table", [name for name in CHOICES if name != "housing"])
+def test_a_law_that_is_none_is_answered_with_the_nearest(table):
+    wrong = CHOICES[table][-1][:-1] + "x"
+    key = "drive" if table == "stepper" else "law"
+    with pytest.raises(InputFileError) as caught:
+        paper_with({table: {key: wrong}})
+    start = f'mechanism.toml: {table}.{key}: unknown {key} "{wrong}"; did you mean "{CHOICES[table][-1]}"?'
+    assert str(caught.value) == start
+
+
+REFUSED = {
+    "key of another law": (
+        {"friction": {"stribeck_rate": 2.0}},
+        'friction.stribeck_rate: unknown key; it belongs to law = "stribeck"',
+    ),
+    "key of another drive": (
+        {"stepper": {"peak_current": 0.6}},
+        'stepper.peak_current: unknown key; it belongs to drive = "current"',
+    ),
+    "key of the law missing": (
+        {"gear": {"law": "backlash"}},
+        "gear.backlash: missing; write backlash under [gear], free travel of the output from flank to flank in rad",
+    ),
+    "key of the default law": (
+        {"gear": {"law": "piecewise_linear"}},
+        'gear.stiffness: unknown key; it belongs to law = "linear"',
+    ),
+    "bends exchanged": (
+        {"gear": LAYOUTS["piecewise_linear"]["gear"] | {"torque_2": 0.05}},
+        "gear.torque_2: 0.05 is not above gear.torque_1 = 0.08; exchange them",
+    ),
+    "modes heavier than the load": (
+        {"load": {"mode": [{"frequency": 190.0, "damping": 0.01, "inertia": 0.02}]}},
+        "load.inertia: 0.010534 is not above the modes' 0.02",
+    ),
+    "order that is not whole": (
+        {"gear": {"kinematic_error": [{"order": 2.5, "amplitude": 1e-4}]}},
+        "gear.kinematic_error.0.order: found 2.5; write a whole number",
+    ),
+    "order missing": (
+        {"stepper": {"torque_harmonic": [{"amplitude": 0.1}]}},
+        "stepper.torque_harmonic.0.order: missing; write order under [[stepper.torque_harmonic]]",
+    ),
+    "list that is a table": (
+        {"load": {"mode": {"frequency": 190.0}}},
+        "load.mode: found a table; write each mode as a table under [[load.mode]], in two brackets",
+    ),
+    "misspelt table": (
+        {"output_frction": {"coulomb": 0.1}},
+        'output_frction: unknown table; did you mean "output_friction"?',
+    ),
+    "law that is no text": ({"friction": {"law": 3}}, 'friction.law: found 3; write law = "coulomb", or leave it out'),
+    "law that the assembly has not": (
+        {"assembly": "current_driven_stepper", "gear": None, "load": None, "friction": {"law": "load_dependent"}},
+        'friction.law: unknown law "load_dependent"',
+    ),
+    "table that the assembly has not": ({"assembly": "direct_torque_drive"}, "stepper: unknown table"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_does_not_fit_together_is_said_with_its_place(case):
+    changes, message = REFUSED[case]
+    with pytest.raises(InputFileError, match=f"^{re.escape(f'mechanism.toml: {message}')}") as caught:
+        paper_with(changes)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,177 @@
+"""The library's blocks in the kernel: against the slow twin, differences and closed forms; several switches at once.
+
+Truth: the twin, whose equations tests/kernel/test_blocks.py holds against right-hand sides typed by hand.
+"""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from layouts import LAYOUTS, mechanism_of, paper_with
+from mechid.command import InputChannel, MeasuredCommand
+from mechid.parameter import Declaration, Parameter
+from mechid.plant.block import Block
+from mechid.plant.drive import measured_drive
+from mechid.plant.friction import Site, coulomb
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.plant import assemble
+from paper import constant
+from runs import base, rms, run_kernel, run_twin
+
+COMMAND = constant(46.0)
+TOGETHER = {
+    "backlash between two frictions": LAYOUTS["three switches"],
+    "catalogue gear, flexible load, phases apart": {
+        "friction": {"law": "directional", "coulomb": 0.004, "asymmetry": 0.2, "viscous_asymmetry": -0.1},
+        **{table: LAYOUTS[name][table] for name, table in (("piecewise_linear", "gear"), ("flexible load", "load"))},
+        "stepper": LAYOUTS["imbalance"]["stepper"] | LAYOUTS["torque_harmonic"]["stepper"],
+    },
+    "load-dependent, kinematic error, test stand": {
+        **LAYOUTS["load_dependent"],
+        **LAYOUTS["kinematic_error"],
+        **LAYOUTS["test stand"],
+    },
+    "LuGre on a current drive": {**LAYOUTS["lugre"], **LAYOUTS["current drive"]},
+}
+"""Every block of the library once, in few mechanisms: each is a kernel to compile."""
+ALONE = [pytest.param(LAYOUTS[name], id=name, marks=pytest.mark.slow) for name in LAYOUTS if name != "three switches"]
+EVERY = [*(pytest.param(changes, id=name) for name, changes in TOGETHER.items()), *ALONE]
+
+
+def estimable(m, count=16):
+    """Return the places of the last parameters that are estimated: those of blocks behind the motor come last."""
+    return [i for i, s in enumerate(m.plant.parameters) if s in m.plant.estimable][-count:]
+
+
+def events(switching):
+    return [(s.switch, s.before, s.after) for s in switching]
+
+
+@pytest.mark.parametrize("changes", EVERY)
+def test_the_kernel_keeps_its_promise(changes, note):
+    """Truth: the twin; 1e-5 of the RMS torque, the same switches in the same order."""
+    m, time_base = paper_with(changes), base(0.25)
+    kernel, twin = run_kernel(m, COMMAND, time_base), run_twin(m, COMMAND, time_base)
+    error, size = rms(kernel.torque - twin.y[:, 0]), rms(twin.y)
+    note(f"RMS error {error / size:.1e}, {len(twin.switching)} switches")
+    assert error <= 1e-5 * size
+    found = kernel.switching
+    assert events(twin.switching) == list(zip(found.switch, found.before, found.after, strict=True))
+    np.testing.assert_allclose(found.time, [s.time for s in twin.switching], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("changes", EVERY)
+def test_sensitivities_are_those_of_the_twin_and_of_differences(changes):
+    """Truth: the twin's variational equations to 1e-5 of each RMS; central differences of finer runs, across switches.
+
+    Where a switch passes a sample between the two runs a difference is no derivative: a few samples may be off.
+    """
+    m, time_base = paper_with(changes), base(0.06)
+    chosen = estimable(m)
+    kernel = run_kernel(m, COMMAND, time_base, sensitive=chosen, substeps=8).jacobian["torque"]
+    twin = run_twin(m, COMMAND, time_base, sensitive=chosen).jacobian[:, 0]
+    assert np.all(np.linalg.norm(kernel - twin, axis=0) <= 1e-5 * np.linalg.norm(twin, axis=0))
+    p = m.kernel_values()
+    for j, i in enumerate(chosen):
+        step = np.zeros_like(p)
+        step[i] = 1e-5 * max(abs(p[i]), 1e-3)
+        up, down = (run_kernel(m, COMMAND, time_base, p=p + way * step, substeps=8).torque for way in (1, -1))
+        difference = (up - down) / (2 * step[i])
+        off = np.abs(difference - kernel[:, j]) > 1e-4 * np.abs(difference).max()
+        assert off.sum() <= 5, m.plant.parameters[i]
+
+
+def test_switches_of_different_blocks_fall_into_one_sample():
+    """Truth: the twin, at 1 kHz, where many samples hold several switches."""
+    m, time_base = paper_with(LAYOUTS["three switches"]), base(0.25, rate_hz=1e3)
+    kernel, twin = run_kernel(m, COMMAND, time_base, substeps=20), run_twin(m, COMMAND, time_base)
+    sample = np.ceil(kernel.switching.time * 1e3)
+    shared = [len(set(kernel.switching.switch[sample == n])) for n in np.unique(sample)]
+    assert max(shared) >= 2
+    assert rms(kernel.torque - twin.y[:, 0]) <= 1e-5 * rms(twin.y)
+
+
+def twins_on_one_torque():
+    """Return two equal bodies on equal friction under one torque, and the same body alone."""
+
+    def body(suffix):
+        site = Site(table=f"friction{suffix}", suffix=suffix, omega=sp.Symbol(f"omega{suffix}"))
+        x, v, J, drive, a = sp.symbols(f"x{suffix} omega{suffix} J{suffix} T_drive{suffix} a{suffix}")
+        T, T_fr, free = sp.symbols(f"T_mot_in T_fr{suffix}_in free{suffix}_in")
+        inertia = Declaration(key="inertia", symbol=J.name, unit="kg m2", meaning="inertia", lower=0.0)
+        mass = Block(name=f"body{suffix}", table=f"body{suffix}", declarations=(inertia,), inputs=(T, T_fr, free),
+                     terms={drive: T, a: free * (drive - T_fr) / J}, rates={x: v, v: a}, initial={x: 0, v: 0},
+                     outputs={f"x{suffix}": x, f"T_drive{suffix}": drive})  # fmt: skip
+        return [mass, coulomb(site)]
+
+    drive = measured_drive((("torque", "T_mot"),), "drive")
+    both = assemble("two", [drive, *body(""), *body("_b")], {}, {"rotor_angle": "body.x", "output_angle": "body_b.x_b"},
+                    ("rotor_angle", "output_angle"))  # fmt: skip
+    alone = assemble("one", [drive, *body("")], {}, {"rotor_angle": "body.x"})
+    return [Mechanism(plant, _values(plant), {}) for plant in (both, alone)]
+
+
+def _values(plant):
+    named = {"inertia": 1e-3, "static": 0.05, "coulomb": 0.03, "viscous": 2e-3}
+    return {
+        name: Parameter(name=name, value=named[name.rpartition(".")[2]], declaration=d)
+        for name, d in plant.declarations.items()
+    }
+
+
+def test_two_switches_at_one_instant_are_both_taken():
+    """Truth: the same body alone. Both stick, slip and turn at the very same instants, and do not know one another."""
+    both, alone = twins_on_one_torque()
+    time_base = base(0.3, rate_hz=1e3)
+    torque = 0.1 * np.sin(2 * np.pi * 12.0 * time_base.times)
+    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", samples=torque),), 1e3, 0.0)
+    pairs, single = (run_kernel(m, command, time_base, sensitive=range(4)) for m in (both, alone))
+    assert single.switching.time.size >= 6
+    np.testing.assert_allclose(pairs.switching.time, np.repeat(single.switching.time, 2), rtol=0, atol=1e-12)
+    x, x_b = pairs.values["rotor_angle"], pairs.values["output_angle"]
+    np.testing.assert_allclose(x, single.measured, rtol=0, atol=1e-12 * np.abs(x).max())
+    np.testing.assert_allclose(x_b, x, rtol=0, atol=1e-12 * np.abs(x).max())
+    for own, expected in zip(pairs.jacobian["rotor_angle"].T, single.jacobian["rotor_angle"].T, strict=True):
+        np.testing.assert_allclose(own, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+    np.testing.assert_allclose(pairs.jacobian["output_angle"], 0.0, rtol=0, atol=1e-12 * np.abs(own).max())
+    twin = run_twin(both, command, time_base)
+    assert rms(twin.y[:, 0] - x) <= 1e-5 * rms(x)
+
+
+def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
+    """Truth: x = (F - T_c)(t - t_0)^2/2J from the edge at t_0 on; static friction moves neither x nor the instant."""
+    m = mechanism_of({
+        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
+        "friction": {"static": 0.05, "coulomb": 0.03, "viscous": 0.0},
+    })  # fmt: skip
+    time_base = base(0.1, rate_hz=1e3)
+    torque = np.where(time_base.times < 0.0295, 0.02, 0.08)
+    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", held=True, samples=torque),), 1e3, 0.0)
+    chosen = [list(map(str, m.plant.parameters)).index(name) for name in ("T_frs", "T_frd", "J_rot")]
+    since = np.maximum(time_base.times - 0.030, 0.0)
+    x = 0.05 * since**2 / 2 / 2e-3
+    kernel = run_kernel(m, command, time_base, sensitive=chosen)
+    np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-13)
+    expected = np.stack([0.0 * x, -(since**2) / 2 / 2e-3, -x / 2e-3], axis=1)
+    np.testing.assert_allclose(kernel.jacobian["output_angle"], expected, rtol=0, atol=1e-9)
+    assert kernel.switching.time == pytest.approx([0.030], abs=1e-12)
+    twin = run_twin(m, command, time_base, sensitive=chosen)
+    np.testing.assert_allclose(twin.y[:, 0], x, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(twin.jacobian[:, 0], expected, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("held", [True, False])
+def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
+    """Truth: m x'' = F in closed form, F the steps or the straight lines through the samples."""
+    m = mechanism_of({
+        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
+        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 0.0},
+    })  # fmt: skip
+    time_base, r = base(0.05, rate_hz=1e3, start_s=3.0), np.random.default_rng(4)
+    F, h = r.normal(size=time_base.samples), 1e-3
+    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", held=held, samples=F),), 1e3, 3.0)
+    slope = np.zeros_like(F) if held else np.append(np.diff(F), 0.0) / h
+    v = np.concatenate([[0.0], np.cumsum(F * h + slope * h**2 / 2)[:-1]]) / 2e-3
+    x = np.concatenate([[0.0], np.cumsum(v * h + (F * h**2 / 2 + slope * h**3 / 6) / 2e-3)[:-1]])
+    kernel = run_kernel(m, command, time_base, substeps=1)
+    np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-9 * np.abs(x).max())
