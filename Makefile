@@ -27,7 +27,7 @@ recovery: $(VENV)/.installed ## 100 random mechanisms from the catalogue, resuma
 	$(BIN)/python benchmarks/recovery.py $(OPTIONS)
 
 coverage: $(VENV)/.installed ## Coverage of the 95 % intervals, resumable (OPTIONS="--noise white|ar888|ar46 --draws 0:400")
-	$(BIN)/python benchmarks/coverage.py $(OPTIONS)
+	$(BIN)/python benchmarks/interval_coverage.py $(OPTIONS)
 
 lint: style types ## Style, format and types, nothing changed
 
