@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.declaration import DECLARED, taken_campaign
 from mechid.identification.ending import Ending
-from mechid.identification.fit import Fit, ParameterEstimate
+from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
 from mechid.identification.problem import Problem
 from mechid.identification.record_fit import record_fit
 from mechid.identification.standard_errors import StandardErrors, standard_errors
@@ -25,6 +25,7 @@ from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
+MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
@@ -98,6 +99,8 @@ def _estimate(
     error, white = errors.of(before.name) if status is Status.FREE else (None, None)
     local = errors.local_only.get(before.name, "") if error is not None else ""
     bounded = before.is_free and not before.is_periodic
+    prior = _prior(before, start, errors)
+    mainly = MAINLY_PRIOR if prior and prior.dominates else ""
     return ParameterEstimate(
         name=before.name,
         symbol=before.declaration.symbol,
@@ -109,16 +112,31 @@ def _estimate(
         min=before.min if bounded else None,
         max=before.max if bounded else None,
         status=str(status),
-        reason=reason or local,
+        reason="; ".join(filter(None, (reason, local, mainly))),
         local_only=bool(local),
+        prior=prior,
     )
 
 
+def _prior(before: Parameter, value: float, errors: StandardErrors) -> PriorShare | None:
+    """Return what the file knows beforehand of a parameter to be estimated, and what the records alone tell."""
+    if not before.is_free or before.sigma is None:
+        return None
+    alone = errors.of_records_alone(before.name)
+    return PriorShare(value=value, sigma=before.sigma, std_error_without=alone, counted=alone is not None)
+
+
 def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
-    """Say which parameters have no uncertainty of their own."""
+    """Say which parameters have no uncertainty of their own, and which have mainly their prior's."""
     said = (Status.FROZEN, Status.AT_BOUND)
-    return [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
-            for p in parameters.values() if p.status in said]  # fmt: skip
+    lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
+             for p in parameters.values() if p.status in said]  # fmt: skip
+    return lines + [
+        f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
+        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would tell it"
+        for p in parameters.values()
+        if p.prior and p.prior.dominates
+    ]
 
 
 def _notes(campaign: Campaign) -> tuple[str, ...]:

@@ -18,6 +18,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.doubts import SINGULAR
 from mechid.identification.problem import Problem
 from mechid.identification.reduction import Triangle
+from mechid.identification.solve import covariance
 from mechid.parameter import Parameter
 
 FloatArray = NDArray[np.float64]
@@ -62,7 +63,7 @@ class Dependence:
 
 @dataclass(frozen=True)
 class Seen:
-    """What the records alone say of the parameters that are estimated.
+    """What is known of the parameters that are estimated.
 
     `influence` is what a parameter changes of all samples, in sigmas, over what is believed of it, others held.
     """
@@ -94,7 +95,7 @@ def worst_dependence(
     problem : Problem
     q : (n,)
     triangle : Triangle
-        Of the records alone, without priors.
+        Of the records and of the priors that count: a prior resolves what the records do not.
     counted : (n,) of bool
         Coordinates that are estimated: neither on a bound nor unseen.
     options : IdentifyOptions
@@ -106,39 +107,42 @@ def worst_dependence(
 
 
 def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_]) -> Seen:
-    """Express what the records say in the file's coordinates; a singular direction gets a huge variance."""
+    """Express what is known in the file's coordinates; a singular direction has a huge variance.
+
+    The covariance is the white one: that robust to colour also grows by what a parameter held before leaves in the
+    residual, and would then take the next one with it.
+    """
     here = q[: problem.space.size]
     names, slopes = problem.space.value_jacobian(here)
     part = counted[: problem.space.size]
     kept = [i for i, name in enumerate(names) if np.any(slopes[i, part] != 0.0) and not np.any(slopes[i, ~part] != 0.0)]
-    J = triangle.jacobian[:, : problem.space.size][:, part]
-    size = np.where((norm := np.linalg.norm(J, axis=0)) > 0.0, norm, 1.0)
-    _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
-    root = (Vt.T / np.maximum(s, 1e-12 * s.max(initial=1e-300))) / size[:, None]
-    maps = slopes[kept][:, part] @ root
+    maps = slopes[kept][:, part]
+    moving = np.flatnonzero(part)
+    estimated = covariance(Triangle(triangle.norm, triangle.jacobian[:, counted], triangle.samples))
+    own = estimated[: moving.size, : moving.size]
     parameters = tuple(problem.space.mechanism.parameters[names[i]] for i in kept)
     values = np.array([problem.space.values(here)[p.name] for p in parameters])
-    covariance = maps @ maps.T
     ranges = np.array([p.sigma or (p.max - p.min) / math.sqrt(12.0) for p in parameters])
-    alone = np.sqrt(np.maximum(np.diag(np.linalg.pinv(covariance)), 0.0))
-    return Seen(parameters, values, covariance, ranges * alone)
+    alone = np.linalg.norm(triangle.jacobian[:, moving] @ np.linalg.pinv(maps), axis=0)
+    return Seen(parameters, values, maps @ own @ maps.T, ranges * alone)
 
 
 def _singular(
     problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_], seen: Seen
 ) -> Dependence | None:
     """Find a direction of which the records see nothing but rounding."""
-    part = counted[: problem.space.size]
-    J = triangle.jacobian[:, : problem.space.size][:, part]
+    J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
     if not size.size or np.any(size == 0.0):
         return None
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
     if s[-1] > SINGULAR * s[0]:
         return None
+    step = np.zeros(problem.size)
+    step[counted] = Vt[-1] / size
     _, slopes = problem.space.value_jacobian(q[: problem.space.size])
     names = [p.name for p in problem.space.mechanism.free]
-    direction = slopes[:, part] @ (Vt[-1] / size)
+    direction = slopes @ step[: problem.space.size]
     rows = [names.index(p.name) for p in seen.parameters]
     moved = _relative(seen, direction[rows])
     involved = np.flatnonzero(np.abs(moved) > INVOLVED * np.abs(moved).max())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import Enum
 
 import numpy as np
@@ -45,6 +45,32 @@ class FitOutcome(Enum):
 
 
 @dataclass(frozen=True, kw_only=True)
+class PriorShare:
+    """A prior of the mechanism file, and what it did.
+
+    Attributes
+    ----------
+    value, sigma : float
+        In the parameter's unit.
+    std_error_without : float or None
+        White standard error of the parameter from the records alone, no prior counted; infinite where they do not
+        tell it. None where the parameter is not estimated or the prior did not count.
+    counted : bool
+        Whether the prior counted in the last fit.
+    """
+
+    value: float
+    sigma: float
+    std_error_without: float | None = None
+    counted: bool = False
+
+    @property
+    def dominates(self) -> bool:
+        """Whether the prior says more of the parameter than the records do."""
+        return self.std_error_without is not None and self.std_error_without > self.sigma
+
+
+@dataclass(frozen=True, kw_only=True)
 class ParameterEstimate:
     """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
 
@@ -65,6 +91,7 @@ class ParameterEstimate:
     status: str
     reason: str = ""
     local_only: bool = False
+    prior: PriorShare | None = None
 
     @property
     def ci95(self) -> tuple[float, float] | None:
@@ -94,8 +121,6 @@ class RecordFit:
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
         Samples rejected as spikes.
-    effective_samples : float or None
-        How many independent samples tell as much of a constant residual as its coloured ones.
     taken : Taken
         How it was taken, where that is not as the campaign file declares it.
     """
@@ -111,7 +136,6 @@ class RecordFit:
     horizon_s: float
     prefilter_order: int = 0
     rejected: int = 0
-    effective_samples: float | None = None
     channels: tuple[str, ...] = ("torque",)
     taken: Taken = DECLARED
 
@@ -187,7 +211,7 @@ def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
         "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
         "std_error_white": p.std_error_white, "ci95": list(interval) if interval else None,
         "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
-        "local_only": p.local_only,
+        "local_only": p.local_only, "prior": asdict(p.prior) if p.prior else None,
     }  # fmt: skip
 
 
@@ -195,7 +219,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
     return {
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
-        "prefilter_order": r.prefilter_order, "rejected": r.rejected, "effective_samples": r.effective_samples,
+        "prefilter_order": r.prefilter_order, "rejected": r.rejected,
         "channels": list(r.channels), "taken": r.taken.to_dict(),
     }  # fmt: skip
 

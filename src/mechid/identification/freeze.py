@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.dependence import Dependence, worst_dependence
 from mechid.identification.ending import Frozen
+from mechid.identification.fit import FitOutcome
 from mechid.identification.problem import Problem
-from mechid.identification.reduction import combined
+from mechid.identification.reduction import Triangle
 from mechid.identification.space import SearchSpace
 from mechid.identification.trail import Trail, joint_fit
 from mechid.identification.verdict import seen_coordinates
@@ -27,7 +28,7 @@ def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> No
     """
     for _ in campaign.mechanism.free:
         problem, q = trail.problem, trail.q
-        triangle = combined(problem.triangles(q, trail.windows))
+        triangle = problem.joint(q, trail.windows)
         if not np.all(np.isfinite(triangle.jacobian)):
             break
         counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
@@ -37,18 +38,40 @@ def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> No
         if not campaign.options.freeze:
             trail.warnings.append(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
             break
-        held.append(_hold(trail, campaign, found))
+        held.append(_hold(trail, campaign, found, triangle))
 
 
-def _hold(trail: Trail, campaign: Campaign, found: Dependence) -> Frozen:
+def _hold(trail: Trail, campaign: Campaign, found: Dependence, triangle: Triangle) -> Frozen:
     """Refit without the parameter that the dependence gives up."""
     before, was = trail.problem, trail.q
     parameter = campaign.mechanism.parameters[found.held]
     names = [p.name for p in before.space.mechanism.free if p.name != found.held]
-    trail.problem, trail.q = without(before, was, names, {found.held: parameter.value})
-    joint_fit(trail, f"{found.held} held", tuple(names))
+    values = _carried(before, was, triangle, found, parameter.value)
+    trail.problem, trail.q = without(before, was, names, {**values, found.held: parameter.value})
+    solution = joint_fit(trail, f"{found.held} held", tuple(names))
+    if not solution.converged:
+        trail.outcome = FitOutcome.NOT_CONVERGED
     reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
     return Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, trail))
+
+
+def _carried(
+    problem: Problem, q: FloatArray, triangle: Triangle, found: Dependence, held_at: float
+) -> dict[str, float]:
+    """Return where the others of a dependence go when one is held elsewhere, so that the records hardly change.
+
+    By powers, which is exact for a product or a ratio; a value at zero or of another sign stays.
+    """
+    others = [name for name in found.involved if name != found.held]
+    now = problem.space.values(q[: problem.space.size])
+    if not others or now[found.held] * held_at <= 0.0:
+        return {}
+    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
+    J = triangle.jacobian[:, : problem.space.size] @ np.linalg.pinv(slopes) * [now[n] for n in names]
+    powers = np.linalg.lstsq(J[:, [names.index(n) for n in others]], -J[:, names.index(found.held)], rcond=None)[0]
+    limits = problem.space.mechanism.parameters
+    moved = {n: now[n] * (held_at / now[found.held]) ** float(k) for n, k in zip(others, powers, strict=True)}
+    return {n: min(max(value, limits[n].min), limits[n].max) for n, value in moved.items()}
 
 
 def without(

@@ -81,7 +81,7 @@ def horizon(
     What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
     a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
     """
-    window = max(int(WINDOW_S * target.base.sample_rate_hz), 4)
+    window = gate_window(target)
     residual = np.empty(target.samples)
     lines: list[Line] = []
     tested = 0
@@ -147,8 +147,17 @@ def horizons_at(
 
 def chance(problem: Problem) -> float:
     """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
-    shortest = min(max(int(WINDOW_S * t.base.sample_rate_hz), 4) for t in problem.targets)
-    return float(chi2.isf(1e-9, shortest)) / shortest
+    return chance_of(min(map(gate_window, problem.targets)))
+
+
+def chance_of(samples: float) -> float:
+    """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
+    return float(chi2.isf(1e-9, samples)) / samples
+
+
+def gate_window(target: Target) -> int:
+    """Return how many samples a target's windows have, 5 ms of them."""
+    return max(int(WINDOW_S * target.base.sample_rate_hz), 4)
 
 
 def grow(

@@ -26,7 +26,7 @@ from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.journal import Journal
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
-from mechid.identification.noise import rejection_warnings, released, without_outliers, without_spikes
+from mechid.identification.noise import by_own_residuals, rejection_warnings, released, without_outliers, without_spikes
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
@@ -149,6 +149,8 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
+    if campaign.options.spikes == "reject":
+        trail.problem = without_outliers(trail.problem, trail.q, trail.windows)
     trail.problem = released(trail.problem, trail.q, trail.windows, campaign.options, trail.warnings)
     if campaign.options.priors == "search":
         trail.problem = replace(trail.problem, priors={})
@@ -242,19 +244,20 @@ def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: i
     for attempt in range(1, CONFIRMATIONS + 1):
         fine = replace(trail.problem, substeps=2 * trail.problem.substeps)
         strict = chance(fine)
-        if not _lost(fine, trail.q, most=strict):
+        judged = by_own_residuals(fine, trail.q)
+        if not _lost(judged, trail.q, most=strict):
             return solution
         rng = np.random.default_rng((seed, 0, attempt))
-        growth = grow(fine, trail.q, rng, partial(_note_regrowth, trail), most=strict, journal=trail.journal)
+        growth = grow(judged, trail.q, rng, partial(_note_regrowth, trail), most=strict, journal=trail.journal)
         if growth.complete or _cost(fine, growth.q) < _cost(fine, trail.q):
             trail.at(growth.q, {t.name: t.samples for t in fine.targets})
             trail.problem = fine
             solution = fit_past_cliffs(trail, joint_fit(trail, "growth again", names), names, seed)
         if not growth.complete:
-            if _lost(trail.problem, trail.q, most=strict):
+            if _lost(by_own_residuals(trail.problem, trail.q), trail.q, most=strict):
                 trail.warnings.append(_suspicion(growth, fine))
             break
-    lost = _lost(trail.problem, trail.q)
+    lost = _lost(by_own_residuals(trail.problem, trail.q), trail.q)
     if lost:
         trail.outcome = FitOutcome.HORIZON
         trail.warnings.append(f"the joint optimum does not follow {', '.join(lost)} to the end")

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.gates import chance_of, gate_window
 from mechid.identification.problem import Problem, Target, Windows
 from mechid.identification.uncertainty import residual
+from mechid.signal import effective_samples
 from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.spikes import isolated_spikes, outliers
 
@@ -52,6 +54,27 @@ def _released(
         return found
     colour = fit_autoregression(r)
     return replace(found, prefilter=colour) if colour.order else found
+
+
+def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
+    """Return the problem with each misfit record at its own residual's RMS, to judge whether `q` follows it.
+
+    What a model lacks is in the residual throughout: against the floor every stretch would count as lost. A coloured
+    residual is worth fewer samples, so a short stretch of it scatters more: the RMS grows by what chance allows more.
+    """
+    return replace(problem, targets=tuple(_by_own_residual(problem, t, q) for t in problem.targets))
+
+
+def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
+    r = residual(problem, target, q, (0, target.samples))
+    if not np.all(np.isfinite(r)):
+        return target
+    rms = float(np.linalg.norm(r)) / math.sqrt(r.size)
+    if rms <= MISFIT * target.sigma and target.prefilter is None:
+        return target
+    window = gate_window(target)
+    worth = max(window * effective_samples(r) / r.size, 1.0)
+    return replace(target, sigma=rms * math.sqrt(chance_of(worth) / chance_of(window)))
 
 
 def without_spikes(target: Target) -> Target:

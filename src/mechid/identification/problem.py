@@ -177,16 +177,17 @@ class Problem:
             return target.time_offset_s
         return float(q[self.space.size + self.delayed_targets.index(target.name)])
 
-    def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False) -> Run:
-        """Begin the simulation of the first `stop` samples of a target at `q`."""
+    def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False, events: int = 0) -> Run:
+        """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
         here = q[: self.space.size]
         p = self.space.kernel(here)
         directions = None
         if jacobian:  # a time offset that is free alone needs sensitivities too
             directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
         return self._simulator(target).run(
-            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop
-        )
+            p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop,
+            events=events,
+        )  # fmt: skip
 
     def _simulator(self, target: Target) -> Simulator:
         if target.name not in self._simulators:

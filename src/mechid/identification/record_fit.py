@@ -35,6 +35,8 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
         noise_sigma=floor,
         offset=line.offset - line.slope * first if line and target.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and target.linear > 1 else None,
+        prefilter_order=target.prefilter.order if target.prefilter else 0,
+        rejected=_rejected(target, (first, stop)).size,
         horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
     )
 
@@ -46,7 +48,14 @@ def _residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int
         return math.nan, None
     line = fit_line(r, target.linear)
     line.take_from(r)
-    return float(np.linalg.norm(r)) / math.sqrt(r.size), line
+    rejected = _rejected(target, window) - window[0]
+    r[rejected] = 0.0
+    return float(np.linalg.norm(r)) / math.sqrt(r.size - rejected.size), line
+
+
+def _rejected(target: Target, window: tuple[int, int]) -> NDArray[np.int64]:
+    """Return the samples of a window that do not count."""
+    return target.rejected[(target.rejected >= window[0]) & (target.rejected < window[1])]
 
 
 def _spread(measured: FloatArray, line: Line | None) -> float:

@@ -28,6 +28,8 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
     try:
         for number, stage in enumerate(campaign.stages, 1):
             begun.append(stage)
+            if number == len(campaign.stages) and campaign.options.priors == "search":
+                trail.problem = replace(trail.problem, priors={})
             begin(trail, campaign, [stage], values)
             trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
             solution = joint_fit(trail, f"stage {number}", stage.free)

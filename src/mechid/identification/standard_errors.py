@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.consider import consider_covariance, file_slopes
+from mechid.identification.doubts import SINGULAR
 from mechid.identification.draws import Departure, departures, told_by
-from mechid.identification.ending import Ending, Frozen
-from mechid.identification.problem import Problem
-from mechid.identification.reduction import Triangle
-from mechid.identification.space import SearchSpace
+from mechid.identification.ending import Ending
+from mechid.identification.grazing import grazing_switches
+from mechid.identification.reduction import Triangle, combined
 from mechid.identification.uncertainty import uncertainty
 from mechid.identification.verdict import Verdict
 
 FloatArray = NDArray[np.float64]
+UNSEEN_SHARE = 1e-4
+"""Share of a parameter in a direction that no record sees, below which it is rounding."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,8 @@ class StandardErrors:
     names : tuple of str, (n,)
     robust, white : (n, n)
         In the file's coordinates and units.
+    without_priors : (n,)
+        White standard errors of the records alone; empty where no prior counts.
     local_only : dict of str to str
     warnings : tuple of str
     """
@@ -35,6 +40,7 @@ class StandardErrors:
     names: tuple[str, ...] = ()
     robust: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     white: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    without_priors: FloatArray = field(default_factory=lambda: np.zeros(0))
     local_only: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
@@ -44,6 +50,12 @@ class StandardErrors:
             return None, None
         i = self.names.index(name)
         return math.sqrt(self.robust[i, i]), math.sqrt(self.white[i, i])
+
+    def of_records_alone(self, name: str) -> float | None:
+        """Return the white standard error of a parameter without any prior, None where no prior counts."""
+        if name not in self.names or not self.without_priors.size:
+            return None
+        return float(self.without_priors[self.names.index(name)])
 
     @property
     def correlation(self) -> FloatArray:
@@ -56,64 +68,46 @@ class StandardErrors:
 def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict.
 
-    Those of a fit that is not good are not tested by draws.
+    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held.
     """
     problem, q = ending.problem, verdict.q
     if not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
     every, slopes = file_slopes(problem, q)
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
-    found = uncertainty(problem, q, ending.windows, triangle, verdict.counted)
-    considered = _considered(ending, q, found.white)
-    robust, white = found.robust + considered, found.white + considered
-    maps = slopes[kept]
-    local = departures(problem, q, ending.windows, robust, ending.seed) if ending.outcome.good else []
+    maps, windows = slopes[kept], ending.windows
+    names = tuple(every[i] for i in kept)
+    found = uncertainty(problem, q, windows, triangle, verdict.counted)
+    white = maps @ found.white @ maps.T
+    considered = consider_covariance(problem, q, windows, ending.frozen, names, white)
+    local = departures(problem, q, windows, found.robust, ending.seed) if ending.outcome.good else []
+    grazing = grazing_switches(problem, q, windows, found.robust)
     return StandardErrors(
-        names=tuple(every[i] for i in kept),
-        robust=maps @ robust @ maps.T,
-        white=maps @ white @ maps.T,
+        names=names,
+        robust=maps @ found.robust @ maps.T + considered,
+        white=white + considered,
+        without_priors=_without_priors(ending, q, verdict, maps),
         local_only=_concerned(ending, q, verdict, local),
-        warnings=tuple(map(_warning, local)),
+        warnings=(*map(_warning, local), *map(str, grazing)),
     )
 
 
-def file_slopes(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the names of all free parameters, (m,), and d(value)/dq, (m, n), time offsets included."""
-    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
-    whole = np.zeros((len(names) + len(delays), problem.size))
-    whole[: len(names), : problem.space.size] = slopes
-    whole[len(names) :, problem.space.size :] = np.eye(len(delays))
-    return (*names, *delays), whole
+def _without_priors(ending: Ending, q: FloatArray, verdict: Verdict, maps: FloatArray) -> FloatArray:
+    """Return the white standard errors that the records alone give, (k,); none where no prior counts.
 
-
-def _considered(ending: Ending, q: FloatArray, white: FloatArray) -> FloatArray:
-    """Return what the uncertainty of held parameters adds to the covariance, in search coordinates.
-
-    Consider covariance: an error c of a held parameter moves the estimate by -P J^T J_c c.
+    Infinite where a parameter has part in a direction that the records do not see.
     """
-    total = np.zeros_like(white)
-    for held in ending.frozen:
-        if held.sigma:
-            moved = white @ _pull(ending, q, held) * held.sigma
-            total += np.outer(moved, moved)
-    return total
-
-
-def _pull(ending: Ending, q: FloatArray, held: Frozen) -> FloatArray:
-    """Return J^T J_c, (n,), with J_c the derivative to the held parameter in its own unit."""
-    problem = ending.problem
-    mechanism = problem.space.at(q[: problem.space.size])
-    pairs = {name: p.amplitude for p in mechanism.plant.polar_pairs for name in (p.amplitude, p.phase)}
-    polar = problem.space.polar | ({pairs[held.name]} if held.name in pairs else frozenset())
-    free = (*(p.name for p in mechanism.free), held.name)
-    wider = replace(problem, space=SearchSpace(mechanism.with_free(free), polar))
-    here = np.concatenate([wider.space.start, q[problem.space.size :]])
-    J = wider.joint(here, ending.windows).jacobian
-    own = wider.names.index(held.name)
-    names, slopes = file_slopes(wider, here)
-    per_unit = J[:, own] / slopes[names.index(held.name), own]
-    return np.asarray(np.delete(J, own, axis=1).T @ per_unit, dtype=np.float64)
+    if not ending.problem.priors:
+        return np.zeros(0)
+    J = combined(ending.problem.triangles(q, ending.windows)).jacobian[:, verdict.counted]
+    size = np.linalg.norm(J, axis=0)
+    size[size == 0.0] = 1.0
+    _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
+    seen = s > SINGULAR * s.max(initial=0.0)
+    parts = (maps[:, verdict.counted] / size) @ Vt.T
+    variance = np.sum((parts[:, seen] / s[seen]) ** 2, axis=1)
+    unseen = np.linalg.norm(parts[:, ~seen], axis=1) > UNSEEN_SHARE * np.linalg.norm(parts, axis=1)
+    return np.where(unseen, np.inf, np.sqrt(variance))
 
 
 def _concerned(ending: Ending, q: FloatArray, verdict: Verdict, local: list[Departure]) -> dict[str, str]:

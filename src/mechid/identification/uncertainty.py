@@ -62,13 +62,16 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
 
 
 def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
-    """Return the residual behind the target's prefilter, (n,) N m: what is left of its colour."""
+    """Return the residual behind the target's prefilter, (n,) N m; 0 where its memory is not of the residual."""
     r = residual(problem, target, q, window)
-    return (
-        r
-        if target.prefilter is None
-        else np.asarray(lfilter(target.prefilter.coefficients, [1.0], r), dtype=np.float64)
-    )
+    if target.prefilter is None:
+        return r
+    order = target.prefilter.order
+    white = np.asarray(lfilter(target.prefilter.coefficients, [1.0], r), dtype=np.float64)
+    white[:order] = 0.0
+    for k in (target.rejected - window[0]).tolist():
+        white[max(k, 0) : max(k + order + 1, 0)] = 0.0
+    return white
 
 
 def _score_variance(

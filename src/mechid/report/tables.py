@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
-from mechid.identification.fit import Fit, ParameterEstimate, RecordFit, StageReport
+from mechid.identification.fit import Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.validation import order_rows, validation_rows
@@ -78,6 +80,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "status": p.status,
         "reason": p.reason,
         "local_only": p.local_only,
+        "prior": asdict(p.prior) if p.prior else None,
         "estimated": p.status != Status.KNOWN,
         "text": {
             "nominal": plain(p.start),
@@ -88,9 +91,17 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
             "unit": "" if p.unit == "1" else p.unit,
             "min": "" if p.min is None else plain(p.min),
             "max": "" if p.max is None else plain(p.max),
-            "status": p.status.replace("_", " "),
+            "status": "local only" if p.local_only else p.status.replace("_", " "),
+            "prior": "" if p.prior is None else plain(p.prior.value),
+            "prior_sigma": "" if p.prior is None else plain(p.prior.sigma),
+            "without_prior": "" if p.prior is None else _records_alone(p.prior),
         },
     }
+
+
+def _records_alone(prior: PriorShare) -> str:
+    """Return the standard error that the records alone would give, as text."""
+    return "not told" if prior.std_error_without == math.inf else digits(prior.std_error_without, 3)
 
 
 def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
@@ -114,6 +125,8 @@ def _record(r: RecordFit) -> dict[str, Any]:
         "offset": r.offset,
         "drift": r.drift,
         "followed_s": r.horizon_s,
+        "prefilter_order": r.prefilter_order,
+        "rejected": r.rejected,
         "channels": list(r.channels),
         "text": {
             "samples": str(r.samples),

@@ -31,6 +31,14 @@ PARAMETER_LAYOUTS = (
     ((PARAMETER, *VALUES, *TRUTH), (PARAMETER, *LIMITS)),
     ((PARAMETER, *VALUES), (PARAMETER, *TRUTH, *LIMITS)),
 )
+PRIOR_COLUMNS = (
+    PARAMETER,
+    Column("prior", "prior"),
+    Column("+- sigma", "prior_sigma"),
+    Column("estimate", "estimate"),
+    Column("+- sigma", "std_error"),
+    Column("records alone", "without_prior"),
+)
 RECORD = Column("record", "name", words=True)
 FOLLOWED = (
     Column("use", "use", words=True),
@@ -69,6 +77,7 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
     say(console, f"Parameters{legend}", "bold")
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
+    _print_priors(data, console)
     say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
     print_tables(console, RECORD_LAYOUTS, data["records"])
     _print_held_out(data, console)
@@ -77,6 +86,14 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_priors(data: Mapping[str, Any], console: Console) -> None:
+    """Print the priors, and how sure the records alone would be, where there are any."""
+    rows = [row for row in data["parameters"] if row["prior"]]
+    if rows:
+        say(console, "Priors; records alone: sigma without any prior, empty where the last fit left them out", "bold")
+        print_table(console, PRIOR_COLUMNS, rows)
 
 
 def _print_held_out(data: Mapping[str, Any], console: Console) -> None:

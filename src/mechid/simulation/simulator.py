@@ -152,6 +152,7 @@ class Run:
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
+        self.moved = directions.shape[1]
         self.grid = np.array([base.start_s - time_offset_s, base.interval_s, base.interval_s / substeps])
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
@@ -222,14 +223,13 @@ class Run:
         b = self.buffers
         table = b.events.reshape(-1, 5 + b.lanes)[: b.discrete[2]]
         index = table[:, 1:4].astype(np.int64)
-        n = len(self.simulator.sensitive)
         return Switching(
             table[:, 0].copy(),
             index[:, 0],
             index[:, 1],
             index[:, 2],
             table[:, 4].copy(),
-            table[:, 5 : 5 + n].copy(),
+            table[:, 5 : 5 + self.moved].copy(),
         )
 
 
