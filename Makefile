@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench recovery lint style types format pytest lock clean
+.PHONY: help demo test test-slow bench recovery coverage lint style types format pytest lock clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -25,6 +25,9 @@ bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machin
 
 recovery: $(VENV)/.installed ## 100 random mechanisms from the catalogue, resumable (OPTIONS="--family 2 --seeds 0:40")
 	$(BIN)/python benchmarks/recovery.py $(OPTIONS)
+
+coverage: $(VENV)/.installed ## Coverage of the 95 % intervals, resumable (OPTIONS="--noise white|ar888|ar46 --draws 0:400")
+	$(BIN)/python benchmarks/interval_coverage.py $(OPTIONS)
 
 lint: style types ## Style, format and types, nothing changed
 

@@ -98,11 +98,11 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     problem, q = _as_moved(problem, q, parameters, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
-    problem = released(problem, q, windows, options, [])
-    if options.priors == "search" and not campaign.stages:
-        problem = replace(problem, priors={})
     if options.spikes == "reject" and not campaign.stages:
         problem = without_outliers(problem, q, windows)
+    problem = released(problem, q, windows, options, [])
+    if options.priors == "search":
+        problem = replace(problem, priors={})
     solution = solve(problem, q, windows)
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")

@@ -5,7 +5,7 @@ with white noise is identified from the catalogue; all others start from its est
 joint fits, release of the noise and conclusion. One line of JSON is appended for each; what is in the file already is
 not repeated, so a run may be stopped, taken up again, and done in pieces. A changed method wants a new file.
 
-    python benchmarks/coverage.py --noise white|ar888|ar46 --draws 0:400 [--workers 2] [--out FILE]
+    python benchmarks/interval_coverage.py --noise white|ar888|ar46 --draws 0:400 [--workers 2] [--out FILE]
 """
 
 import argparse
