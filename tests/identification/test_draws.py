@@ -118,6 +118,12 @@ def test_a_stick_that_comes_and_goes_is_found_in_its_record_and_instant():
     assert found.record == "full_46"
     assert 5 <= found.draws <= 25  # half of them fall to the other side
     assert abs(found.instant_s - instant) < 5e-3
-    told = told_by(problem, q, windows, ["full_46"], np.ones(1, dtype=bool))
-    assert told == (COULOMB,)
-    assert told_by(problem, q, windows, ["micro_92"], np.ones(1, dtype=bool)) == ()
+    assert found.across == (COULOMB,)  # the thread hangs to one side
+
+
+def test_a_standard_error_rests_on_the_record_that_tells_it():
+    """Truth: the stiffness moves full steps, and microsteps above the resonance far less."""
+    problem, q, windows, _ = at_truth(("gear.stiffness",), "full_46", "micro_92", seconds=0.3)
+    every = np.ones(1, dtype=bool)
+    assert told_by(problem, q, windows, ["full_46"], every) == ("gear.stiffness",)
+    assert told_by(problem, q, windows, ["micro_92"], every) == ()
