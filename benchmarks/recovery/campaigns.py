@@ -68,7 +68,7 @@ def campaign(start: Mechanism, truth: Mechanism, seed: int, variant: str) -> Cam
     runs = tests(truth)
     generators = np.random.default_rng((seed, 1)).spawn(len(runs))
     records = tuple(
-        _record(name, _measured(truth, run, rng), run.command)
+        record_of(name, _measured(truth, run, rng), run.command)
         for (name, run), rng in zip(runs.items(), generators, strict=True)
         if name != VARIANTS[variant]
     )
@@ -76,16 +76,21 @@ def campaign(start: Mechanism, truth: Mechanism, seed: int, variant: str) -> Cam
 
 
 def _measured(truth: Mechanism, run: Test, rng: np.random.Generator) -> np.ndarray:
-    base = TimeBase(RATE_HZ, round(run.seconds * RATE_HZ) + 1)
-    torque = simulate_run(
-        Simulator(truth.plant, run.command, base).run(truth.kernel_values(), substeps=SUBSTEPS)
-    ).torque
+    torque = torque_of(truth, run)
     offset, drift = rng.normal(0.0, (OFFSET_NM, DRIFT_NM))
     noise = NOISE_NM * rng.standard_normal(torque.size)
     return torque + noise + offset + drift * np.linspace(0.0, 1.0, torque.size)
 
 
-def _record(name: str, torque: np.ndarray, command: Command) -> CampaignRecord:
+def torque_of(mechanism: Mechanism, run: Test) -> np.ndarray:
+    """Return what the mechanism's torque is in a test run, N m."""
+    base = TimeBase(RATE_HZ, round(run.seconds * RATE_HZ) + 1)
+    simulator = Simulator(mechanism.plant, run.command, base)
+    return simulate_run(simulator.run(mechanism.kernel_values(), substeps=SUBSTEPS)).torque
+
+
+def record_of(name: str, torque: np.ndarray, command: Command) -> CampaignRecord:
+    """Return a record that holds a torque, N m."""
     path = Path(f"{name}.csv")
     channel = Channel(quantity="torque", unit="N*m", data=torque, role=Role.OUTPUT, column="torque_Nm")
     delay = Parameter(name=record_parameter_name(name, TIME_OFFSET.key), declaration=TIME_OFFSET, value=0.0)

@@ -39,7 +39,10 @@ def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
     assert output.startswith("Interrupted by the user")
     assert sorted(path.name for path in out.iterdir()) == [
         "estimate.json",
+        "figures",
         "journal.jsonl",
         "mechanism.toml",
+        "report.html",
         "report.json",
+        "report.md",
     ]

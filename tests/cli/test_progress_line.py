@@ -5,8 +5,9 @@ import json
 
 from rich.console import Console
 
-from mechid.cli.journal import Journal
+from mechid.cli.journal import StageLines
 from mechid.cli.progress_line import ProgressLine, progress_words
+from mechid.identification.journal import Journal
 from mechid.identification.progress import Progress
 
 REPORTS = [
@@ -55,11 +56,12 @@ def test_nothing_told_is_nothing_shown():
 
 
 def test_the_journal_notes_a_stage_when_it_ends_and_keeps_earlier_runs(tmp_path):
+    path = tmp_path / "journal.jsonl"
     for _ in range(2):
-        with Journal.opened(tmp_path, tmp_path / "campaign.toml", 7) as journal:
-            for report in REPORTS:
-                journal.tell(report)
-            noted = journal.path.read_text().splitlines()  # while it still runs
+        stages = StageLines(Journal.opened(path, {}, campaign="campaign.toml", seed=7))
+        for report in REPORTS:
+            stages.tell(report)
+        noted = path.read_text().splitlines()  # while it still runs
     assert [json.loads(line)["event"] for line in noted] == ["started", "stage"] * 2
     assert json.loads(noted[-1]) | {"time": ""} == {
         "time": "", "event": "stage", "number": 1, "total": 4, "stage": "multi-start", "line": "16 refined",

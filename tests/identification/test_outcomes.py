@@ -170,7 +170,8 @@ def test_a_model_that_lacks_the_waveform_says_how_far_it_goes():
     assert fit.outcome is FitOutcome.HORIZON
     assert not fit.outcome.good
     assert own.horizon_s < 0.1
-    assert [w for w in fit.warnings if "half_23" in w and "s of 0.2 s" in w]
+    assert [w for w in fit.warnings if "half_23" in w and "s of 0.2 s; the command runs at 23 steps/s there" in w]
+    assert [w for w in fit.warnings if w.startswith("all records: 100 %") and 'waveform = "square"' in w]
 
 
 @pytest.mark.slow
@@ -185,7 +186,9 @@ def test_a_model_that_lacks_a_detent_says_how_far_it_goes():
     fit = identify(campaign(start, record("full_23", torque, COMMANDS["full_23"])), workers=1)
     assert fit.outcome is FitOutcome.HORIZON
     assert fit.records["full_23"].horizon_s < 0.3
-    assert [w for w in fit.warnings if w.startswith("record full_23: the model follows it for")]
+    (said,) = (w for w in fit.warnings if w.startswith("record full_23: the model follows it for"))
+    assert "the command runs at 23 steps/s there" in said
+    assert "the misfit around" in said
 
 
 MOVED, HELD = ("gear.stiffness", "gear.damping", "stepper.coil_resistance"), "stepper.torque_constant"

@@ -1,8 +1,11 @@
 """The equations as a reader gets them; truth: the plant's own expressions, read back from the text."""
 
+import html
+from xml.etree import ElementTree
+
 import sympy as sp
 
-from mechid.kernel.equation_text import equations_latex, equations_text
+from mechid.kernel.equation_text import equations_latex, equations_mathml, equations_text
 from mechid.plant.assembly import stepper_gear_mass
 
 PLANT = stepper_gear_mass((4, 2), "paper")
@@ -43,3 +46,14 @@ def test_latex_is_balanced_and_sets_words_upright():
     assert r"T_{fr} &= T_{frd} \sigma + T_{visc} \omega" in text
     assert r"\mathrm{free}" in text
     assert r"\mathrm{alpha}" not in text
+
+
+def test_mathml_is_well_formed_and_has_a_line_for_each_of_the_text():
+    """Truth: the sections of the plain text; an XML parser."""
+    sections = equations_mathml(PLANT)
+    plain = equations_text(PLANT).split("\n\n")
+    lines = {block.splitlines()[0]: len(block.splitlines()) - 1 for block in plain}
+    assert {s.title: len(s.lines) for s in sections} == {t: n for t, n in lines.items() if n and t != "Parameters"}
+    for section in sections:
+        for side in (side for line in section.lines for side in line):
+            ElementTree.fromstring(f"<math>{html.unescape(side.replace('&gt;', '&amp;gt;'))}</math>")

@@ -1,17 +1,26 @@
 """A fit made by hand: no search, every number known."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from mechid.analysis import ChannelValidation, RecordValidation
+import synthetic
+from mechid.analysis import ChannelValidation, RecordValidation, validate
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import BandError
-from mechid.campaign import catalogue_mechanism
+from mechid.campaign import Stage, catalogue_mechanism
+from mechid.command import Command, RateProfile
 from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
+from mechid.identification.identify import identify
 from mechid.parameter import Status
+from mechid.report import report_data
+from mechid.report.writing import write_report
 from mechid.signal import LjungBox, TheilInequality
+from synthetic import COMMANDS, displaced, measured
 
 TRUTH = {"stepper.coil_resistance": 9.9, "stepper.detent.0.phase_deg": -179.0, "gear.stiffness": 913.47}
 SIGMAS = {"stepper.coil_resistance": 0.0123, "stepper.detent.0.phase_deg": 0.5, "gear.stiffness": 0.5}
@@ -108,3 +117,32 @@ def validation():
         name: RecordValidation(name=name, use=use, command={"waveform": "cosine"}, channels={"torque": channel(order)})
         for name, use, order in pairs
     }
+
+
+HOSTILE = "<img src=x onerror=document.title='taken'> <script> \"quoted\" 'µ' " + 60 * "long"
+"""A folder's name that would be markup where it is not escaped."""
+
+
+@pytest.fixture(scope="session")
+def reported(tmp_path_factory):
+    """Return a campaign of a record and a sweep held out, its fit, validation, and the folder of its report."""
+    start = displaced(synthetic.truth(), {"gear.stiffness": 1.01, "gear.damping": 1.02})
+    rng = np.random.default_rng(5)
+    sweep = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (2.0, 60.0)]))
+    records = [
+        synthetic.record(name, measured(synthetic.truth(), command, rng, seconds=seconds), command, use=use)
+        for name, command, use, seconds in (
+            ("full_46", COMMANDS["full_46"], "estimate", 0.3),
+            ("sweep", sweep, "validate", 2.0),
+        )
+    ]
+    stage = Stage(records=("full_46",), window_s=None, free=("gear.stiffness", "gear.damping"))
+    campaign = replace(
+        synthetic.campaign(start, *records, stages=(stage,)), path=Path("/nowhere") / HOSTILE / "campaign.toml"
+    )
+    fit = identify(campaign, workers=1)
+    validation = validate(campaign, fit)
+    folder = tmp_path_factory.mktemp("reported")
+    data = report_data(fit, synthetic=True, validation=validation)
+    files = write_report(data, campaign, fit, validation, folder)
+    return SimpleNamespace(campaign=campaign, fit=fit, validation=validation, data=data, folder=folder, files=files)

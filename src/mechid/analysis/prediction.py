@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
 from mechid.command.edges import steps_travelled
+from mechid.identification.declaration import taken_record
 from mechid.identification.fit import Fit
 from mechid.identification.target import target_of
 from mechid.signal.trend import fit_line
@@ -52,8 +53,15 @@ class Prediction:
         return bool(np.all(np.isfinite(self.modelled)))
 
 
+def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
+    """Return a record of the campaign with the sign, command and use that a fit took it to have."""
+    own = fit.records.get(record.name)
+    return taken_record(record, own.taken) if own else record
+
+
 def predict(record: CampaignRecord, fit: Fit) -> Prediction:
-    """Return the torque of a record beside the prediction of a fit."""
+    """Return the torque of a record, as the fit took it, beside the prediction of that fit."""
+    record = as_fitted(record, fit)
     target = target_of(record)
     own = fit.parameters.get(record.time_offset.name)
     offset_s = own.value if own else record.time_offset.value

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
-from mechid.analysis.prediction import Prediction, predict
+from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.campaign import Campaign
 from mechid.command import Command
 from mechid.identification.fit import Fit
@@ -142,8 +142,8 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
         return {
             record.name: RecordValidation(
                 name=record.name,
-                use=record.use,
-                command=_stepping(record.command),
+                use=as_fitted(record, fit).use,
+                command=_stepping(as_fitted(record, fit).command),
                 channels={"torque": channel_validation("torque", "N*m", predict(record, fit))},
             )
             for record in campaign.records

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from mechid.cli.bootstrap import bootstrap
 from mechid.cli.budget import budget
 from mechid.cli.check import check
 from mechid.cli.compare import compare
@@ -20,6 +21,8 @@ from mechid.cli.demo import demo
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.new import new
+from mechid.cli.profile import profile
+from mechid.cli.report import report
 from mechid.cli.simulate import simulate
 from mechid.errors import MechidError
 
@@ -52,7 +55,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, compare, budget, kernel):
+for verb in (demo, new, check, simulate, identify, report, compare, profile, bootstrap, budget, kernel):
     app.command()(verb)
 
 

@@ -3,20 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import typer
 
-from mechid.analysis import validate
+from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign
-from mechid.cli.journal import Journal
+from mechid.cli.journal import FILE_NAME, StageLines
 from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.identify import identify
+from mechid.identification.inputs import campaign_digests
+from mechid.identification.journal import Journal
 from mechid.identification.progress import Progress
 from mechid.report import print_report, report_data, write_results
-from mechid.report.results import MECHANISM_NAME
+from mechid.report.results import MECHANISM_NAME, REPORT_NAME
 from mechid.report.terminal import console_on
 
 INTERRUPTED = 130
@@ -30,10 +34,12 @@ def identify_into(
     workers: int | None = None,
     truth: Mapping[str, float] | None = None,
     mechanism_name: str = MECHANISM_NAME,
+    resume: bool = False,
 ) -> None:
     """Identify a campaign, leave the results in a folder, and print them.
 
-    `truth` is that of a synthetic campaign; where it is given the report says so.
+    `truth` is that of a synthetic campaign; where it is given the report says so. With `resume` the last run in the
+    folder's journal is taken up where it was stopped.
 
     Raises
     ------
@@ -42,11 +48,12 @@ def identify_into(
     typer.Exit
         It was interrupted, with its exit code; the results are those so far.
     """
-    fit, journal = _followed(campaign, folder, seed, workers)
+    fit, journal = _followed(campaign, folder, seed, workers, resume)
     validation = validate(campaign, fit)
     data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-    print_report(data, console_on(), [*files, journal])
+    files += [journal, *_report(data, campaign, fit, validation, folder)]
+    print_report(data, console_on(), files)
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
         raise typer.Exit(INTERRUPTED)
@@ -54,14 +61,40 @@ def identify_into(
         raise FitError(f"the fit did not succeed: {fit.outcome.value} {folder} holds what was reached")
 
 
-def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None) -> tuple[Fit, Path]:
+def _report(
+    data: Mapping[str, Any],
+    campaign: Campaign,
+    fit: Fit,
+    validation: Mapping[str, RecordValidation],
+    folder: Path,
+) -> list[Path]:
+    """Write the report; where that fails say so, since the estimate is on disk already."""
+    typer.echo("making the report ...", err=True)
+    try:
+        from mechid.report.writing import write_report
+
+        return [path for path in write_report(data, campaign, fit, validation, folder) if path.name != REPORT_NAME]
+    except Exception as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        typer.echo(f'warning: no report was made ({what}); "mechid report {folder}" tries again', err=True)
+        return []
+
+
+def _followed(campaign: Campaign, folder: Path, seed: int, workers: int | None, resume: bool) -> tuple[Fit, Path]:
     """Run the identification with its progress on stderr and in the journal."""
-    with Journal.opened(folder, campaign.path, seed) as journal, ProgressLine(console_on(err=True)) as line:
+    path = folder / FILE_NAME
+    inputs = {**campaign_digests(campaign), "seed": str(seed)}
+    about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
+    journal = Journal.opened(path, inputs, resume=resume, **about)
+    if resume:
+        typer.echo(f"{path}: {len(journal.known)} steps are there already", err=True)
+    stages = StageLines(journal)
+    with ProgressLine(console_on(err=True)) as line:
 
         def told(progress: Progress) -> None:
             line.tell(progress)
-            journal.tell(progress)
+            stages.tell(progress)
 
-        fit = identify(campaign, seed=seed, workers=workers, listener=told)
-        journal.finish(fit)
-    return fit, journal.path
+        fit = identify(campaign, seed=seed, workers=workers, listener=told, journal=journal)
+        stages.finish(fit)
+    return fit, path

@@ -13,6 +13,7 @@ def identify(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     seed: Annotated[int, typer.Option(min=0, help="Of the search; equal seeds give equal results.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Estimate the free parameters, each with its uncertainty."""
     from mechid.campaign import load_campaign
@@ -21,4 +22,4 @@ def identify(
 
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
-    identify_into(loaded, out, seed=seed, workers=workers)
+    identify_into(loaded, out, seed=seed, workers=workers, resume=resume)

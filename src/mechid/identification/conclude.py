@@ -6,6 +6,7 @@ import hashlib
 import math
 import platform
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.declaration import DECLARED, taken_campaign
 from mechid.identification.ending import Ending
 from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
 from mechid.identification.problem import Problem
@@ -29,7 +31,8 @@ PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 def conclude(campaign: Campaign, ending: Ending) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome."""
-    problem, windows = ending.problem, ending.windows
+    problem, windows, taken = ending.problem, ending.windows, ending.taken
+    campaign = taken_campaign(campaign, taken)
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(ending.q, windows)
     verdict = judge(campaign, problem, ending.q, windows, triangle, {f.name: f.reason for f in ending.frozen})
@@ -44,7 +47,11 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
         correlation_names=errors.names,
         correlation=errors.correlation,
         covariance=errors.robust,
-        records={r.name: record_fit(r, problem, q, windows) for r in campaign.records if r.data is not None},
+        records={
+            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+            for r in campaign.records
+            if r.data is not None
+        },
         stages=ending.stages,
         outcome=ending.outcome,
         warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.declaration import Taken
 from mechid.identification.fit import FitOutcome, StageReport
 from mechid.identification.problem import Problem, Windows
 
@@ -36,3 +38,4 @@ class Ending:
     seed: int
     seconds: float
     frozen: tuple[Frozen, ...] = ()
+    taken: Mapping[str, Taken] = field(default_factory=dict)

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -120,6 +121,8 @@ class RecordFit:
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
         Samples rejected as spikes.
+    taken : Taken
+        How it was taken, where that is not as the campaign file declares it.
     """
 
     name: str
@@ -134,6 +137,7 @@ class RecordFit:
     prefilter_order: int = 0
     rejected: int = 0
     channels: tuple[str, ...] = ("torque",)
+    taken: Taken = DECLARED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -216,7 +220,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order, "rejected": r.rejected,
-        "channels": list(r.channels),
+        "channels": list(r.channels), "taken": r.taken.to_dict(),
     }  # fmt: skip
 
 

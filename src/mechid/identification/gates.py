@@ -11,11 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from mechid.identification.identity import identity
+from mechid.identification.journal import Journal
 from mechid.identification.problem import Problem, Target
 from mechid.identification.solve import Solution, solve
 from mechid.signal.trend import Line, fit_line
@@ -164,29 +167,41 @@ def grow(
     progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
     *,
     most: float = DIVERGED_AT,
+    journal: Journal | None = None,
 ) -> Growth:
     """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    done, own = journal or Journal(), [identity(problem), most]
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
-    gates = {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
+    gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
     furthest, stalled = 0, 0
     for rounds in range(1, ROUNDS + 1):
         before = gates
-        step = _some_steps(problem, q, gates)
-        settled = step.converged or np.array_equal(step.q, q)
-        q = step.q
-        gates = horizons_at(problem, q, gates, least, most=most)
+        q, gates, settled = done.step("growth round", [own, q, gates], partial(_round, problem, q, gates, least, most))
         progress(q, gates)
         if gates == whole:
             return Growth(q, gates, True, rounds)
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
         if stalled >= PATIENCE or (settled and gates == before):
-            escaped = _escape(problem, q, gates, least, rng, most)
+            escaped = done.step("escape", [own, q, gates], partial(_escape, problem, q, gates, least, rng, most), rng)
             if escaped is None or sum(escaped[1].values()) <= furthest:
                 return Growth(q, gates, False, rounds)
             q, gates = escaped
             stalled = 0
     return Growth(q, gates, False, ROUNDS)
+
+
+def _followed_at(problem: Problem, q: FloatArray, least: Horizons, most: float) -> Horizons:
+    return {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
+
+
+def _round(
+    problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float
+) -> tuple[FloatArray, Horizons, bool]:
+    """Return where some steps inside the gates lead, the horizons there, and whether that has settled."""
+    step = _some_steps(problem, q, gates)
+    settled = step.converged or np.array_equal(step.q, q)
+    return step.q, horizons_at(problem, step.q, gates, least, most=most), settled
 
 
 def _some_steps(problem: Problem, q: FloatArray, gates: Mapping[str, int]) -> Solution:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import partial
-from itertools import chain, islice
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,16 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError
 from mechid.identification.accuracy import enough_substeps
+from mechid.identification.agreement import Agreement, agreement, explains
+from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
+from mechid.identification.departure import departure
 from mechid.identification.ending import Frozen
 from mechid.identification.fit import Fit, FitOutcome
 from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
+from mechid.identification.journal import Journal
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.noise import by_own_residuals, rejection_warnings, released, without_outliers, without_spikes
 from mechid.identification.parallel import one_core_algebra
@@ -30,6 +35,7 @@ from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
 from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
+from mechid.identification.uncertainty import residual
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -40,7 +46,15 @@ LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
 
-def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, listener: Listener = silent) -> Fit:
+def identify(
+    campaign: Campaign,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+    journal: Journal | None = None,
+    near: Mapping[str, float] | None = None,
+) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
     Parameters
@@ -52,6 +66,11 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
         Threads; None takes one per core.
     listener : callable
         Told of progress.
+    journal : Journal or None
+        Where what is worked out is noted, and taken from if it is there already.
+    near : mapping of str to float or None
+        Values by name that are close to the optimum, so that what they leave of the records is noise. Search and
+        confirmation are left out; they have no effect where the file has stages.
 
     Returns
     -------
@@ -65,13 +84,14 @@ def identify(campaign: Campaign, *, seed: int = 0, workers: int | None = None, l
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     trail = Trail(problem, listener, len(campaign.stages) or 4, problem.start, problem.whole())
+    trail.journal = journal or Journal()
     with one_core_algebra():
         frozen: list[Frozen] = []
         try:
             if campaign.stages:
                 follow_stages(trail, campaign)
             else:
-                _follow_plan(trail, campaign, seed)
+                _follow_plan(trail, campaign, seed, near)
             if trail.outcome.good:
                 freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
@@ -115,20 +135,17 @@ def _refuse_free_voltage(campaign: Campaign) -> None:
         )
 
 
-def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
+def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
     names = (*(p.name for p in campaign.mechanism.free), *delays)
-    found = _candidates(trail, seed)
-    best = next(found, None)
-    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
-    if best is None:
+    growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
+    if growth is None:
         return
-    growth = _grow_best(trail, chain([best], found), seed)
+    names = (*names, *(n for n in trail.problem.names[trail.problem.space.size :] if n not in names))
     trail.at(growth.q, growth.horizons)
-    followed = "all records followed to their ends" if growth.complete else "not all records followed"
-    trail.close("gated growth", names, math.nan, growth.rounds, followed)
-    trail.outcome = FitOutcome.CONVERGED if growth.complete else FitOutcome.HORIZON
+    left_out = any(t.left_out for t in trail.taken.values())
+    trail.outcome = FitOutcome.CONVERGED if growth.complete and not left_out else FitOutcome.HORIZON
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
@@ -140,7 +157,7 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
     solution = joint_fit(trail, "noise released", names)
     if campaign.options.spikes == "reject":
         solution = _without_outliers(trail, solution, names)
-    if growth.complete:
+    if growth.complete and near is None:
         solution = _confirmed(trail, solution, names, seed)
     solution = fit_past_cliffs(trail, solution, names, seed)
     at_cliff = cliff_warnings("noise released", trail.problem, solution)
@@ -149,6 +166,33 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int) -> None:
         trail.outcome = FitOutcome.CLIFF
     if not solution.converged and trail.outcome is FitOutcome.CONVERGED:
         trail.outcome = FitOutcome.NOT_CONVERGED
+
+
+def _search(trail: Trail, campaign: Campaign, names: tuple[str, ...], seed: int) -> Growth | None:
+    """Return the growth from the best starts, or None where none of them can be simulated."""
+    found = _candidates(trail, seed)
+    best = next(found, None)
+    trail.close("multi-start", names, best.cost if best else math.inf, POINTS)
+    if best is None:
+        return None
+    growth = _grown(trail, campaign, best, found, seed)
+    trail.at(growth.q, growth.horizons)
+    followed = "all records followed to their ends" if growth.complete else "not all records followed"
+    trail.close("gated growth", names, math.nan, growth.rounds, followed)
+    return growth
+
+
+def _vouched(trail: Trail, near: Mapping[str, float]) -> Growth:
+    """Return values already near the optimum as a growth that has come to the records' ends.
+
+    Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
+    the high-frequency floor is none.
+    """
+    problem, q = trail.problem, trail.problem.point(near)
+    left = {t.name: residual(problem, t, q, (0, t.samples)) for t in problem.targets}
+    rms = {name: float(np.linalg.norm(r)) / math.sqrt(r.size) for name, r in left.items()}
+    trail.problem = problem.with_sigmas({t.name: max(t.sigma, rms[t.name]) for t in problem.targets})
+    return Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
 def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
@@ -160,6 +204,35 @@ def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) 
         trail.problem = kept
         solution = joint_fit(trail, "spikes rejected", names)
     return solution
+
+
+def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int) -> Growth:
+    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    growth = _grow_best(trail, iter([best]), seed)
+    if growth.complete:
+        return growth
+    explained = explains(trail.problem, best)
+    told = partial(trail.tell, "records compared")
+    agreed = agreement(trail.problem, growth, seed, explained=explained, tell=told, journal=trail.journal)
+    if agreed and agreed.judged:
+        _take(trail, campaign, agreed)
+        return _grow_best(trail, _candidates(trail, seed), seed, agreed.growth)
+    rest = agreed if agreed and agreed.growth.complete else None
+    if rest and not rest.left_out:
+        return rest.growth
+    said = [] if explained else common_readings(trail.problem, growth, seed)
+    if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
+        growth = _grow_best(trail, found, seed, growth)
+        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+    if rest and not said and not growth.complete:
+        _take(trail, campaign, rest)
+        return rest.growth
+    trail.warnings += said
+    return growth
+
+
+def _take(trail: Trail, campaign: Campaign, agreed: Agreement) -> None:
+    trail.take(agreed.problem, agreed.growth, agreed.taken, agreement_warnings(campaign, agreed))
 
 
 def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: int) -> Solution:
@@ -175,7 +248,7 @@ def _confirmed(trail: Trail, solution: Solution, names: tuple[str, ...], seed: i
         if not _lost(judged, trail.q, most=strict):
             return solution
         rng = np.random.default_rng((seed, 0, attempt))
-        growth = grow(judged, trail.q, rng, partial(_note_regrowth, trail), most=strict)
+        growth = grow(judged, trail.q, rng, partial(_note_regrowth, trail), most=strict, journal=trail.journal)
         if growth.complete or _cost(fine, growth.q) < _cost(fine, trail.q):
             trail.at(growth.q, {t.name: t.samples for t in fine.targets})
             trail.problem = fine
@@ -222,12 +295,12 @@ def _note_regrowth(trail: Trail, q: FloatArray, gates: Mapping[str, int]) -> Non
 
 
 def _horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends."""
+    """Name the records that are not followed to their ends, and what happens where they are left."""
     return [
-        f"record {t.name}: the model follows it for {growth.horizons[t.name] / t.base.sample_rate_hz:.4g} s "
-        f"of {(t.samples - 1) / t.base.sample_rate_hz:.4g} s"
+        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
         for t in problem.targets
-        if growth.horizons[t.name] < t.samples
+        if (n := growth.horizons[t.name]) < t.samples
     ]
 
 
@@ -238,20 +311,23 @@ def _candidates(trail: Trail, seed: int) -> Iterator[Candidate]:
     def told(done: int, total: int) -> None:
         trail.tell("multi-start", f"{done} of {total} starts")
 
-    starts = multistart(trail.problem, seed, workers, told)
-    for number, candidate in enumerate(candidates(trail.problem, starts, workers), 1):
+    starts = multistart(trail.problem, seed, workers, told, trail.journal)
+    for number, candidate in enumerate(candidates(trail.problem, starts, workers, trail.journal), 1):
         if number == 1:
             trail.at(candidate.q)
             trail.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
         yield candidate
 
 
-def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int) -> Growth:
+def _grow_best(trail: Trail, found: Iterator[Candidate], seed: int, best: Growth | None = None) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
-    best: Growth | None = None
-    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES), 1):
+    if best and best.complete:
+        return best
+    begun = 2 if best else 1
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
         told = partial(_note_growth, trail, number, best)
-        growth = grow(trail.problem, candidate.q, np.random.default_rng((seed, number)), told)
+        rng = np.random.default_rng((seed, number))
+        growth = grow(trail.problem, candidate.q, rng, told, journal=trail.journal)
         if best is None or growth.reached(trail.problem) > best.reached(trail.problem):
             best = growth
         if best.complete:

@@ -18,6 +18,8 @@ import sympy as sp
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
+from mechid.identification.identity import identity
+from mechid.identification.journal import Journal
 from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem, Target
 from mechid.identification.reduction import Triangle, absorb, finished
@@ -183,9 +185,14 @@ def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
 
 
 def multistart(
-    problem: Problem, seed: int, workers: int, progress: Callable[[int, int], None] = lambda done, total: None
+    problem: Problem,
+    seed: int,
+    workers: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    journal: Journal | None = None,
 ) -> list[Candidate]:
     """Return the best of all sampled points in order of robust cost, not yet refined."""
+    noted, own = journal or Journal(), identity(problem)
     mechanism_points = sample_box(problem.space, POINTS, seed)
     tail = problem.start[problem.space.size :]
     points = [np.concatenate([row, tail]) for row in mechanism_points]
@@ -194,13 +201,15 @@ def multistart(
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
-        costs += mapped(partial(cost, cap=cap), some, workers)
+        costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
         progress(first + len(some), POINTS)
     order = np.argsort(costs, kind="stable")
     return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
 
 
-def candidates(problem: Problem, starts: Sequence[Candidate], workers: int) -> Iterator[Candidate]:
+def candidates(
+    problem: Problem, starts: Sequence[Candidate], workers: int, journal: Journal | None = None
+) -> Iterator[Candidate]:
     """Refine the starts batch by batch, and yield each place they come to once.
 
     Those that explain the first window come as soon as their batch is refined, in order of cost. The others
@@ -208,23 +217,31 @@ def candidates(problem: Problem, starts: Sequence[Candidate], workers: int) -> I
     torque constant, and growth from where they stop on it fails.
     """
     enough = GOOD * sum(map(_first_samples, problem.targets))
+    noted = journal or Journal()
     seen: list[Candidate] = []
     left: list[Candidate] = []
     for batch in _batches(starts):
-        refined = _refined(problem, batch, STEPS, workers)
+        refined = _refined(problem, batch, STEPS, workers, noted)
         left += [c for c in refined if c.cost > enough]
         yield from _unseen([c for c in refined if c.cost <= enough], seen)
     for batch in _batches(sorted(left, key=lambda c: c.cost)):
-        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers), seen)
+        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers, noted), seen)
 
 
 def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
     return (some[first : first + BATCH] for first in range(0, len(some), BATCH))
 
 
-def _refined(problem: Problem, starts: Sequence[Candidate], steps: int, workers: int) -> list[Candidate]:
+def _refined(
+    problem: Problem, starts: Sequence[Candidate], steps: int, workers: int, journal: Journal
+) -> list[Candidate]:
     """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
-    refined = mapped(partial(refine, problem, steps=steps), starts, workers)
+
+    def work() -> list[dict[str, object]]:
+        return [dict(vars(c)) for c in mapped(partial(refine, problem, steps=steps), starts, workers)]
+
+    inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
+    refined = [Candidate(**c) for c in journal.step("starts refined", inputs, work)]
     return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
 
 

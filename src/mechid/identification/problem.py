@@ -118,6 +118,15 @@ class Problem:
         """The values of the file in search coordinates."""
         return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
 
+    def point(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the coordinates, (n,), of values by dotted name; what is not among them keeps that of the file."""
+        mechanism = self.space.mechanism.parameters
+        here = self.space.from_values({**{name: p.value for name, p in mechanism.items()}, **values})
+        offsets = [
+            values.get(f"record.{t.name}.time_offset_s", t.time_offset_s) for t in self.targets if t.time_offset_bounds
+        ]
+        return np.concatenate([here, offsets])
+
     @property
     def names(self) -> tuple[str, ...]:
         """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""

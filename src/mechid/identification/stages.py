@@ -30,7 +30,7 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
             begun.append(stage)
             if number == len(campaign.stages) and campaign.options.priors == "search":
                 trail.problem = replace(trail.problem, priors={})
-            _begin(trail, campaign, [stage], values)
+            begin(trail, campaign, [stage], values)
             trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
             solution = joint_fit(trail, f"stage {number}", stage.free)
             trail.warnings += cliff_warnings(f"stage {number}", trail.problem, solution)
@@ -41,12 +41,12 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
             values |= _free_values(trail)
         trail.outcome = FitOutcome.STAGES_DONE
     finally:
-        _begin(trail, campaign, begun, values | _free_values(trail))
+        begin(trail, campaign, begun, values | _free_values(trail))
     options = replace(campaign.options, colour="none")  # no fit follows
     trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
 
 
-def _begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:
+def begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:
     """Set the trail to the parameters, records and windows of some stages, and to values found before."""
     names = tuple(name for stage in stages for name in stage.free)
     mechanism = campaign.mechanism

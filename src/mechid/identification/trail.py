@@ -3,19 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.cliffs import along_cliff
+from mechid.identification.declaration import Taken
 from mechid.identification.doubts import refused_gain
 from mechid.identification.ending import Ending, Frozen
 from mechid.identification.fit import FitOutcome, StageReport
+from mechid.identification.gates import Growth
+from mechid.identification.identity import identity
+from mechid.identification.journal import Journal
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, Progress
+from mechid.identification.reduction import Triangle
 from mechid.identification.solve import Solution, solve
 
 FloatArray = NDArray[np.float64]
@@ -36,10 +42,16 @@ class Trail:
     q: FloatArray
     windows: dict[str, tuple[int, int]]
     outcome: FitOutcome = FitOutcome.FAILED
+    taken: dict[str, Taken] = field(default_factory=dict)
     stages: list[StageReport] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    journal: Journal = field(default_factory=Journal)
     began: float = field(default_factory=time.perf_counter)
     stage_began: float = field(default_factory=time.perf_counter)
+
+    def clock(self) -> float:
+        """Return seconds that run on through a resumed search, as if what the journal holds were worked out now."""
+        return float(time.perf_counter() + self.journal.saved_s)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> None:
         """Note a better point, and how far it follows the records where that is what makes it better."""
@@ -47,21 +59,27 @@ class Trail:
         if gates is not None:
             self.windows = {name: (0, n) for name, n in gates.items()}
 
+    def take(self, problem: Problem, growth: Growth, taken: Mapping[str, Taken], said: Sequence[str]) -> None:
+        """Go on with records that are taken otherwise than declared, and what is said of that."""
+        self.problem, self.taken = problem, dict(taken)
+        self.at(growth.q, growth.horizons)
+        self.warnings += said
+
     def tell(self, stage: str, line: str, cost: float | None = None) -> None:
         """Report progress of the stage at work."""
         number = min(len(self.stages) + 1, self.total)
-        self.listener(Progress(number, self.total, stage, line, cost, time.perf_counter() - self.began))
+        self.listener(Progress(number, self.total, stage, line, cost, self.clock() - self.began))
 
     def ending(self, seed: int, frozen: Sequence[Frozen] = ()) -> Ending:
         """Return where the search stands, for the conclusion."""
-        seconds = time.perf_counter() - self.began
+        seconds = self.clock() - self.began
         stages, warnings = tuple(self.stages), tuple(self.warnings)
         return Ending(self.problem, self.q, self.windows, self.outcome, stages, warnings, seed, seconds,
-                      tuple(frozen))  # fmt: skip
+                      tuple(frozen), self.taken)  # fmt: skip
 
     def close(self, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = "") -> None:
         """Note a finished stage."""
-        now = time.perf_counter()
+        now = self.clock()
         rates = {t.name: t.base.sample_rate_hz for t in self.problem.targets}
         used = {name: (w[1] - w[0] - 1) / rates[name] for name, w in self.windows.items()}
         self.stages.append(StageReport(name=name, records=used, free=free, cost=cost, evaluations=evaluations,
@@ -77,7 +95,7 @@ def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: floa
     told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
     evaluations = 0
     while True:
-        solution = solve(trail.problem, trail.q, trail.windows, tolerance=tolerance, progress=told, accepted=trail.at)
+        solution = _solved(trail, tolerance, told)
         trail.q = solution.q
         evaluations += solution.evaluations
         outside = trail.problem.space.outside_disc(solution.q)
@@ -86,6 +104,30 @@ def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: floa
         trail.problem, trail.q = trail.problem.in_polar(outside, solution.q)
     trail.close(name, free, solution.triangle.cost, evaluations, solution.message)
     return solution
+
+
+def _solved(trail: Trail, tolerance: float, told: Callable[[float], None]) -> Solution:
+    """Return the solution from where the trail stands, from the journal where it is there."""
+    problem, q, windows = trail.problem, trail.q, trail.windows
+
+    def work() -> dict[str, Any]:
+        found = solve(problem, q, windows, tolerance=tolerance, progress=told, accepted=trail.at)
+        return {**vars(found), "triangle": vars(found.triangle)}
+
+    found = trail.journal.step("joint fit", [identity(problem), q, windows, tolerance], work)
+    return Solution(**{**found, "triangle": Triangle(**found["triangle"])})
+
+
+def _along_cliff(trail: Trail, rng: np.random.Generator, least_gain: float) -> FloatArray | None:
+    """Return a better point along a cliff, from the journal where it is there."""
+    problem, q, windows = trail.problem, trail.q, trail.windows
+    found: FloatArray | None = trail.journal.step(
+        "along a cliff",
+        [identity(problem), q, windows, least_gain],
+        lambda: along_cliff(problem, q, windows, rng, least_gain=least_gain),
+        rng,
+    )
+    return found
 
 
 def fit_past_cliffs(trail: Trail, solution: Solution, free: tuple[str, ...], seed: int) -> Solution:
@@ -98,13 +140,13 @@ def fit_past_cliffs(trail: Trail, solution: Solution, free: tuple[str, ...], see
     for _ in range(MOST_CLIFFS):
         if _refused(trail.problem, solution) <= WORTH_SAYING:
             break
-        better = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=WORTH_SAYING)
+        better = _along_cliff(trail, rng, WORTH_SAYING)
         if better is None:
             break
         trail.at(better)
         solution = joint_fit(trail, "along a cliff", free)
     if _refused(trail.problem, solution) > 0.1 and _depends_on_steps(trail, solution):
-        back = along_cliff(trail.problem, trail.q, trail.windows, rng, least_gain=-BACK_FROM_EDGE)
+        back = _along_cliff(trail, rng, -BACK_FROM_EDGE)
         trail.at(trail.q if back is None else back)
     return solution
 

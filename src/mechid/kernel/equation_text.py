@@ -1,4 +1,4 @@
-"""A plant's equations for a reader: as plain text or as LaTeX."""
+"""A plant's equations for a reader: as plain text, as LaTeX, or as MathML."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import sympy as sp
+from sympy.printing.mathml import mathml
 
 from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
@@ -22,13 +23,15 @@ class Section:
 
 @dataclass(frozen=True)
 class Style:
-    """How expressions, time derivatives, initial values and words are written."""
+    """How expressions, time derivatives, initial values, words and relations are written."""
 
     expression: Callable[[sp.Basic], str]
     rate: str
     initial: str
     word: str
     separator: str = ", "
+    equals: str = "{} = {:g}"
+    positive: str = "{} > 0"
 
 
 def _latex(expression: sp.Basic) -> str:
@@ -41,8 +44,21 @@ def _latex(expression: sp.Basic) -> str:
     return str(sp.latex(expression, symbol_names=words))
 
 
+def _mathml(expression: sp.Basic) -> str:
+    return str(mathml(expression, printer="presentation"))
+
+
 TEXT = Style(sp.sstr, "d{}/dt", "{}(0)", "{}")
 LATEX = Style(_latex, r"\dot{{{}}}", "{}(0)", r"\text{{{}}}", r",\ ")
+MATHML = Style(
+    _mathml,
+    '<mover accent="true">{}<mo>˙</mo></mover>',
+    "<mrow>{}<mo>(</mo><mn>0</mn><mo>)</mo></mrow>",
+    '<mspace width="0.3em"/><mtext>{}</mtext><mspace width="0.3em"/>',
+    '<mo separator="true">,</mo><mspace width="0.4em"/>',
+    "<mrow>{}<mo>=</mo><mn>{:g}</mn></mrow>",
+    "<mrow>{}<mo>&gt;</mo><mn>0</mn></mrow>",
+)
 
 
 def equations_text(plant: Plant) -> str:
@@ -53,6 +69,11 @@ def equations_text(plant: Plant) -> str:
 def equations_latex(plant: Plant) -> str:
     """Return the equations as LaTeX, an ``align*`` a section (package amsmath)."""
     return "\n\n".join(map(_latex_section, _sections(plant, LATEX))) + "\n"
+
+
+def equations_mathml(plant: Plant) -> tuple[Section, ...]:
+    """Return the equations in sections, their sides as presentation MathML without the ``math`` element."""
+    return tuple(section for section in _sections(plant, MATHML) if section.lines)
 
 
 def _sections(plant: Plant, style: Style) -> Iterator[Section]:
@@ -82,8 +103,8 @@ def _rates(pairs: Iterable[tuple[sp.Symbol, sp.Expr]], style: Style) -> Iterator
 def _modes(switch: Switch, style: Style) -> Iterator[tuple[str, str]]:
     """Yield for each mode the values it sets, and until when it holds."""
     for mode, values in switch.modes.items():
-        held = [f"{style.expression(s)} = {v:g}" for s, v in values.items()]
-        margins = [f"{style.expression(g.margin)} > 0" for g in switch.guards.get(mode, ())]
+        held = [style.equals.format(style.expression(s), v) for s, v in values.items()]
+        margins = [style.positive.format(style.expression(g.margin)) for g in switch.guards.get(mode, ())]
         until = style.word.format(" while ") + style.separator.join(margins) if margins else ""
         yield style.word.format(mode), style.separator.join(held) + until
 

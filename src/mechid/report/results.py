@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
-from mechid.errors import UsageError
+from mechid.errors import InputFileError, UsageError
 from mechid.identification.estimate_file import FILE_NAME as ESTIMATE_NAME
 from mechid.identification.estimate_file import json_text
 from mechid.identification.fit import Fit
@@ -58,11 +59,23 @@ def write_results(
         folder / REPORT_NAME: json_text(data),
         folder / ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
+    return write_texts(texts)
+
+
+def write_texts(texts: Mapping[Path, str]) -> list[Path]:
+    """Write texts by path, their folders made where missing; earlier ones are replaced when all are whole.
+
+    Raises
+    ------
+    UsageError
+        A folder cannot be written to.
+    """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        _write_together(texts)
+        for path in texts:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        write_together(texts)
     except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
+        raise UsageError(f"{path.parent}: cannot be written to ({error.strerror}); give another folder") from error
     return list(texts)
 
 
@@ -73,7 +86,27 @@ def _comment(data: Mapping[str, Any]) -> str:
     return "\n".join([*lines, data["outcome"]["message"]])
 
 
-def _write_together(texts: Mapping[Path, str]) -> None:
+def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:
+    """Return whether the records of a result were synthetic, and the true values where they are known.
+
+    Raises
+    ------
+    InputFileError
+        The folder has no report.json, or a damaged one.
+    """
+    path = Path(folder) / REPORT_NAME
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        truth = {row["name"]: float(row["truth"]) for row in content["parameters"] if row["truth"] is not None}
+        return bool(content["synthetic"]), truth
+    except FileNotFoundError as error:
+        raise InputFileError(f'{path}: there is no such file; "mechid identify" writes it') from error
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputFileError(f"{path}: cannot be read ({error}); identify anew") from error
+
+
+def write_together(texts: Mapping[Path, str]) -> None:
+    """Write texts beside their places, and rename all when all are whole."""
     beside = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in texts}
     try:
         for path, text in texts.items():

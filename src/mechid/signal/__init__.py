@@ -1,9 +1,12 @@
 """Plain numerics on arrays of samples: spectra, orders, noise, and how well a prediction agrees."""
 
 from mechid.signal.agreement import TheilInequality, fit_percent, theil_inequality
+from mechid.signal.autoregression import autocorrelation
 from mechid.signal.density import Band, power_density, third_octaves
+from mechid.signal.envelope import envelope, peak_groups
 from mechid.signal.noise import noise_floor
 from mechid.signal.orders import order_amplitudes
+from mechid.signal.spectrogram import spectrogram
 from mechid.signal.spectrum import amplitude_spectrum, line_amplitude
 from mechid.signal.whiteness import LjungBox, effective_samples, ljung_box
 
@@ -12,13 +15,17 @@ __all__ = [
     "LjungBox",
     "TheilInequality",
     "amplitude_spectrum",
+    "autocorrelation",
     "effective_samples",
+    "envelope",
     "fit_percent",
     "line_amplitude",
     "ljung_box",
     "noise_floor",
     "order_amplitudes",
+    "peak_groups",
     "power_density",
+    "spectrogram",
     "theil_inequality",
     "third_octaves",
 ]

@@ -41,6 +41,12 @@ def autocovariance(series: FloatArray, lags: int, mean: float = 0.0) -> FloatArr
     return total / n
 
 
+def autocorrelation(series: FloatArray, lags: int) -> FloatArray:
+    """Return the autocorrelation at lags 0 to `lags`, (lags + 1,), mean removed; NaN of a constant series."""
+    covariance = autocovariance(series - np.mean(series), lags)
+    return np.asarray(covariance / covariance[0], dtype=np.float64)
+
+
 def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
     """Return the Yule-Walker model whose order, up to `most`, minimises the Bayesian criterion.
 

@@ -1,0 +1,121 @@
+"""Which record tells what: the information that each holds on each parameter, and what one more would add."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.prediction import as_fitted
+from mechid.campaign import Campaign
+from mechid.identification.fit import Fit
+from mechid.identification.problem import Problem
+from mechid.identification.space import SearchSpace
+from mechid.identification.target import target_of
+from mechid.parameter import Status
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Information:
+    """What the records that were estimated from tell of the free parameters, residuals taken as white.
+
+    Attributes
+    ----------
+    parameters, records : tuple of str
+        P and K names.
+    share : (P, K)
+        Part of the Fisher information on a parameter that a record holds, all others fixed; rows sum to 1.
+    without : (P, K)
+        Factor on the standard error if the record were missing; inf where the others cannot tell.
+    repeated : (P, K)
+        Factor on the standard error if the record were there twice.
+    """
+
+    parameters: tuple[str, ...]
+    records: tuple[str, ...]
+    share: FloatArray
+    without: FloatArray
+    repeated: FloatArray
+
+
+def record_information(campaign: Campaign, fit: Fit) -> Information | None:
+    """Return the information by record at an estimate, each record over its whole length.
+
+    The Fisher matrix of a record is J^T J / s^2 with the exact Jacobian J and the residual's RMS s; offset and
+    drift are projected out. None where nothing is free, a simulation fails, or all records together leave a
+    direction undetermined.
+    """
+    problem = _problem(campaign, fit)
+    if problem.size == 0:
+        return None
+    q = problem.start
+    with np.errstate(all="ignore"):
+        jacobians = [t.jacobian for t in problem.triangles(q, problem.whole())]
+    if not all(np.all(np.isfinite(J)) for J in jacobians):
+        return None
+    names, to_search = _to_search(problem, q)
+    return _judged(names, tuple(t.name for t in problem.targets), [J @ to_search for J in jacobians])
+
+
+def _problem(campaign: Campaign, fit: Fit) -> Problem:
+    """Return the fit's problem at its end: its values, its free parameters, residuals' RMS as noise."""
+    free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
+    own = {q.name: q for q in campaign.mechanism.parameters.values()}
+    values = {n: p.value for n, p in fit.parameters.items() if n in own and own[n].is_free}
+    mechanism = campaign.mechanism.with_values(values).with_free(free)
+    targets = []
+    taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
+    for record in taken:
+        target, delay = target_of(record), fit.parameters.get(record.time_offset.name)
+        bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
+        offset = delay.value if delay else target.time_offset_s
+        sigma = fit.records[record.name].residual_rms
+        targets.append(replace(target, sigma=sigma, time_offset_s=offset, time_offset_bounds=bounds))
+    substeps = fit.provenance.get("substeps")
+    return Problem(
+        SearchSpace(mechanism),
+        tuple(targets),
+        substeps=substeps if isinstance(substeps, int) else 1,
+        workers=os.cpu_count() or 1,
+    )
+
+
+def _to_search(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+    """Return the parameters' names, and d(search coordinates)/d(values of the file)."""
+    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
+    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
+    whole = np.eye(problem.size)
+    whole[: len(names), : len(names)] = slopes
+    return (*names, *delays), np.asarray(np.linalg.inv(whole), dtype=np.float64)
+
+
+def _judged(names: tuple[str, ...], records: tuple[str, ...], jacobians: list[FloatArray]) -> Information | None:
+    scale = np.sqrt(sum(np.sum(J**2, axis=0) for J in jacobians))
+    if not np.all(scale > 0.0):
+        return None
+    fishers = [(J / scale).T @ (J / scale) for J in jacobians]
+    total = np.sum(fishers, axis=0)
+    variance = _variances(total)
+    if not np.all(np.isfinite(variance)):
+        return None
+    return Information(
+        parameters=names,
+        records=records,
+        share=np.column_stack([np.diag(F) for F in fishers]),
+        without=np.sqrt(np.column_stack([_variances(total - F) for F in fishers]) / variance[:, None]),
+        repeated=np.sqrt(np.column_stack([_variances(total + F) for F in fishers]) / variance[:, None]),
+    )
+
+
+def _variances(fisher: FloatArray) -> FloatArray:
+    """Return the diagonal of the inverse; inf for every parameter in a direction that is not determined."""
+    values, vectors = np.linalg.eigh(fisher)
+    lost = values <= 1e-13 * max(float(values[-1]), 1e-300)
+    inverse = np.where(lost, 0.0, 1.0 / np.where(lost, 1.0, values))
+    diagonal = np.einsum("ij,j,ij->i", vectors, inverse, vectors)
+    undetermined = np.sum(vectors[:, lost] ** 2, axis=1) > 1e-12
+    return np.where(undetermined, np.inf, diagonal)

@@ -1,0 +1,45 @@
+"""What ``mechid profile`` and ``mechid bootstrap`` begin from: a finished fit and its campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign import Campaign, load_campaign
+from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
+from mechid.cli.journal import identified_campaign
+from mechid.identification.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.inputs import campaign_digests
+from mechid.identification.journal import digest
+
+
+@dataclass(frozen=True)
+class FinishedFit:
+    """A campaign and what estimate.json says of it."""
+
+    campaign: Campaign
+    estimate: dict[str, Any]
+
+    @property
+    def inputs(self) -> dict[str, str]:
+        """Digests of what follows from here, for a journal."""
+        values = [[name, p["value"], p["status"]] for name, p in self.estimate["parameters"].items()]
+        return {**campaign_digests(self.campaign), "estimate.json": digest(values)}
+
+
+def finished_fit(source: Path, campaign: Path | None) -> FinishedFit:
+    """Return the fit of a result folder, or the one that lies beside a campaign file.
+
+    The campaign is the one given, or lies in the folder, or is named by the journal of the identification.
+
+    Raises
+    ------
+    InputFileError
+        There is no estimate.json, or the campaign cannot be found.
+    """
+    folder = source if source.is_dir() else source.parent
+    estimate = read_estimate(folder / FILE_NAME)
+    beside = source if source.is_file() else folder / CAMPAIGN_NAME
+    path = campaign or (beside if beside.is_file() else identified_campaign(folder))
+    return FinishedFit(load_campaign(path), estimate)

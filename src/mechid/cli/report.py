@@ -1,0 +1,35 @@
+"""``mechid report``: the report of an identification, made anew."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(metavar="DIR", help="Result folder of mechid identify or demo.")],
+    campaign: Annotated[
+        Path | None, typer.Option(metavar="CAMPAIGN", help="Its campaign.toml; the journal's without it.")
+    ] = None,
+) -> None:
+    """Make the report of an identification: report.html, report.json, report.md, figures/."""
+    from mechid.analysis import validate
+    from mechid.campaign import load_campaign
+    from mechid.cli.journal import identified_campaign
+    from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.identification.estimate_file import FILE_NAME
+    from mechid.identification.fit_file import read_fit
+    from mechid.report import read_truth, report_data
+    from mechid.report.terminal import console_on, print_lines
+    from mechid.report.writing import write_report
+
+    synthetic, truth = read_truth(folder)
+    loaded = load_campaign(campaign or identified_campaign(folder))
+    fit = read_fit(folder / FILE_NAME, loaded)
+    prepare_kernels(loaded)
+    validation = validate(loaded, fit)
+    data = report_data(fit, truth, synthetic=synthetic, validation=validation)
+    files = write_report(data, loaded, fit, validation, folder)
+    print_lines(console_on(), "written", [str(path) for path in files])

@@ -1,0 +1,57 @@
+"""What all records together may be otherwise than declared: tried where none is followed, told and never taken.
+
+The other sign of all torques stands for the other direction of all commands as well, and which it is no record
+tells; the waveform is the drive's, a hypothesis for the user to settle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.command.waveform import WAVEFORMS
+from mechid.identification.agreement import explaining_start
+from mechid.identification.declaration import Taken, taken_target
+from mechid.identification.gates import Growth, grow
+from mechid.identification.problem import Problem, Target
+from mechid.simulation.simulator import excitation_over
+
+FURTHER = 2.0
+"""Times as much of the records has to be followed to be told of."""
+SIGN = (
+    "the torque of all records of the other sign: write gain = -1.0 for their torque channels, or the other sign of "
+    "all rates"
+)
+
+
+def common_readings(problem: Problem, growth: Growth, seed: int) -> list[str]:
+    """Return what follows all records much further than their declaration did, one line each."""
+    lines: list[str] = []
+    for words, other in _readings(problem):
+        start = explaining_start(other, seed)
+        if start is None:
+            continue
+        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))))
+        before, after = growth.reached(problem), grown.reached(other)
+        if after >= FURTHER * before or (grown.complete and not growth.complete):
+            lines.append(
+                f"all records: {100.0 * after:.3g} % of their samples are followed with {words} "
+                f"({100.0 * before:.3g} % as declared); it is not taken by itself: identify again with it"
+            )
+    return lines
+
+
+def _readings(problem: Problem) -> list[tuple[str, Problem]]:
+    signs = replace(problem, targets=tuple(taken_target(t, Taken(polarity=-1)) for t in problem.targets))
+    waves = replace(problem, targets=tuple(map(_of_other_waveform, problem.targets)))
+    names = sorted({t.command.waveform for t in waves.targets})
+    return [(SIGN, signs), (f'waveform = "{" or ".join(names)}" in the commands', waves)]
+
+
+def _of_other_waveform(target: Target) -> Target:
+    other = next(w for w in WAVEFORMS if w != target.command.waveform)
+    command = replace(target.command, waveform=other)
+    bounds = target.time_offset_bounds or (target.time_offset_s,)
+    excitation = excitation_over(command, target.base, max(map(abs, bounds)))
+    return replace(target, command=command, excitation=excitation)

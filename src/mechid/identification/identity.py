@@ -1,0 +1,34 @@
+"""What tells two problems apart: the inputs of a journal's steps, as plain values."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+
+from mechid.identification.journal import digest
+from mechid.identification.problem import Problem, Target
+
+
+def identity(problem: Problem) -> list[object]:
+    """Return all that a problem's results depend on, beside the equations, as plain values."""
+    space = problem.space
+    fixed = [[p.name, space.mechanism.value(p.name), p.min, p.max, str(p.status)]
+             for p in space.mechanism.parameters.values() if not p.is_free]  # fmt: skip
+    free = [[p.name, p.min, p.max] for p in space.mechanism.free]
+    targets = [[t.name, target_digest(t)] for t in problem.targets]
+    return [fixed, free, sorted(space.polar), problem.priors, problem.substeps, targets]
+
+
+def target_digest(target: Target) -> str:
+    """Return a digest of samples, their clock and weight, the step edges, offset, drift and delay."""
+    total = hashlib.sha256()
+    edges = target.excitation
+    for array in (target.measured, edges.initial, edges.times, edges.values, target.rejected):
+        total.update(np.ascontiguousarray(array, dtype=np.float64).tobytes())
+    base, bounds, colour = target.base, target.time_offset_bounds, target.prefilter
+    command = [target.command.start_angle_deg, target.command.start]
+    weight = [target.sigma, [colour.coefficients, colour.sigma] if colour else None]
+    known = [base.sample_rate_hz, base.start_s, target.linear, target.time_offset_s, bounds, command, weight]
+    total.update(digest(known).encode())
+    return total.hexdigest()

@@ -1,0 +1,148 @@
+"""What the figures of a record draw: its trace, spectra, whiteness, and the spectrogram of a sweep."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.prediction import Prediction, as_fitted, predict
+from mechid.analysis.validation import ChannelValidation
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.command import RateProfile
+from mechid.identification.fit import Fit
+from mechid.report.trace import Trace, trace_of
+from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram
+
+FloatArray = NDArray[np.float64]
+GROUPS = 3000
+"""Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
+LAGS = 100
+ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
+WINDOW_S, WINDOWS, HIGHEST_BINS = 0.5, 240, 500
+"""Of a spectrogram: length and number of its windows, and bins kept at most."""
+LOW_RATE_SHARE = 0.02
+"""Rates that differ by less than this part of the largest are one rate."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spectrogram:
+    """Amplitudes in N m, (F, C) each, of record and prediction at frequencies (F,) Hz and record times (C,) s."""
+
+    time_s: FloatArray
+    frequency_hz: FloatArray
+    measured: FloatArray
+    modelled: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curves:
+    """The curves of one record.
+
+    Attributes
+    ----------
+    name : str
+    prediction : Prediction
+        Every sample, for figures on paper.
+    trace : Trace
+        Every sample, for the page.
+    spectrum_hz, measured, modelled, residual : (M,)
+        Amplitude spectra over the record, N m, the peak of each group of bins; offset and drift removed.
+    density_hz, residual_density : (D,)
+        Root of Welch's density of the residual, N m/sqrt(Hz).
+    noise_density : float
+        The same of white noise at the record's floor.
+    correlation : (L,)
+        Autocorrelation of the residual from lag 1.
+    limit : float
+        Within plus and minus this 95 % of a white series' autocorrelations lie.
+    rate : (R, 2)
+        Record time in s and full steps/s, linear between; one row is a constant rate.
+    spectrogram : Spectrogram or None
+        Where the rate varies.
+    """
+
+    name: str
+    prediction: Prediction
+    trace: Trace
+    spectrum_hz: FloatArray
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+    density_hz: FloatArray
+    residual_density: FloatArray
+    noise_density: float
+    correlation: FloatArray
+    limit: float
+    rate: FloatArray
+    spectrogram: Spectrogram | None
+
+    @property
+    def largest_rate(self) -> float:
+        """Largest magnitude of the rate over the record, full steps/s."""
+        return float(np.abs(self.rate[:, 1]).max())
+
+
+def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValidation) -> Curves:
+    """Return the curves of a record; where its simulation failed, those of prediction and residual are NaN."""
+    record, noise = campaign.record(name), fit.records[name].noise_sigma
+    p = predict(record, fit)
+    removed = np.nan_to_num(p.removed)
+    rate_hz = p.base.sample_rate_hz
+    frequency, measured = _spectrum(p.measured - removed, rate_hz)
+    rate = rate_over(as_fitted(record, fit), p)
+    with np.errstate(all="ignore"):
+        return Curves(
+            name=name,
+            prediction=p,
+            trace=trace_of(p, noise),
+            spectrum_hz=frequency,
+            measured=measured,
+            modelled=_spectrum(p.modelled, rate_hz)[1],
+            residual=_spectrum(p.residual, rate_hz)[1],
+            density_hz=channel.spectrum_hz[1:],
+            residual_density=np.sqrt(channel.residual_density[1:]),
+            noise_density=noise * math.sqrt(2.0 / rate_hz),
+            correlation=autocorrelation(p.residual, LAGS)[1:],
+            limit=1.96 / math.sqrt(p.measured.size),
+            rate=rate,
+            spectrogram=_spectrogram(p, removed) if len(rate) > 1 else None,
+        )
+
+
+def rate_over(record: CampaignRecord, prediction: Prediction) -> FloatArray:
+    """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
+    profile, base = record.command.rate, prediction.base
+    until = base.start_s + (base.samples - 1) / base.sample_rate_hz
+    points = np.array([(t + record.time_offset.value, r) for t, r in _points(profile)])
+    inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]
+    ends = [(t, float(np.interp(t, points[:, 0], points[:, 1]))) for t in (base.start_s, until)]
+    rate = np.array([ends[0], *map(tuple, inside), ends[1]])
+    spread = float(np.ptp(rate[:, 1]))
+    return rate if spread > LOW_RATE_SHARE * float(np.abs(rate[:, 1]).max()) else rate[:1]
+
+
+def _points(profile: RateProfile) -> list[tuple[float, float]]:
+    return list(zip(profile.times_s, profile.rates, strict=True))
+
+
+def _spectrum(y: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, FloatArray]:
+    """Return the peak of each group of bins, and its frequency in Hz."""
+    frequency, amplitude = amplitude_spectrum(y, sample_rate_hz)
+    starts = peak_groups(frequency, GROUPS)
+    peaks = np.maximum.reduceat(amplitude, starts)
+    stops = np.append(starts[1:], amplitude.size)
+    return frequency[(starts + stops - 1) // 2], peaks
+
+
+def _spectrogram(p: Prediction, removed: FloatArray) -> Spectrogram:
+    duration = p.measured.size / p.base.sample_rate_hz
+    window = min(WINDOW_S, duration / 8.0)
+    time, frequency, measured = spectrogram(p.measured - removed, p.base.sample_rate_hz, window, WINDOWS)
+    modelled = spectrogram(p.modelled, p.base.sample_rate_hz, window, WINDOWS)[2]
+    kept = slice(0, HIGHEST_BINS)
+    return Spectrogram(
+        time_s=time + p.base.start_s, frequency_hz=frequency[kept], measured=measured[kept], modelled=modelled[kept]
+    )

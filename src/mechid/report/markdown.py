@@ -1,0 +1,86 @@
+"""The report's tables as Markdown, to be pasted into a document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+Row = Sequence[str]
+PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
+ORDER = ("record", "order", "measured, N m", "modelled, N m", "error, %", "phase, deg", "largest at, steps/s")
+STAGE = ("stage", "records", "record time, s", "free", "cost, σ²", "evaluations", "took, s")
+
+
+def report_markdown(data: Mapping[str, Any]) -> str:
+    """Return verdict and tables of what `report_contents` made."""
+    summary = data["summary"]
+    parts = [f"# {cell(data['title'])}", f"**{summary['headline']}**"]
+    if data["synthetic"]:
+        parts.append("**Synthetic**: the records were simulated; nothing of this was measured.")
+    for each in summary["questions"]:
+        parts += [f"## {each['question']}", _list(each["answers"])]
+    parts += ["## Parameters", _table(PARAMETER, map(_parameter, _estimated(data)))]
+    parts += ["## Known values", _table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+    parts += ["## Records", _records(data["record_table"])]
+    if data["orders"]:
+        parts += ["## Orders of the step rate", _table(ORDER, map(_order, data["orders"]))]
+    parts += ["## Stages", _table(STAGE, map(_stage, data["stages"]))]
+    for title, lines in (("Warnings", data["warnings"]), ("Notes", data["notes"])):
+        if lines:
+            parts += [f"## {title}", _list(lines)]
+    inputs = data["provenance"].get("inputs_sha256", {}).items()
+    parts += ["## Provenance", _table(("", ""), data["origin"]), _table(("input", "SHA-256"), inputs)]
+    return "\n\n".join(parts) + "\n"
+
+
+def cell(text: str) -> str:
+    r"""Return a text that stays within its cell or line and is not read as markup.
+
+    Examples
+    --------
+    >>> print(cell("a|b <script> coil_a*"))
+    a\|b \<script> coil\_a\*
+    """
+    escaped = "".join(f"\\{c}" if c in "\\|<`*_[]" else c for c in str(text))
+    return " ".join(escaped.split())
+
+
+def _estimated(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [row for row in data["parameters"] if row["estimated"]]
+
+
+def _known_rows(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    return [row for row in data["parameters"] if not row["estimated"]]
+
+
+def _parameter(row: Mapping[str, Any]) -> Row:
+    keys = ("nominal", "estimate", "std_error", "unit", "min", "max", "status")
+    return (row["name"], row["symbol"], *(row["text"][key] for key in keys))
+
+
+def _known(row: Mapping[str, Any]) -> Row:
+    return row["name"], row["symbol"], row["text"]["estimate"], row["text"]["unit"]
+
+
+def _order(row: Mapping[str, Any]) -> Row:
+    keys = ("order", "measured", "modelled", "amplitude_error_percent", "phase_error_deg", "peak_rate")
+    return (row["name"], *(row["text"][key] for key in keys))
+
+
+def _stage(row: Mapping[str, Any]) -> Row:
+    keys = ("records", "record_s", "free", "cost", "evaluations", "seconds")
+    return (row["name"], *(row["text"][key] for key in keys))
+
+
+def _records(rows: Sequence[Mapping[str, Any]]) -> str:
+    labels = [label for label, _ in rows[0]["cells"]] if rows else []
+    return _table(["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows))
+
+
+def _table(header: Sequence[str], rows: Iterable[Row]) -> str:
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(t if t == "---" else cell(t) for t in line) + " |" for line in lines)
+
+
+def _list(lines: Iterable[str]) -> str:
+    return "\n".join(f"- {cell(line)}" for line in lines)

@@ -1,0 +1,65 @@
+"""Arrays as short text in a page: whole numbers or 32-bit floats, bytes of one rank together, deflated, base64.
+
+The page's script undoes it in `unpacked`; `unpack` is its twin here. Whole numbers are zigzag-coded (0, -1, 1,
+-2, ... become 0, 1, 2, 3, ...), so that small ones have empty upper bytes, which deflate to nothing.
+"""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Packed: TypeAlias = dict[str, Any]
+"""``kind`` ("int" or "float"), ``size``, ``data``."""
+WORD = 4
+"""Bytes a number."""
+LEVEL = 6
+"""Of zlib; 9 is 2 % smaller and takes three times as long."""
+
+
+def pack_integers(values: NDArray[np.int64]) -> Packed:
+    """Return whole numbers, (n,), within 31 bits, as text.
+
+    Examples
+    --------
+    >>> unpack(pack_integers(np.array([3, -2, 0, 70000]))).tolist()
+    [3.0, -2.0, 0.0, 70000.0]
+    """
+    wide = values.astype(np.int64)
+    return _packed("int", ((wide << 1) ^ (wide >> 63)).astype("<u4"))
+
+
+def pack_floats(values: NDArray[np.float64]) -> Packed:
+    """Return numbers, (n,), as text, each rounded to 24 bits.
+
+    Examples
+    --------
+    >>> unpack(pack_floats(np.array([0.5, -2.0]))).tolist()
+    [0.5, -2.0]
+    """
+    return _packed("float", values.astype("<f4"))
+
+
+def unpack(packed: Packed) -> NDArray[np.float64]:
+    """Return the numbers, (n,)."""
+    planes = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), dtype=np.uint8)
+    words = np.ascontiguousarray(planes.reshape(WORD, packed["size"]).T)
+    if packed["kind"] == "float":
+        return words.view("<f4").ravel().astype(np.float64)
+    zigzag = words.view("<u4").ravel().astype(np.int64)
+    return ((zigzag >> 1) ^ -(zigzag & 1)).astype(np.float64)
+
+
+def pack_text(text: str) -> str:
+    """Return a text deflated, in base64."""
+    return base64.b64encode(zlib.compress(text.encode("utf-8"), 9)).decode("ascii")
+
+
+def _packed(kind: str, words: NDArray[Any]) -> Packed:
+    planes = np.ascontiguousarray(words).view(np.uint8).reshape(words.size, WORD).T
+    data = base64.b64encode(zlib.compress(planes.tobytes(), LEVEL)).decode("ascii")
+    return {"kind": kind, "size": int(words.size), "data": data}

@@ -1,0 +1,94 @@
+"""The report as one HTML file that needs nothing beside it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Mapping, Sequence
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from mechid.kernel.equation_text import Section
+from mechid.report.curves import Curves
+from mechid.report.packing import pack_text
+from mechid.report.payload import payload
+from mechid.report.plots import library, plot_items
+
+DARKEST = 0.75
+"""Opacity of a cell's colour at most, so that its number stays legible."""
+
+
+def report_page(
+    data: Mapping[str, Any], curves: Sequence[Curves], pictures: Mapping[str, str], equations: Sequence[Section]
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    data : mapping
+        As `report_contents` makes it.
+    curves : sequence of Curves
+        Of the records, in their order.
+    pictures : mapping of str to str
+        The figures on paper as SVG, by name; they are shown in print and where no script runs.
+    equations : sequence of Section
+        In MathML.
+    """
+    drawn = [payload(one, data["resonances"]) for one in curves]
+    return _environment().get_template("report.html").render(
+        data={**data, "curves": [one.name for one in curves]},
+        swept={one.name for one in curves if one.spectrogram},
+        zooms={one["name"]: one["zooms"] for one in drawn},
+        pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
+        equations=[
+            {"title": s.title, "lines": [(left, s.sign, right) for left, right in s.lines]} for s in equations
+        ],
+        library=pack_text(library()),
+        kinds=plot_items(),
+        curves=drawn,
+        style=_asset("report.css"),
+        script=_asset("report.js"),
+    )  # fmt: skip
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("mechid.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"script_json": script_json, "opacity": opacity}
+    return environment
+
+
+def script_json(value: Any) -> Markup:
+    r"""Return JSON that may stand within a script element: no text of it can end the element.
+
+    Examples
+    --------
+    >>> print(script_json({"a": "</script>"}))
+    {"a": "\u003c/script>"}
+    """
+    text = json.dumps(value, separators=(", ", ": "), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def opacity(value: float, most: float) -> str:
+    """Return the opacity of a cell's colour for a value between -`most` and `most`.
+
+    Examples
+    --------
+    >>> opacity(-0.5, 1.0), opacity(200.0, 100.0)
+    ('0.38', '0.75')
+    """
+    return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
+
+
+def _asset(name: str) -> str:
+    return files("mechid.report").joinpath("templates", name).read_text(encoding="utf-8")

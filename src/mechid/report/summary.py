@@ -1,0 +1,184 @@
+"""The verdict: is the fit good, what is least certain, what would improve it; sentences made of the numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.identification.noise import MISFIT
+from mechid.report.details import worst_pair
+from mechid.report.digits import digits, plain
+
+GOOD, CAUTION, BAD = "good", "caution", "bad"
+HEADLINE = {
+    GOOD: "The fit is good.",
+    CAUTION: "The fit has converged; read the cautions before its values are used.",
+    BAD: "The fit did not succeed; do not use its values.",
+}
+STRONG = 0.95
+COLOURED = 1.5
+"""Robust over white standard error from which the model is said to miss something."""
+WORTH = 0.98
+"""A record that would not lower a standard error below this factor is not proposed."""
+
+Data = Mapping[str, Any]
+
+
+def summary_data(data: Data) -> dict[str, Any]:
+    """Return the verdict on what a report shows: a grade, a headline, and answers to three questions.
+
+    Parameters
+    ----------
+    data : mapping
+        The report's, with ``correlation`` and ``information``.
+    """
+    misfits = [row for row in data["validation"] if _ratio(data, row) > MISFIT]
+    grade = _grade(data, misfits)
+    return {
+        "grade": grade,
+        "headline": HEADLINE[grade],
+        "questions": [
+            {"question": "Is this fit good?", "answers": _quality(data, misfits)},
+            {"question": "What is least certain?", "answers": _uncertain(data)},
+            {"question": "What would improve it?", "answers": _improvement(data, misfits)},
+        ],
+    }
+
+
+def least_certain(data: Data) -> Data | None:
+    """Return the free parameter of the largest relative error, that of an angle in radians."""
+    free = [row for row in data["parameters"] if row["std_error"]]
+    return max(free, key=relative_error, default=None)
+
+
+def relative_error(row: Data) -> float:
+    """Return a parameter's standard error relative to its value, an angle's in radians."""
+    if row["unit"] == "deg":
+        return math.radians(row["std_error"])
+    return float(row["std_error"] / abs(row["estimate"])) if row["estimate"] else math.inf
+
+
+def noise_ratio(data: Data, row: Data) -> float:
+    """Return a validated channel's residual over its record's noise floor, NaN where there is none."""
+    return _ratio(data, row)
+
+
+def _ratio(data: Data, row: Data) -> float:
+    noise = next((r["noise_sigma"] for r in data["records"] if r["name"] == row["name"]), math.nan)
+    residual = row["residual_rms"]
+    return residual / noise if noise and residual is not None else math.nan
+
+
+def _grade(data: Data, misfits: list[Data]) -> str:
+    if not data["outcome"]["good"]:
+        return BAD
+    unsure = any(row["status"] in ("at_bound", "frozen") or row["local_only"] for row in data["parameters"])
+    failed = any(not math.isfinite(_ratio(data, row)) for row in data["validation"])
+    return CAUTION if misfits or unsure or failed or _coloured(data) or data["warnings"] else GOOD
+
+
+def _quality(data: Data, misfits: list[Data]) -> list[str]:
+    rows = data["validation"]
+    ratios = [r for row in rows if math.isfinite(r := _ratio(data, row))]
+    lines = [data["outcome"]["message"]]
+    if ratios:
+        within = sum(r <= MISFIT for r in ratios)
+        lines.append(
+            f"{within} of {len(rows)} records are explained down to their noise: the residual is "
+            f"{min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
+        )
+    lines += [
+        f"Record {row['name']}: the simulation does not come to its end."
+        for row in rows
+        if not math.isfinite(_ratio(data, row))
+    ]
+    lines += [_misfit(data, row) for row in misfits]
+    held_out = [row for row in rows if row["use"] == "validate"]
+    lines += [
+        f"Record {row['name']} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
+        for row in held_out
+    ]
+    if rows and not held_out:
+        lines.append('No record was held out (use = "validate"): the prediction of new records is not tested.')
+    return lines
+
+
+def _misfit(data: Data, row: Data) -> str:
+    where = ""
+    if row["bands"]:
+        band = max(row["bands"], key=lambda b: float(b["residual_rms"]))
+        where = f", most of it in the third octave at {digits(band['centre_hz'], 3)} Hz"
+    return f"Record {row['name']}: the residual is {_ratio(data, row):.1f} times the noise floor{where}."
+
+
+def _uncertain(data: Data) -> list[str]:
+    row, lines = least_certain(data), []
+    if row:
+        text = row["text"]
+        relative = f" ({digits(100.0 * relative_error(row), 2)} %)" if row["unit"] != "deg" else ""
+        lines.append(
+            f"{row['name']} = {text['estimate']} ± {text['std_error']} {text['unit']}".rstrip() + f"{relative}."
+        )
+    else:
+        lines.append("No parameter has a standard error.")
+    lines += [
+        f"{p['name']} is {p['text']['status']} at {p['text']['estimate']} {p['text']['unit']}".rstrip()
+        + f": {p['reason']}."
+        for p in data["parameters"]
+        if p["status"] in ("at_bound", "frozen")
+    ]
+    local = [row["name"] for row in data["parameters"] if row["local_only"]]
+    if local:
+        lines.append(f"Standard errors that hold in the small alone, a cliff being near: {', '.join(local)}.")
+    pair = worst_pair(data["correlation"])
+    if pair and abs(pair[2]) >= STRONG:
+        lines.append(f"{pair[0]} and {pair[1]} depend on each other most: correlation {pair[2]:+.3f}.")
+    coloured = _coloured(data)
+    if coloured:
+        lines.append(
+            "Residuals are coloured: robust standard errors exceed those for white noise "
+            f"by more than {COLOURED:g} for {', '.join(coloured)}."
+        )
+    return lines
+
+
+def _coloured(data: Data) -> list[str]:
+    return [
+        row["name"]
+        for row in data["parameters"]
+        if row["std_error"] and row["std_error_white"] and row["std_error"] > COLOURED * row["std_error_white"]
+    ]
+
+
+def _improvement(data: Data, misfits: list[Data]) -> list[str]:
+    lines = [
+        f"A model of what record {row['name']} still contains: look at its residual's spectrum and at its orders."
+        for row in misfits
+    ]
+    row, information = least_certain(data), data["information"]
+    if row and information and row["name"] in information["parameters"]:
+        lines += _records_to_add(row["name"], information)
+    lines += [f"{p['name']}: {p['reason']}." for p in data["parameters"] if p["status"] == "frozen"]
+    return lines or ["Nothing that these records tell of."]
+
+
+def _records_to_add(name: str, information: Data) -> list[str]:
+    """Name the record whose repetition helps most, and the one that helps most a second of test."""
+    factors = information["repeated"][information["parameters"].index(name)]
+    gains = dict(zip(information["records"], factors, strict=True))
+    seconds = dict(zip(information["records"], information["duration_s"], strict=True))
+    best = min(gains, key=lambda record: float(gains[record]))
+    if not gains[best] < WORTH:
+        return [f"No single record repeated once more would lower the standard error of {name} by more than 2 %."]
+    lines = [f"Recording {best} once more ({plain(seconds[best], 3)} s) would lower the standard error of {name} "
+             f"by {_fall(gains[best])} %."]  # fmt: skip
+    short = max(gains, key=lambda record: (1.0 - float(gains[record])) / float(seconds[record]))
+    if short != best and gains[short] < WORTH:
+        lines.append(f"Per second of test {short} ({plain(seconds[short], 3)} s) helps most: "
+                     f"{_fall(gains[short])} %.")  # fmt: skip
+    return lines
+
+
+def _fall(factor: float) -> str:
+    return digits(100.0 * (1.0 - factor), 2)

@@ -1,0 +1,55 @@
+"""Fewer points that draw the same line: extremes of every column of a picture, peaks of a spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IndexArray = NDArray[np.int64]
+
+
+def envelope(y: FloatArray, columns: int) -> IndexArray:
+    """Return the samples that draw a curve in so many columns: the least and the largest of each, in order.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        In any unit.
+    columns : int
+        At least 1. Where a column would hold fewer than four samples, all samples are returned.
+
+    Returns
+    -------
+    ndarray, shape (M,), int
+        Ascending; M is at most 2 `columns`, or N.
+    """
+    if y.size <= 4 * columns:
+        return np.arange(y.size, dtype=np.int64)
+    edges = np.arange(columns + 1, dtype=np.int64) * y.size // columns
+    parts = [(y[a:b], a) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
+    both = [sorted((a + int(np.argmin(part)), a + int(np.argmax(part)))) for part, a in parts]
+    return np.unique(np.array(both, dtype=np.int64))
+
+
+def peak_groups(frequency: FloatArray, most: int) -> IndexArray:
+    """Return the first bin of groups that are equally wide on a logarithmic axis, or of one bin where those are wider.
+
+    `numpy.maximum.reduceat` over them keeps every peak of an amplitude spectrum.
+
+    Parameters
+    ----------
+    frequency : ndarray, shape (N,)
+        Hz, equally spaced from 0.
+    most : int
+        Groups at most, at least 2; where there are no more bins than that, each is its own group.
+
+    Returns
+    -------
+    ndarray, shape (M,), int
+        Ascending, from 1: the bin at 0 belongs to no group.
+    """
+    last = frequency.size - 1
+    if last <= most:
+        return np.arange(1, last + 1, dtype=np.int64)
+    return np.unique(np.rint(np.geomspace(1.0, last, most)).astype(np.int64))

@@ -1,0 +1,97 @@
+"""`mechid report`; truth: the files that identify left, and what it says of those that are not there."""
+
+import json
+import shutil
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from mechid.campaign import load_campaign
+from mechid.cli import identification
+from mechid.identification.fit import FitOutcome
+from mechid.identification.identify import identify
+
+NAMES = ["report.html", "report.json", "report.md"]
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return {}
+
+
+@pytest.fixture
+def result(fitted, run, staged, tmp_path, tmp_path_factory):
+    """Return a campaign's folder and a copy of its result folder; identified once."""
+    if not fitted:
+        kept = tmp_path_factory.mktemp("kept")
+        shutil.copytree(staged, kept / "campaign")
+        identified = run("identify", kept / "campaign", "--out", kept / "out", "--workers", 1)
+        assert identified.exit_code == 0, identified.stderr
+        fitted.update(kept=kept)
+    out = shutil.copytree(fitted["kept"] / "out", tmp_path / "out")
+    return SimpleNamespace(out=out, campaign=fitted["kept"] / "campaign")
+
+
+def test_it_makes_the_report_of_identify_again(run, result):
+    before = {name: (result.out / name).read_text() for name in NAMES}
+    figures = sorted(path.name for path in (result.out / "figures").iterdir())
+    for name in NAMES[::2]:
+        (result.out / name).unlink()
+    shutil.rmtree(result.out / "figures")
+    made = run("report", result.out)
+    assert made.exit_code == 0, made.stderr
+    assert [f"written: {result.out / name}" for name in [*NAMES, "figures"]] == made.stdout.splitlines()
+    assert sorted(path.name for path in (result.out / "figures").iterdir()) == figures
+    assert json.loads((result.out / "report.json").read_text()) == json.loads(before["report.json"])
+    assert (result.out / "report.md").read_text() == before["report.md"]
+
+
+def test_without_a_journal_the_campaign_has_to_be_named(refused, run, result):
+    (result.out / "journal.jsonl").unlink()
+    assert "give it as --campaign" in refused(3, "report", result.out)
+    assert run("report", result.out, "--campaign", result.campaign).exit_code == 0
+
+
+def test_a_campaign_that_was_moved_away_is_told(refused, result):
+    journal = result.out / "journal.jsonl"
+    journal.write_text(journal.read_text().replace(str(result.campaign), "/nowhere"))
+    assert "which is not there; give it as --campaign" in refused(3, "report", result.out)
+
+
+def test_another_campaign_is_refused(refused, result, bench):
+    assert "is not the file that was identified" in refused(3, "report", result.out, "--campaign", bench)
+
+
+def test_an_empty_folder_is_refused(refused, tmp_path):
+    assert "no such file" in refused(3, "report", tmp_path)
+
+
+def test_a_report_that_fails_leaves_the_estimate(run, staged, tmp_path, monkeypatch):
+    """Truth: the rule that the estimate is on disk before the report is begun."""
+
+    def fail(*_):
+        raise RuntimeError("no font")
+
+    monkeypatch.setattr("mechid.report.writing.write_report", fail)
+    result = run("identify", staged, "--out", tmp_path / "out", "--workers", 1)
+    assert result.exit_code == 0
+    assert "no report was made (RuntimeError: no font)" in result.stderr
+    assert f'"mechid report {tmp_path / "out"}" tries again' in result.stderr
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "estimate.json", "journal.jsonl", "mechanism.toml", "report.json",
+    ]  # fmt: skip
+
+
+def test_a_failed_fit_has_a_report_too(run, staged, tmp_path, monkeypatch):
+    """Values from which no simulation comes to its end: every prediction is NaN."""
+    fit = identify(load_campaign(staged), workers=1)
+    wild = fit.mechanism.with_values({"gear.stiffness": float("nan")})
+    monkeypatch.setattr(
+        identification, "identify", lambda *_, **__: replace(fit, mechanism=wild, outcome=FitOutcome.FAILED)
+    )
+    result = run("identify", staged, "--out", tmp_path / "out")
+    assert result.exit_code == 5
+    assert "no report was made" not in result.stderr
+    summary = json.loads((tmp_path / "out" / "report.json").read_text())["summary"]
+    assert summary["grade"] == "bad"

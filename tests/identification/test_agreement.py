@@ -1,0 +1,175 @@
+"""Records that are not as declared: found by what the others agree on, taken or left out; or common to all."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mechid.analysis.validation import validate
+from mechid.command import RateProfile
+from mechid.identification import identify as identification
+from mechid.identification.alternatives import turns_deg
+from mechid.identification.declaration import DECLARED, Taken, taken_command
+from mechid.identification.fit import FitOutcome
+from mechid.identification.identify import identify
+from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
+
+FACTORS = {"gear.stiffness": 1.25, "gear.damping": 0.6, "stepper.torque_constant": 0.9}
+NAMES = ("full_46", "full_23", "micro_46")
+SECONDS = 0.15
+LATE_S = 3e-3
+PHASES = ("stepper.detent.0.phase_deg", "stepper.detent.1.phase_deg")
+
+
+def backward(command):
+    """Return a command with its rate of the other sign."""
+    return replace(command, rate=RateProfile.constant(-command.rate.rates[0]))
+
+
+def turned(command, turn_deg):
+    """Return a command from another start angle."""
+    return replace(command, start_angle_deg=command.start_angle_deg + turn_deg)
+
+
+def made(odd=None, *, names=NAMES, start=None, driven=lambda c: c, polarity=1.0, late_s=0.0, by=None, seed=61):
+    """Return a campaign whose record `odd` (or all, where that is "all") was not made as it is declared."""
+    rng = np.random.default_rng(seed)
+    records = []
+    for name in names:
+        is_odd = odd in (name, "all")
+        command = driven(COMMANDS[name]) if is_odd else COMMANDS[name]
+        maker = by if is_odd and by else truth()
+        y = measured(maker, command, rng, seconds=SECONDS, time_offset_s=late_s if is_odd else 0.0)
+        records.append(record(name, polarity * y if is_odd else y, COMMANDS[name]))
+    return campaign(start or displaced(truth(), FACTORS), *records)
+
+
+def within(fit, sigmas=5.0):
+    """Assert that all estimates of the mechanism lie within some standard errors of what made the records."""
+    for name in FACTORS:
+        p = fit.parameters[name]
+        assert abs(p.value - truth().value(name)) < sigmas * p.std_error, name
+
+
+CASES = {
+    "polarity": ("micro_46", {"polarity": -1.0}, Taken(polarity=-1)),
+    "polarity of the first": ("full_46", {"polarity": -1.0}, Taken(polarity=-1)),
+    "direction": ("full_23", {"driven": backward}, Taken(direction=-1)),
+    "quarter turn": ("full_46", {"driven": lambda c: turned(c, 90.0)}, Taken(start_angle_deg=135.0)),
+    "half step": ("full_23", {"driven": lambda c: turned(c, -45.0)}, Taken(start_angle_deg=0.0)),
+    "a microstep": ("micro_46", {"driven": lambda c: turned(c, 5.625)}, Taken(start_angle_deg=5.625)),
+}
+
+
+QUICK = ("direction", "quarter turn")
+
+
+@pytest.mark.parametrize("case", [c if c in QUICK else pytest.param(c, marks=pytest.mark.slow) for c in CASES])
+def test_a_record_that_contradicts_the_others_is_taken_as_it_was(case):
+    """Truth: how the record was made, and the mechanism that made all."""
+    odd, how, taken = CASES[case]
+    bench = made(odd, **how)
+    fit = identify(bench, workers=1)
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert {name: r.taken for name, r in fit.records.items()} == {**dict.fromkeys(NAMES, DECLARED), odd: taken}
+    within(fit)
+    (said,) = (w for w in fit.warnings if w.startswith(f"record {odd}:"))
+    assert "declared" in said
+    assert "write" in said
+    content = json.loads(json.dumps(fit.to_dict()))["records"]
+    assert content[odd]["taken"] == taken.to_dict() != {}
+    torque = validate(bench, fit)[odd].channels["torque"]
+    assert torque.residual_rms == pytest.approx(NOISE_NM, rel=0.1)
+
+
+def test_an_undeclared_time_offset_is_found_and_estimated():
+    """Truth: the record was shifted by 3 ms against its command; within 5 standard errors and 1 us."""
+    bench = made("full_46", late_s=LATE_S)
+    fit = identify(bench, workers=1)
+    p = fit.parameters["record.full_46.time_offset_s"]
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert (p.status, p.value) == ("free", pytest.approx(LATE_S, abs=max(1e-6, 5.0 * p.std_error)))
+    within(fit)
+    assert [w for w in fit.warnings if w.startswith("record full_46:") and "time_offset_s = { value = 0.003" in w]
+    torque = validate(bench, fit)["full_46"].channels["torque"]
+    assert torque.residual_rms == pytest.approx(NOISE_NM, rel=0.1)
+
+
+@pytest.mark.slow
+def test_of_two_records_the_first_is_believed():
+    """Truth: a quarter turn between two records; which of them was turned no torque tells."""
+    free = displaced(truth(), dict.fromkeys((*FACTORS, *PHASES), 1.1))
+    fit = identify(made("full_46", names=NAMES[::2], start=free, driven=lambda c: turned(c, 90.0)), workers=1)
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert fit.records["full_46"].taken == DECLARED
+    assert fit.records["micro_46"].taken.start_angle_deg in (90.0, -90.0)
+
+
+def test_records_that_agree_are_not_compared(monkeypatch):
+    """Truth: records made as declared; nothing is said, and the comparison is not even begun."""
+
+    def refused(*_, **__):
+        raise AssertionError("the records agree")
+
+    monkeypatch.setattr(identification, "agreement", refused)
+    fit = identify(made(), workers=1)
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert not fit.warnings
+
+
+def test_all_signs_reversed_is_only_noted():
+    """Truth: the mirror image, torque, rate, start angle and detent phases of the other sign, is the same record."""
+    start = displaced(truth({name: -truth().value(name) for name in PHASES}), FACTORS)
+    mirrored = made(
+        "all", start=start, driven=lambda c: replace(backward(c), start_angle_deg=-c.start_angle_deg), polarity=-1.0
+    )
+    fit = identify(mirrored, workers=1)
+    assert fit.outcome is FitOutcome.CONVERGED
+    within(fit)
+    assert not fit.warnings
+    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert [n for n in fit.notes if "all signs" in n and "reversed" in n]
+
+
+@pytest.mark.slow
+def test_one_sign_of_all_records_is_told_and_not_taken():
+    """Truth: all torques of the other sign under the commands as declared; which of the two it is no record tells."""
+    fit = identify(made("all", polarity=-1.0), workers=1)
+    assert fit.outcome is FitOutcome.HORIZON
+    assert {r.taken for r in fit.records.values()} == {DECLARED}
+    assert [w for w in fit.warnings if w.startswith("all records: 100 %") and "gain = -1.0" in w]
+
+
+@pytest.mark.slow
+def test_a_record_of_another_mechanism_is_left_out():
+    """Truth: the load of one record was another one; the others' mechanism is found without it."""
+    bench = made("full_23", by=truth({"load.inertia": 0.03, "stepper.peak_voltage": 4.0}))
+    fit = identify(bench, workers=1)
+    own = fit.records["full_23"]
+    assert fit.outcome is FitOutcome.HORIZON
+    assert (own.taken, own.use) == (Taken(left_out=True), "validate")
+    assert own.horizon_s < SECONDS
+    within(fit)
+    assert [w for w in fit.warnings if w.startswith("record full_23: left out")]
+    assert validate(bench, fit)["full_23"].use == "validate"
+
+
+def test_turns_that_no_torque_shows_are_not_tried():
+    """Truth: orders 4 and 2 come again after half an electrical turn, 4 alone after a quarter, 1 after a whole one."""
+    full, micro = COMMANDS["full_46"], COMMANDS["micro_46"]
+    assert turns_deg(full, (4.0, 2.0)) == (0.0, 45.0, -45.0, 90.0)
+    assert turns_deg(full, (4.0,)) == (0.0, 45.0)
+    assert turns_deg(full, (4.0, 1.0)) == (0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0)
+    assert len(turns_deg(micro, (4.0, 2.0))) == 32
+    assert turns_deg(micro, ()) == (0.0,)
+
+
+def test_a_command_taken_backward_runs_backward():
+    """Truth: the command's own edges, of which the other direction has the mirror image."""
+    command = COMMANDS["full_46"]
+    there, back = command.excitation(0.1), taken_command(command, Taken(direction=-1)).excitation(0.1)
+    np.testing.assert_array_equal(there.times, back.times)
+    np.testing.assert_allclose(there.values[0], [1, 1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)
+    np.testing.assert_allclose(back.values[0], [-1, -1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)

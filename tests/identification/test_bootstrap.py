@@ -1,0 +1,78 @@
+"""Parametric bootstrap: the Fisher sigma where the problem is nearly linear, colour, tallies, and going on."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from finished import optimum
+from mechid.identification import bootstrap as module
+from mechid.identification.bootstrap import DrawOutcome, bootstrap
+from mechid.identification.journal import Journal
+from mechid.signal.autoregression import Autoregression
+
+HOUSING = ("housing.gain", "housing.frequency", "housing.damping")
+DRAWS = 80
+
+
+@pytest.fixture(scope="module")
+def housing():
+    return optimum(*HOUSING)
+
+
+@pytest.fixture(scope="module")
+def found(housing):
+    return bootstrap(housing, DRAWS, workers=2)
+
+
+def test_the_scatter_of_a_nearly_linear_problem_is_the_fisher_sigma(housing, found):
+    """Truth: (J^T J)^-1 for white noise; the sample variance of 80 within its own 99.9 % interval."""
+    low, high = np.sqrt(chi2.ppf([0.0005, 0.9995], DRAWS - 1) / (DRAWS - 1))
+    for spread in found.spreads:
+        sigma = housing.parameters[spread.name]["std_error_white"]
+        assert low < spread.deviation / sigma < high, spread.name
+        assert abs(spread.mean_shift) < 3.5 * sigma / math.sqrt(DRAWS), spread.name
+    assert found.tally[DrawOutcome.CONVERGED] == DRAWS
+
+
+def test_the_interval_is_that_of_the_draws(found):
+    """Truth: NumPy's quantiles of the values of all draws."""
+    for spread in found.spreads:
+        values = [d.values[spread.name] for d in found.draws]
+        np.testing.assert_allclose(spread.interval, np.quantile(values, [0.025, 0.975]), rtol=1e-12)
+
+
+def test_numbers_are_the_same_whatever_the_number_of_workers(housing, found):
+    assert repr(bootstrap(housing, 6, workers=1).draws) == repr(found.draws[:6])
+
+
+def test_a_resumed_bootstrap_is_the_same_and_may_grow(housing, found, tmp_path):
+    """Truth: the undisturbed run; of its journal two draws and the beginning of a third are left."""
+    path = tmp_path / "bootstrap.jsonl"
+    bootstrap(housing, 4, workers=2, journal=Journal.opened(path, {}))
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(lines[:3]) + lines[3][:40])
+    again = bootstrap(housing, 6, journal=Journal.opened(path, {}, resume=True))
+    assert repr(again.draws) == repr(found.draws[:6])
+
+
+def test_coloured_noise_is_drawn_with_its_colour(housing):
+    """Truth: the process' own variance and lag-one correlation, b = (1, -0.9): 1 / (1 - 0.81) and 0.9."""
+    colour = Autoregression(np.array([1.0, -0.9]), 0.002)
+    world = replace(module._world(housing), noise={"full_46": colour})
+    target = replace(housing.problem.targets[0], measured=np.zeros(0))
+    rng = np.random.default_rng(8)
+    draws = [module._drawn(target, world, rng).measured - world.torque["full_46"] for _ in range(40)]
+    series = np.array(draws)
+    assert series.std() == pytest.approx(0.002 / math.sqrt(0.19), rel=0.03)
+    assert np.mean(series[:, 1:] * series[:, :-1]) / series.var() == pytest.approx(0.9, abs=0.01)
+
+
+def test_what_ends_elsewhere_is_tallied_and_kept(housing, monkeypatch):
+    """Truth: with every distance called too far all draws are elsewhere, and still in the quantiles."""
+    monkeypatch.setattr(module, "ELSEWHERE", 1.0 - 1e-12)
+    found = bootstrap(housing, 5)
+    assert found.tally[DrawOutcome.ELSEWHERE] == 5
+    assert all(spread.deviation > 0.0 for spread in found.spreads)

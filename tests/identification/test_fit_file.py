@@ -1,0 +1,81 @@
+"""A fit read back; truth: the fit that was written."""
+
+import json
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from mechid.campaign import load_campaign
+from mechid.campaign.bench import write_bench
+from mechid.errors import InputFileError
+from mechid.identification.declaration import Taken
+from mechid.identification.estimate_file import estimate_text, write_estimate
+from mechid.identification.fit_file import read_fit
+from mechid.identification.identify import identify
+
+STAGE = """
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.03]
+free = ["gear.stiffness", "gear.damping"]
+"""
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("bench")
+    write_bench(folder, seed=3, sweep_s=1.0)
+    with (folder / "campaign.toml").open("a") as file:
+        file.write(STAGE)
+    campaign = load_campaign(folder)
+    fit = identify(campaign, workers=1)
+    write_estimate(fit, folder / "estimate.json")
+    return folder, campaign, fit
+
+
+def test_it_reads_back_to_what_was_written(made):
+    folder, _, fit = made
+    read = read_fit(folder / "estimate.json", load_campaign(folder))
+    assert estimate_text(read) == estimate_text(fit)
+    assert read.mechanism.kernel_values().tolist() == fit.mechanism.kernel_values().tolist()
+    assert {f.name for f in fields(read) if type(getattr(read, f.name)) is not type(getattr(fit, f.name))} == set()
+
+
+def test_what_is_no_number_stays_none(made, tmp_path):
+    _, campaign, fit = made
+    lost = replace(fit, records={n: replace(r, fit_percent=np.nan) for n, r in fit.records.items()})
+    write_estimate(lost, tmp_path / "estimate.json")
+    read = read_fit(tmp_path / "estimate.json", campaign)
+    assert all(np.isnan(r.fit_percent) for r in read.records.values())
+
+
+@pytest.mark.parametrize("name", ["campaign.toml", "mechanism.toml", "full_46.csv"])
+def test_changed_files_are_refused(made, name):
+    folder, campaign, _ = made
+    path = folder / name
+    before = path.read_bytes()
+    try:
+        path.write_bytes(before + b"\n")
+        with pytest.raises(InputFileError, match=rf"{name} is not the file that was identified"):
+            read_fit(folder / "estimate.json", campaign)
+    finally:
+        path.write_bytes(before)
+
+
+@pytest.mark.parametrize("key", ["parameters", "records", "provenance", "outcome"])
+def test_a_damaged_file_is_refused(made, tmp_path, key):
+    folder, campaign, _ = made
+    content = json.loads((folder / "estimate.json").read_text())
+    del content[key]
+    (tmp_path / "estimate.json").write_text(json.dumps(content))
+    with pytest.raises(InputFileError, match="is damaged"):
+        read_fit(tmp_path / "estimate.json", campaign)
+
+
+def test_how_a_record_was_taken_reads_back(made, tmp_path):
+    _, campaign, fit = made
+    taken = Taken(polarity=-1, direction=-1, start_angle_deg=12.5, time_offset_s=(0.001, -0.002, 0.002), left_out=True)
+    other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], taken=taken)})
+    write_estimate(other, tmp_path / "estimate.json")
+    assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].taken == taken

@@ -1,0 +1,114 @@
+"""The files of a report. Truth: the dict they are made of, and the rules for a page that stands alone."""
+
+import json
+import re
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from mechid.errors import InputFileError
+from mechid.report.curves import record_curves
+from mechid.report.results import read_truth
+
+SVG = "{http://www.w3.org/2000/svg}"
+FIGURES = {
+    "full_46_torque": {"time, s", "torque, N m", "residual, N m"},
+    "full_46_spectrum": {"frequency, Hz", "amplitude, N m"},
+    "full_46_residual": {"frequency, Hz", "residual density, N m/√Hz", "lag, samples", "autocorrelation"},
+    "sweep_torque": {"time, s", "torque, N m", "residual, N m"},
+    "sweep_spectrum": {"frequency, Hz", "amplitude, N m"},
+    "sweep_residual": {"frequency, Hz", "residual density, N m/√Hz"},
+    "sweep_spectrogram": {"time, s", "frequency, Hz", "amplitude, N m"},
+    "correlation": {"correlation", "gear.stiffness", "gear.damping"},
+    "information": {"share of the information, %", "full_46"},
+}
+
+
+@pytest.fixture
+def page(reported):
+    return (reported.folder / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture
+def data(reported):
+    return json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
+
+
+def test_the_files_are_there_and_nothing_beside(reported):
+    names = ["figures", "report.html", "report.json", "report.md"]
+    assert sorted(path.name for path in reported.files) == sorted(p.name for p in reported.folder.iterdir()) == names
+    files = {path.name for path in (reported.folder / "figures").iterdir()}
+    assert files == {f"{name}.{suffix}" for name in FIGURES for suffix in ("svg", "png")}
+
+
+def test_the_page_asks_for_nothing_from_outside(page):
+    without_namespaces = re.sub(r'<script type="(text/plain|application/json)".*?</script>', "", page, flags=re.DOTALL)
+    assert re.findall(r'(?:src|href)="(?!data:|#)[^"]*"', without_namespaces) == []
+    assert "http" not in re.sub(r"http-equiv|base64,[^\"]*", "", without_namespaces)
+    assert "default-src 'none'" in page
+
+
+def test_hostile_names_are_text_in_page_and_tables(page, reported):
+    assert "<img src=x" not in page
+    assert "&lt;img src=x" in page
+    assert re.search(r"(?<!\\)<img", (reported.folder / "report.md").read_text()) is None
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_figures_have_labels_with_units_as_text(reported, name):
+    root = ElementTree.parse(reported.folder / "figures" / f"{name}.svg").getroot()
+    texts = {"".join(element.itertext()).strip() for element in root.iter(f"{SVG}text")}
+    assert FIGURES[name] <= texts
+    with Image.open(reported.folder / "figures" / f"{name}.png") as image:
+        assert image.width == 1380  # 6.9 in, both columns of a paper, at 200 dots an inch
+
+
+def test_the_tables_hold_the_dicts_texts(reported, data):
+    text = (reported.folder / "report.md").read_text(encoding="utf-8").replace("\\", "")
+    for row in data["parameters"]:
+        assert row["name"] in text
+        assert row["text"]["estimate"] in text
+        assert row["text"]["std_error"] in text
+    assert all(digest in text for digest in data["provenance"]["inputs_sha256"].values())
+    assert data["summary"]["headline"] in text
+    rows = [line for line in text.splitlines() if line.startswith("|")]
+    assert all(line.endswith("|") for line in rows)
+
+
+def test_correlation_and_information_are_the_fits(reported, data):
+    assert np.array(data["correlation"]["matrix"]) == pytest.approx(reported.fit.correlation)
+    assert data["information"]["records"] == ["full_46"]
+    assert np.array(data["information"]["share_percent"]) == pytest.approx(100.0)
+    assert data["summary"]["grade"] in ("good", "caution")
+
+
+def test_the_spectrum_has_the_lines_of_the_step_rate(reported):
+    """Published: lines at 46, 92 and 138 Hz; truth: NumPy's transform of the record."""
+    channel = reported.validation["full_46"].channels["torque"]
+    curves = record_curves(reported.campaign, reported.fit, "full_46", channel)
+    p = curves.prediction
+    y = p.measured - p.removed
+    amplitude = 2.0 * np.abs(np.fft.rfft(y)) / y.size
+    for frequency in (46.0, 92.0, 138.0):
+        near = np.abs(curves.spectrum_hz - frequency) < 2.0
+        bins = np.abs(np.fft.rfftfreq(y.size, 1e-4) - frequency) < 2.0
+        assert curves.measured[near].max() == pytest.approx(amplitude[bins].max(), rel=1e-9)
+        assert curves.measured[near].max() > 5.0 * curves.residual[near].max()
+
+
+def test_the_curves_of_a_sweep_know_its_rate(reported):
+    channel = reported.validation["sweep"].channels["torque"]
+    curves = record_curves(reported.campaign, reported.fit, "sweep", channel)
+    assert curves.rate.tolist() == [[0.0, 0.0], [pytest.approx(2.0), pytest.approx(60.0)]]
+    assert curves.spectrogram.measured.shape == curves.spectrogram.modelled.shape
+
+
+def test_the_truth_of_an_earlier_report_is_read(reported, tmp_path):
+    assert read_truth(reported.folder) == (True, {})
+    with pytest.raises(InputFileError, match="no such file"):
+        read_truth(tmp_path)
+    (tmp_path / "report.json").write_text("{")
+    with pytest.raises(InputFileError, match="cannot be read"):
+        read_truth(tmp_path)

@@ -1,0 +1,120 @@
+"""The verdict. Truth: reports written by hand, of which the right answer is known."""
+
+import copy
+
+import pytest
+
+from mechid.report.summary import BAD, CAUTION, GOOD, summary_data
+
+
+def parameter(name, estimate, sigma, *, unit="N m", status="free", white=None, reason=""):
+    text = {"estimate": f"{estimate:g}", "std_error": f"{sigma or 0:g}", "unit": unit, "status": status}
+    return {"name": name, "estimate": estimate, "std_error": sigma, "std_error_white": white or sigma, "unit": unit,
+            "local_only": False, "status": status, "reason": reason, "text": text}  # fmt: skip
+
+
+@pytest.fixture
+def data():
+    """Return a report of a good fit: one record explained, one held out, two parameters."""
+    bands = [{"centre_hz": 50.0, "residual_rms": 0.001}, {"centre_hz": 1000.0, "residual_rms": 0.004}]
+    validation = [
+        {"name": n, "use": use, "residual_rms": 0.00201, "bands": bands, "text": {"fit_percent": "99.2"}}
+        for n, use in (("full_46", "estimate"), ("sweep", "validate"))
+    ]
+    return {
+        "outcome": {"good": True, "message": "It has converged."},
+        "validation": validation,
+        "records": [{"name": n, "noise_sigma": 0.002} for n in ("full_46", "sweep")],
+        "parameters": [
+            parameter("gear.stiffness", 913.0, 0.9),
+            parameter("friction.static", 0.008, 0.0004),
+            parameter("stepper.detent.0.phase_deg", 35.0, 0.3, unit="deg"),
+        ],
+        "warnings": [],
+        "correlation": {"names": ["a", "b"], "matrix": [[1.0, 0.97], [0.97, 1.0]]},
+        "information": {
+            "parameters": ["gear.stiffness", "friction.static"],
+            "records": ["full_46", "sweep"],
+            "duration_s": [1.0, 60.0],
+            "repeated": [[0.9, 0.9], [0.9, 0.75]],
+        },
+    }
+
+
+def answers(data, number):
+    return " ".join(summary_data(data)["questions"][number]["answers"])
+
+
+def test_a_good_fit_is_called_good(data):
+    assert summary_data(data)["grade"] == GOOD
+    assert "2 of 2 records are explained down to their noise" in answers(data, 0)
+    assert "Record sweep was held out and is predicted with a fit of 99.2 %" in answers(data, 0)
+
+
+def test_a_fit_that_did_not_succeed_is_called_bad(data):
+    data["outcome"] = {"good": False, "message": "It has not."}
+    assert summary_data(data)["grade"] == BAD
+    assert answers(data, 0).startswith("It has not.")
+
+
+def test_a_misfit_is_named_with_its_size_and_band(data):
+    data["validation"] = copy.deepcopy(data["validation"])
+    data["validation"][0]["residual_rms"] = 0.0064
+    assert summary_data(data)["grade"] == CAUTION
+    line = "Record full_46: the residual is 3.2 times the noise floor, most of it in the third octave at 1000 Hz."
+    assert line in answers(data, 0)
+    assert "what record full_46 still contains" in answers(data, 2)
+
+
+def test_a_simulation_that_fails_is_said(data):
+    data["validation"][1] = data["validation"][1] | {"residual_rms": float("nan"), "bands": []}
+    assert summary_data(data)["grade"] == CAUTION
+    assert "Record sweep: the simulation does not come to its end." in answers(data, 0)
+
+
+@pytest.mark.parametrize("status", ["at_bound", "frozen"])
+def test_what_has_no_sigma_is_named(data, status):
+    data["parameters"].append(parameter("gear.damping", 5.0, None, status=status, reason="no record sees it"))
+    assert summary_data(data)["grade"] == CAUTION
+    assert "no record sees it" in answers(data, 1)
+
+
+def test_the_least_certain_is_the_largest_relative_error(data):
+    """5 % of static friction; 0.1 % of stiffness; 0.3 deg, 0.0052 rad, of a phase."""
+    assert answers(data, 1).startswith("friction.static = 0.008 ± 0.0004 N m (5.0 %).")
+    assert "a and b depend on each other most: correlation +0.970" in answers(data, 1)
+
+
+def test_the_record_that_helps_most_is_named_and_the_one_that_does_by_the_second(data):
+    """0.75 with 60 s, 0.9 with 1 s."""
+    text = answers(data, 2)
+    assert "Recording sweep once more (60 s) would lower the standard error of friction.static by 25 %." in text
+    assert "Per second of test full_46 (1 s) helps most: 10.0 %." in text
+
+
+def test_a_record_that_does_not_help_is_not_proposed(data):
+    data["information"]["repeated"][1] = [0.995, 0.999]
+    assert "No single record repeated" in answers(data, 2)
+
+
+def test_coloured_residuals_are_said(data):
+    data["parameters"][0]["std_error_white"] = 0.3
+    assert summary_data(data)["grade"] == CAUTION
+    assert "coloured" in answers(data, 1)
+
+
+def test_errors_that_hold_in_the_small_alone_are_said(data):
+    data["parameters"][0]["local_only"] = True
+    assert summary_data(data)["grade"] == CAUTION
+    assert "a cliff being near: gear.stiffness." in answers(data, 1)
+
+
+def test_no_held_out_record_is_said(data):
+    data["validation"] = data["validation"][:1]
+    assert "No record was held out" in answers(data, 0)
+
+
+def test_without_information_or_errors_it_still_answers(data):
+    data |= {"information": None, "parameters": [], "correlation": {"names": [], "matrix": []}}
+    assert answers(data, 1) == "No parameter has a standard error."
+    assert answers(data, 2)
