@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.identification.draws import departures
+from mechid.identification.draws import departures, told_by
 from mechid.identification.grazing import grazing_switches
 from mechid.identification.problem import Problem
 from mechid.identification.solve import covariance
@@ -16,14 +16,14 @@ from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth
 GEAR = ("gear.stiffness", "gear.damping")
 
 
-def at_truth(names, *records, seconds, widened=1.0):
-    """Return the problem at the truth, its point, windows and covariance, the last widened."""
-    rng = np.random.default_rng(81)
-    targets = [target_of(record(n, measured(truth(), COMMANDS[n], rng, seconds=seconds), COMMANDS[n])) for n in records]
-    space = SearchSpace(displaced(truth(), dict.fromkeys(names, 1.0)))
+def at_truth(names, *records, seconds, changes=None):
+    """Return the problem at the truth, its point, windows and covariance."""
+    rng, made_by = np.random.default_rng(81), truth(changes)
+    targets = [target_of(record(n, measured(made_by, COMMANDS[n], rng, seconds=seconds), COMMANDS[n])) for n in records]
+    space = SearchSpace(displaced(made_by, dict.fromkeys(names, 1.0)))
     problem = Problem(space, tuple(replace(t, sigma=NOISE_NM) for t in targets), substeps=2)
     q, windows = problem.start, problem.whole()
-    return problem, q, windows, widened * covariance(problem.joint(q, windows))
+    return problem, q, windows, covariance(problem.joint(q, windows))
 
 
 def test_a_smooth_cost_departs_nowhere():
@@ -88,24 +88,42 @@ def _shares(log, covariance):
     return np.array(sigma) / np.array(gap)
 
 
-def test_a_stick_that_comes_and_goes_is_found_in_its_record_and_instant():
-    """Truth: where the sticks of the draws differ from those of the estimate, by the logs of their switches.
+COULOMB = "friction.coulomb"
 
-    The covariance of friction is widened until some draws stick once more, or once less, than the estimate.
+
+def hanging():
+    """Return a Coulomb friction, N m, at which a stick hangs by a thread, and the instant it does, by bisection.
+
+    Over 0.3 s of full steps the mechanism with the one switches twice more than that with the other.
     """
-    names = ("friction.static", "friction.coulomb")
-    problem, q, windows, wide = at_truth(names, "full_46", "micro_92", seconds=0.3, widened=25.0)
-    found = departures(problem, q, windows, wide, 0)
-    assert [d.record for d in found] == ["full_46"]
-    here = switches(problem, problem.targets[0], q)
-    root = np.linalg.cholesky(wide)
-    steps = np.random.default_rng(5).standard_normal((40, 2)) @ root.T
-    logs = [switches(problem, problem.targets[0], np.clip(q + s, problem.lower, problem.upper)) for s in steps]
-    other = [log for log in logs if log.time.size != here.time.size]
-    assert other
-    first = []
-    for log in other:
-        n = min(log.time.size, here.time.size)
-        differs = np.flatnonzero((np.abs(log.time[:n] - here.time[:n]) > 1e-3) | (log.after[:n] != here.after[:n]))
-        first.append(min(log.time[differs[0]], here.time[differs[0]]) if differs.size else here.time[n - 1])
-    assert np.min(np.abs(np.array(first) - found[0].instant_s)) < 2e-3
+    few, many = 4.87e-4, 4.38e-4
+    logs = {}
+    while few - many > 1e-8:
+        middle = 0.5 * (few + many)
+        problem, q, *_ = at_truth((COULOMB,), "full_46", seconds=0.3, changes={COULOMB: middle})
+        log = switches(problem, problem.targets[0], q)
+        logs[middle] = log.time
+        few, many = (middle, many) if log.time.size <= 24 else (few, middle)
+    short, long = logs[few], logs[many]
+    assert (short.size, long.size) == (24, 26)
+    return few, float(long[np.flatnonzero(np.abs(long[:24] - short) > 1e-4)[0]])
+
+
+def test_a_stick_that_comes_and_goes_is_found_in_its_record_and_instant():
+    """Truth: where, by bisection, the one stick more comes in; the record of microsteps has no switch at all."""
+    value, instant = hanging()
+    problem, q, windows, own = at_truth((COULOMB,), "full_46", "micro_92", seconds=0.3, changes={COULOMB: value})
+    assert np.sqrt(own[0, 0]) > 1e-6  # the thread lies within the error
+    (found,) = departures(problem, q, windows, own, 0)
+    assert found.record == "full_46"
+    assert 5 <= found.draws <= 25  # half of them fall to the other side
+    assert abs(found.instant_s - instant) < 5e-3
+    assert found.across == (COULOMB,)  # the thread hangs to one side
+
+
+def test_a_standard_error_rests_on_the_record_that_tells_it():
+    """Truth: the stiffness moves full steps, and microsteps above the resonance far less."""
+    problem, q, windows, _ = at_truth(("gear.stiffness",), "full_46", "micro_92", seconds=0.3)
+    every = np.ones(1, dtype=bool)
+    assert told_by(problem, q, windows, ["full_46"], every) == ("gear.stiffness",)
+    assert told_by(problem, q, windows, ["micro_92"], every) == ()

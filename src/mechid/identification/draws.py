@@ -22,15 +22,22 @@ DEPARTURE = 1.0
 TOLD_BY = 1.1
 """Factor by which a standard error grows without a record that tells of its parameter."""
 
+APART = 2.5
+"""Standard deviations of the difference of two means of draws from which it is no chance."""
+
 
 @dataclass(frozen=True)
 class Departure:
-    """Where the cost of some draws is not the quadratic: record, first instant in s, how many draws, how far."""
+    """Where the cost of some draws is not the quadratic: record, first instant in s, how many draws, how far.
+
+    `across` are the parameters, by dotted name, that the draws concerned have elsewhere than the others.
+    """
 
     record: str
     instant_s: float
     draws: int
     excess: float
+    across: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """Say it in a few words."""
@@ -61,7 +68,8 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
         if off.any():
             worst = int(np.argmax(np.abs(excess[:, k]) * off))
             instant = _instant(problem, target, q, points[worst], windows[target.name])
-            found.append(Departure(target.name, instant, int(off.sum()), float(excess[worst, k])))
+            across = _across(problem, points, off, covariance)
+            found.append(Departure(target.name, instant, int(off.sum()), float(excess[worst, k]), across))
     return found
 
 
@@ -77,9 +85,23 @@ def told_by(
     size = np.diag(np.linalg.pinv(every, hermitian=True))
     without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
     names = np.array(problem.names)[counted]
+    return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
+
+
+def _across(problem: Problem, points: FloatArray, off: NDArray[np.bool_], covariance: FloatArray) -> tuple[str, ...]:
+    """Return the parameters whose mean over the draws concerned differs from that of the others by more than chance."""
+    if off.all():
+        return ()
+    sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
+    apart = np.abs(points[off].mean(axis=0) - points[~off].mean(axis=0))
+    return _with_phases(problem, np.array(problem.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
+
+
+def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
+    """Return names, each once, a detent's phase beside its amplitude where both are searched together."""
     partners = {c.name: c.partner for c in problem.space.coordinates if c.partner}
-    concerned = dict.fromkeys(names[without > TOLD_BY**2 * size].tolist())
-    return tuple(concerned) + tuple(partners[name] for name in concerned if name in partners)
+    once = tuple(dict.fromkeys(names))
+    return once + tuple(partners[name] for name in once if name in partners)
 
 
 def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:

@@ -114,6 +114,7 @@ def _concerned(ending: Ending, q: FloatArray, verdict: Verdict, local: list[Depa
     if not local:
         return {}
     names = told_by(ending.problem, q, ending.windows, [d.record for d in local], verdict.counted)
+    names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
     return dict.fromkeys(names, f"local only: a stick/slip may fall the other way within the error: {where}")
 
