@@ -14,10 +14,10 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.declaration import Taken
 from mechid.identification.estimate_file import read_estimate
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
+from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, PriorShare, RecordFit, StageReport
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
-             "prefilter_order", "rejected", "effective_samples")  # fmt: skip
+             "prefilter_order", "rejected")  # fmt: skip
 STAGE = ("name", "records", "cost", "evaluations", "seconds", "note")
 PARAMETER = (
     "symbol",
@@ -61,7 +61,10 @@ def read_fit(path: Path | str, campaign: Campaign) -> Fit:
 
 def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     parameters = {
-        name: ParameterEstimate(name=name, **_kept(p, PARAMETER)) for name, p in content["parameters"].items()
+        name: ParameterEstimate(
+            name=name, prior=PriorShare(**p["prior"]) if p["prior"] else None, **_kept(p, PARAMETER)
+        )
+        for name, p in content["parameters"].items()
     }
     own = campaign.mechanism.parameters
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
