@@ -127,6 +127,12 @@ class Problem:
         ]
         return np.concatenate([here, offsets])
 
+    def values(self, q: FloatArray) -> dict[str, float]:
+        """Return the file's values of all that is free, by dotted name, at `q`."""
+        mechanism = self.space.at(q[: self.space.size])  # angles are wrapped there
+        own = {p.name: mechanism.value(p.name) for p in mechanism.free}
+        return own | dict(zip(self.names[self.space.size :], q[self.space.size :].tolist(), strict=True))
+
     @property
     def names(self) -> tuple[str, ...]:
         """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""

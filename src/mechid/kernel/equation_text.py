@@ -76,6 +76,26 @@ def equations_mathml(plant: Plant) -> tuple[Section, ...]:
     return tuple(section for section in _sections(plant, MATHML) if section.lines)
 
 
+def equations_with(plant: Plant, name: str) -> tuple[tuple[str, str], ...]:
+    """Return the terms and rates in which a parameter of the file stands, both sides as presentation MathML.
+
+    Parameters
+    ----------
+    plant : Plant
+    name : str
+        Dotted name of one of its declarations.
+    """
+    own = sp.Symbol(plant.declarations[name].symbol)
+    symbols = {s for s, e in plant.coordinates.items() if own in e.free_symbols}
+    sides = [(_mathml(s), e) for s, e in plant.terms]
+    sides += [(MATHML.rate.format(_mathml(s)), e) for s, e in zip(plant.states, plant.rates, strict=True)]
+    filtered = plant.filter
+    flow = filtered.A * sp.Matrix(filtered.states) + filtered.B * sp.Matrix(filtered.inputs) if filtered.states else ()
+    sides += [(MATHML.rate.format(_mathml(s)), e) for s, e in zip(filtered.states, flow, strict=True)]
+    margins = [(f"<mtext>{switch.name}</mtext>", g.margin) for switch in plant.switches for gs in switch.guards.values() for g in gs]
+    return tuple((left, _mathml(e)) for left, e in [*sides, *margins] if symbols & e.free_symbols)
+
+
 def _sections(plant: Plant, style: Style) -> Iterator[Section]:
     show, filtered = style.expression, plant.filter
     yield Section("Terms", tuple((show(s), show(e)) for s, e in plant.terms))

@@ -1,0 +1,36 @@
+"""``mechid explore``: a local page on which parameters are turned and fits watched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def explore(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
+    fit: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Result folder of mechid identify; without it the campaign's own folder."),
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; any that is free without it.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads of a fit; one per core without it.")] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+) -> None:
+    """Turn parameters and watch the model follow; fit from where they are."""
+    from mechid.campaign import load_campaign
+    from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.identification.estimate_file import FILE_NAME
+    from mechid.web import Explorer, Source, read_estimated
+
+    loaded = load_campaign(campaign)
+    prepare_kernels(loaded)
+    estimate = (fit or loaded.path.parent) / FILE_NAME
+    found = read_estimated(estimate, loaded) if fit or estimate.is_file() else None
+    explorer = Explorer(Source(loaded, found, workers), port)
+    explorer.serve(opens_browser=browser, ready=_ready)
+
+
+def _ready(address: str) -> None:
+    typer.echo(f"{address}  (this machine alone; Ctrl-C ends it)")

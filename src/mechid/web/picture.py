@@ -1,0 +1,213 @@
+"""A record beside the model at some values: the curves and the numbers that one panel of the page shows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import CampaignRecord
+from mechid.identification.problem import Target
+from mechid.identification.target import target_of
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.plant import Plant
+from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
+from mechid.signal.trend import Line, fit_line
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.simulator import Simulator
+from mechid.web.knobs import Knob
+
+FloatArray = NDArray[np.float64]
+MOST_BINS = 1500
+SHOWN_HZ, ORDERS_SHOWN = 500.0, 6.0
+"""A spectrum is shown up to the paper's 500 Hz, or so many times the step rate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """How well the model matches a stretch of a record, offset and drift removed.
+
+    Attributes
+    ----------
+    residual_rms, noise_sigma : float
+        N m.
+    fit_percent : float
+    offset, drift : float
+        What was removed, N m and N m/s.
+    """
+
+    residual_rms: float
+    noise_sigma: float
+    fit_percent: float
+    offset: float
+    drift: float
+
+    @property
+    def noise_ratio(self) -> float:
+        """Residual over the record's own noise floor; 1 is all that a model can do."""
+        return self.residual_rms / self.noise_sigma if self.noise_sigma > 0.0 else math.nan
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """The curves of a stretch of a record, from its first sample on; offset and drift removed.
+
+    Attributes
+    ----------
+    start_s, interval_s : float
+    measured, modelled, residual : (n,)
+        N m; the last two are NaN where the simulation failed.
+    frequency_hz, measured_spectrum, modelled_spectrum, residual_spectrum : (m,)
+        Amplitudes in N m.
+    numbers : Numbers
+    """
+
+    start_s: float
+    interval_s: float
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+    frequency_hz: FloatArray
+    measured_spectrum: FloatArray
+    modelled_spectrum: FloatArray
+    residual_spectrum: FloatArray
+    numbers: Numbers
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """What a small step of a parameter does to a record.
+
+    Attributes
+    ----------
+    words : str
+        The step, as "1 %".
+    torque : (n,)
+        Change of the torque, N m, offset and drift projected out.
+    rms : float
+        Of it, N m.
+    alone : float
+        The step's size over this record's information: the standard error, in the parameter's unit, that the stretch
+        would leave it if all other parameters were known and the residual were the record's noise.
+    """
+
+    words: str
+    torque: FloatArray
+    rms: float
+    alone: float
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A record that is looked at: what is prepared once, so that a picture takes one simulation.
+
+    `lanes` is the number of sensitivities whose kernel is there already.
+    """
+
+    record: CampaignRecord
+    lanes: int
+    plant: Plant
+
+    @cached_property
+    def target(self) -> Target:
+        """The record as it is matched."""
+        return target_of(self.record)
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        """What simulates the record's command."""
+        t = self.target
+        return Simulator(self.plant, t.command, t.base, capacity=self.lanes, known_edges=t.excitation)
+
+    @cached_property
+    def largest_rate(self) -> float:
+        """Largest magnitude of the commanded rate, full steps/s."""
+        return float(np.abs(self.record.command.rate.rates).max())
+
+    @property
+    def is_steady(self) -> bool:
+        """Whether the rate is constant, so that its orders are lines of the spectrum."""
+        return len(set(self.record.command.rate.rates)) == 1
+
+    @cached_property
+    def shown_hz(self) -> float:
+        """Up to which frequency spectra are shown."""
+        return min(max(SHOWN_HZ, ORDERS_SHOWN * self.largest_rate), 0.5 * self.target.base.sample_rate_hz)
+
+    def samples(self, seconds: float) -> int:
+        """Return the number of samples of the first `seconds`, at least 2."""
+        wanted = round(min(seconds, 1e9) * self.target.base.sample_rate_hz) + 1
+        return max(min(wanted, self.target.samples), min(2, self.target.samples))
+
+    def steps_needed(self, mechanism: Mechanism) -> int:
+        """Return the integration steps a sample that the promised accuracy takes, judged on the record's first second."""
+        first = self.target.base.first(self.samples(1.0))
+        short = Simulator(self.plant, self.target.command, first, capacity=self.lanes, known_edges=self.target.excitation)
+        return max(simulate_accurately(short, mechanism.kernel_values()).substeps // 2, 1)
+
+    def picture(self, mechanism: Mechanism, time_offset_s: float, seconds: float, substeps: int) -> Picture:
+        """Return the record's first `seconds` beside the model."""
+        t, n = self.target, self.samples(seconds)
+        run = self.simulator.run(mechanism.kernel_values(), time_offset_s=time_offset_s, substeps=substeps, samples=n)
+        modelled = np.empty(n)
+        for block in run.blocks():
+            modelled[block.start : block.stop] = block.y[:, 0]
+        residual = t.measured[:n] - modelled
+        line = fit_line(residual, t.linear) if np.all(np.isfinite(residual)) else Line()
+        removed = line.at(0, n)
+        residual -= removed
+        measured = t.measured[:n] - removed
+        frequency, spectra = self._spectra(measured, modelled, residual)
+        return Picture(
+            start_s=t.base.start_s, interval_s=t.base.interval_s, measured=measured, modelled=modelled,
+            residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
+            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, line),
+        )  # fmt: skip
+
+    def effect(self, mechanism: Mechanism, knob: Knob, time_offset_s: float, seconds: float, substeps: int) -> Effect:
+        """Return what a small step of a knob does to the record's first `seconds`, by its exact sensitivity."""
+        name, n = knob.name, self.samples(seconds)
+        value = time_offset_s if name == self.record.time_offset.name else mechanism.value(name) if name in mechanism.parameters else 0.0
+        step, words = knob.step(value)
+        slope = self._slope(mechanism, name, time_offset_s, n, substeps)
+        slope -= fit_line(slope, self.target.linear).at(0, n)
+        size = float(np.linalg.norm(slope))
+        alone = self.target.sigma / size if size > 0.0 else math.inf
+        return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(n), alone=alone)
+
+    def _slope(self, mechanism: Mechanism, name: str, time_offset_s: float, n: int, substeps: int) -> FloatArray:
+        """Return dy/d(value) of a knob, (n,); zeros of another record's time offset."""
+        p = mechanism.kernel_values()
+        delays = name == self.record.time_offset.name
+        if not delays and name not in mechanism.parameters:
+            return np.zeros(n)
+        directions = np.zeros((p.size, 1)) if delays else mechanism.kernel_jacobian()[name][:, None]
+        slope = np.empty(n)
+        run = self.simulator.run(
+            p, time_offset_s=time_offset_s, substeps=substeps, samples=n, directions=np.ascontiguousarray(directions)
+        )
+        for block in run.blocks():
+            slope[block.start : block.stop] = -block.rate[:, 0] if delays else block.jacobian[:, 0, 0]
+        return slope
+
+    def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+        """Return the peak of each group of bins up to the shown frequency, of each curve."""
+        rate = self.target.base.sample_rate_hz
+        both = [amplitude_spectrum(y, rate) for y in curves]
+        frequency = both[0][0]
+        kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
+        starts = peak_groups(frequency[:kept], MOST_BINS)
+        stops = np.append(starts[1:], kept)
+        return frequency[(starts + stops - 1) // 2], [np.maximum.reduceat(y[:kept], starts) for _, y in both]
+
+    def _numbers(self, measured: FloatArray, residual: FloatArray, line: Line) -> Numbers:
+        return Numbers(
+            residual_rms=float(np.sqrt(np.mean(residual**2))),
+            noise_sigma=self.target.sigma,
+            fit_percent=fit_percent(measured, residual),
+            offset=line.offset,
+            drift=line.slope * self.target.base.sample_rate_hz,
+        )

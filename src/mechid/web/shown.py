@@ -1,0 +1,213 @@
+"""What the page says, as one plain dict: the numbers are fixed here, the page only prints them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mechid.campaign import Campaign
+from mechid.identification.noise import MISFIT
+from mechid.identification.progress import Progress
+from mechid.report.digits import digits, plain, with_sigma
+from mechid.web.fit_run import FitRun, RunState
+from mechid.web.knobs import Knob
+from mechid.web.picture import Effect, Picture
+from mechid.web.session import Session
+
+VALUE_DIGITS = 5
+GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
+         "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
+Data = dict[str, Any]
+
+
+def page_data(campaign: Campaign, knobs: Mapping[str, Knob]) -> Data:
+    """Return what does not change while the page is open: title, knobs by table, records, values without a knob."""
+    return {
+        "title": campaign.path.resolve().parent.name or campaign.path.name,
+        "path": str(campaign.path),
+        "groups": _groups(knobs),
+        "records": [_record_entry(campaign, r.name) for r in campaign.records if r.data is not None],
+        "fixed": [
+            {"name": q.name, "symbol": symbol_parts(q.declaration.symbol), "text": plain(campaign.mechanism.value(q.name)),
+             "unit": _unit(q.declaration.unit), "why": f"follows {q.tied_to}" if q.tied_to else "shapes the equations",
+             "meaning": q.declaration.meaning}
+            for q in campaign.mechanism.parameters.values()
+            if q.name not in knobs
+        ],
+        "warnings": list(campaign.warnings),
+    }  # fmt: skip
+
+
+def _groups(knobs: Mapping[str, Knob]) -> list[Data]:
+    groups: dict[str, list[Data]] = {}
+    for knob in knobs.values():
+        table, _, key = knob.name.rpartition(".")
+        groups.setdefault(table, []).append(_knob_entry(knob, key))
+    return [{"table": table, "knobs": entries} for table, entries in groups.items()]
+
+
+def _knob_entry(knob: Knob, key: str) -> Data:
+    q = knob.parameter
+    unit = _unit(q.declaration.unit)
+    ends = f"{plain(q.min, 4)} to {plain(q.max, 4)} {unit}".rstrip()
+    whose = "bounds of the file" if knob.is_bounded else "the file gives no bounds: a range around its value"
+    return {
+        "name": knob.name,
+        "key": key,
+        "symbol": symbol_parts(q.declaration.symbol),
+        "unit": unit,
+        "meaning": q.declaration.meaning,
+        "low": q.min,
+        "high": q.max,
+        "low_text": plain(q.min, 4),
+        "high_text": plain(q.max, 4),
+        "log": knob.is_log,
+        "hover": f"{q.declaration.symbol}: {q.declaration.meaning}. {ends} ({whose}"
+        f"{', logarithmic' if knob.is_log else ''}). Source: {q.declaration.source}",
+    }
+
+
+def symbol_parts(symbol: str) -> tuple[str, str]:
+    """Return a symbol and its index, Greek letters as such.
+
+    Examples
+    --------
+    >>> symbol_parts("phi_1"), symbol_parts("K_D1"), symbol_parts("zeta")
+    (('φ', '1'), ('K', 'D1'), ('ζ', ''))
+    """
+    head, _, index = symbol.partition("_")
+    return GREEK.get(head, head), index
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else "°" if unit == "deg" else unit.replace("*", " ")
+
+
+def _record_entry(campaign: Campaign, name: str) -> Data:
+    record = campaign.record(name)
+    assert record.data is not None
+    return {
+        "name": name,
+        "use": record.use,
+        "duration": f"{plain(record.data.duration_s, 3)} s",
+        "file": str(record.file or ""),
+        "columns": ", ".join(channel.column for channel in record.data.channels),
+    }
+
+
+def shown_data(session: Session, pictures: Mapping[str, Picture], effects: Mapping[str, Effect]) -> Data:
+    """Return what the page says of the session as it stands."""
+    return {
+        "knobs": {name: _knob_now(session, knob) for name, knob in session.state.knobs.items()},
+        "records": [_panel(name, picture, effects.get(name), session) for name, picture in pictures.items()],
+        "hand": session.hand,
+        "seconds": session.seconds,
+        "can_undo": bool(session.state.past),
+        "compares": session.compares,
+        "free": len(session.state.now.free),
+        "estimate": session.estimate.source if session.estimate else "",
+        "verdict": session.estimate.summary if session.estimate else None,
+        "run": run_data(session.run) if session.run else None,
+    }
+
+
+def _knob_now(session: Session, knob: Knob) -> Data:
+    value = session.state.now.values[knob.name]
+    now: Data = {
+        "value": value,
+        "text": plain(value, VALUE_DIGITS),
+        "place": knob.place(value),
+        "free": knob.name in session.state.now.free,
+        "estimate_place": None,
+        "away": "",
+        "estimate": "",
+    }
+    estimate = session.estimate
+    if estimate and knob.name in estimate.values:
+        sigma = estimate.sigmas.get(knob.name)
+        text, error = with_sigma(estimate.values[knob.name], sigma)
+        away = estimate.away(knob.name, value)
+        now["estimate_place"] = knob.place(estimate.values[knob.name])
+        now["estimate"] = f"{text} ± {error}" if error else text
+        now["away"] = "" if away is None or abs(away) < 0.05 else f"{away:+.1f} σ" if abs(away) < 1e3 else f"{away:+.0e} σ"
+    return now
+
+
+def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
+    n = picture.numbers
+    ratio = n.noise_ratio
+    return {
+        "name": name,
+        "grade": "bad" if not math.isfinite(ratio) else "good" if ratio <= MISFIT else "caution",
+        "numbers": [
+            ("residual", f"{digits(1e3 * n.residual_rms, 3)} mN m"),
+            ("noise floor", f"{digits(1e3 * n.noise_sigma, 3)} mN m"),
+            ("residual / noise", f"{digits(ratio, 3)}"),
+            ("fit", f"{digits(n.fit_percent, 4)} %"),
+            ("offset", f"{digits(1e3 * n.offset, 3)} mN m"),
+            ("drift", f"{digits(1e3 * n.drift, 3)} mN m/s"),
+        ],
+        "ratio": None if not math.isfinite(ratio) else ratio,
+        "words": _in_words(ratio),
+        "effect": _effect_words(effect, session),
+    }
+
+
+def _in_words(ratio: float) -> str:
+    if not math.isfinite(ratio):
+        return "The model cannot be simulated to the end of this stretch."
+    if ratio <= MISFIT:
+        return "Explained down to the noise."
+    return f"The model misses {ratio:.3g} times as much as the noise."
+
+
+def _effect_words(effect: Effect | None, session: Session) -> str:
+    if effect is None:
+        return ""
+    knob = session.state.knobs[session.hand]
+    if effect.rms == 0.0:
+        return f"{knob.name} does not act on this stretch at all."
+    unit = _unit(knob.parameter.declaration.unit)
+    return (
+        f"{effect.words} of {knob.name} moves this stretch by {digits(1e3 * effect.rms, 3)} mN m RMS; if all else "
+        f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip() + "."
+    )
+
+
+def run_data(run: FitRun) -> Data:
+    """Return where a fit stands."""
+    latest = run.reports[-1] if run.reports else None
+    words = {
+        RunState.RUNNING: "at work",
+        RunState.FINISHED: "ended",
+        RunState.CANCELLED: "cancelled; the knobs are where you left them",
+        RunState.FAILED: run.fault,
+    }[run.state]
+    return {"state": run.state.value, "words": words, "count": len(run.reports), **_progress(latest)}
+
+
+def _progress(latest: Progress | None) -> Data:
+    if latest is None:
+        return {"stage": "starting", "line": "", "cost": "", "elapsed": "", "share": 0.0}
+    finite = latest.cost is not None and math.isfinite(latest.cost)
+    return {
+        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}",
+        "line": latest.line,
+        "cost": f"cost {latest.cost:.6g}" if finite else "",
+        "elapsed": f"{latest.elapsed_s:.1f} s",
+        "share": latest.number / latest.total,
+    }
+
+
+def course(
+    reports: Sequence[Progress], knobs: Mapping[str, Knob]
+) -> tuple[list[tuple[int, float]], dict[str, list[tuple[int, float]]]]:
+    """Return the costs told, and the place of each parameter between its ends, both over the number of the report."""
+    costs = [(k, r.cost) for k, r in enumerate(reports, 1) if r.cost is not None and math.isfinite(r.cost) and r.cost > 0]
+    places: dict[str, list[tuple[int, float]]] = {}
+    for k, report in enumerate(reports, 1):
+        for name, value in report.values.items():
+            if name in knobs:
+                places.setdefault(name, []).append((k, knobs[name].place(value)))
+    return costs, places
