@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, DataRange1d, Range1d
+from bokeh.models import ColumnDataSource, Range1d
 from numpy.typing import NDArray
 
 from mechid.report.plots import (
@@ -14,8 +15,6 @@ from mechid.report.plots import (
     RESIDUAL,
     TIME,
     TORQUE,
-    add_legend,
-    add_line,
     empty_plot,
     hover_on,
     stacked,
@@ -24,105 +23,152 @@ from mechid.signal import envelope
 from mechid.web.picture import Effect, Picture
 
 FloatArray = NDArray[np.float64]
-COLUMNS = 600
-"""Of a curve over time; each holds its least and its largest sample."""
+COLUMNS = 500
+"""Of a picture; each holds the least and the largest sample of every curve."""
+OVER_TIME = ("measured", "modelled", "residual", "effect", "estimate")
+SPECTRA = ("residual", "measured", "modelled", "estimate")
+LEFT = 68
+"""Pixels left of all axes, so that they stand in line."""
 MARGIN = 0.02
 TORQUE_HEIGHT, RESIDUAL_HEIGHT, EFFECT_HEIGHT, SPECTRUM_HEIGHT, RUN_HEIGHT = 230, 130, 130, 230, 200
+LEAST_RESIDUAL, LEAST_EFFECT = 5.0, 0.1
+"""Of a record's noise: the least height of the axes of residual and effect."""
+TINY = 1e-15
+ROUND = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 EFFECT = "effect, N m"
+FEWEST_REPORTS = 10.0
 PLACE = "place between the ends"
 
 
 class Slot:
-    """The figures of one record that is shown: torque, residual and effect on one time axis, and the spectrum."""
+    """The figures of one record that is shown: torque, residual and effect on one time axis, and the spectrum.
+
+    All curves over time are columns of one source, so that a picture is one message; all spectra of another. What the
+    colours mean the page says: legends of Bokeh's own took half of the drawing.
+    """
 
     def __init__(self, number: int) -> None:
         self.time = Range1d(start=0.0, end=1.0)
         self.frequency = Range1d(start=0.0, end=1.0)
-        self.sources: dict[str, ColumnDataSource] = {}
-        self.roots = {f"time_{number}": self._over_time(), f"spectrum_{number}": self._spectrum()}
+        self.over_time = ColumnDataSource({name: [] for name in ("x", *OVER_TIME)})
+        self.spectra = ColumnDataSource({name: [] for name in ("x", *SPECTRA)})
+        self.orders = ColumnDataSource({"x": []})
+        self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
+        self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
+        self.limits: dict[str, tuple[float, float]] = {}
+        self.roots = {f"time_{number}": self._time_plots(), f"spectrum_{number}": self._spectrum_plot()}
         for name, root in self.roots.items():
             root.name = name
 
-    def _over_time(self) -> Any:
-        torque = empty_plot(TIME, TORQUE, height=TORQUE_HEIGHT, x_range=self.time)
-        residual = empty_plot(TIME, RESIDUAL, height=RESIDUAL_HEIGHT, x_range=self.time)
-        effect = empty_plot(TIME, EFFECT, height=EFFECT_HEIGHT, x_range=self.time)
-        lines = [self._line(torque, "time", name) for name in ("measured", "modelled", "estimate")]
-        lines[2].glyph.line_dash = "dashed"
-        add_legend(torque, lines, {"estimate": "last estimate"})
-        self._line(residual, "time", "residual")
-        self._line(effect, "time", "effect")
-        torque.xaxis.visible = residual.xaxis.visible = False
-        for plot in (torque, residual, effect):
-            plot.min_border_left = 68
-            plot.add_tools(hover_on(list(plot.renderers), [("time", "@x{0.000000} s"), ("torque", "@y{0.000000} N m")]))
-        return stacked([torque, residual, effect])
+    def _time_plots(self) -> Any:
+        labels = {"torque": (TORQUE, TORQUE_HEIGHT), "residual": (RESIDUAL, RESIDUAL_HEIGHT), "effect": (EFFECT, EFFECT_HEIGHT)}
+        plots = {
+            name: empty_plot(TIME, label, height=height, x_range=self.time, y_range=self.heights[name], min_border_left=LEFT)
+            for name, (label, height) in labels.items()
+        }
+        for name in ("measured", "modelled", "estimate"):
+            self._line(plots["torque"], self.over_time, name)
+        for name in ("residual", "effect"):
+            self._line(plots[name], self.over_time, name)
+        for plot in plots.values():
+            tips = [("time", "@x{0.000000} s"), ("torque", "@$name{0.000000} N m")]
+            plot.add_tools(hover_on(list(plot.renderers), tips))
+        plots["torque"].xaxis.visible = plots["residual"].xaxis.visible = False
+        return stacked(list(plots.values()))
 
-    def _spectrum(self) -> Any:
-        plot = empty_plot(
-            FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency, y_range=DataRange1d()
-        )
-        plot.min_border_left = 68
-        marks = ColumnDataSource({"x": []})
-        plot.vspan(x="x", source=marks, name="order", line_width=1, line_dash="dashed")
-        self.sources["orders"] = marks
-        lines = [self._line(plot, "spectrum", name) for name in ("residual", "measured", "modelled", "estimate")]
-        lines[3].glyph.line_dash = "dashed"
-        plot.y_range.renderers = lines[1:3]
-        add_legend(plot, [lines[1], lines[2], lines[3], lines[0]], {"estimate": "last estimate"})
-        plot.add_tools(hover_on(lines, [("frequency", "@x{0.0} Hz"), ("amplitude", "@y{0.000000} N m")]))
+    def _spectrum_plot(self) -> Any:
+        plot = empty_plot(FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency,
+                          y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
+        plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
+        lines = [self._line(plot, self.spectra, name) for name in SPECTRA]
+        tips = [("frequency", "@x{0.0} Hz"), ("amplitude", "@$name{0.000000} N m")]
+        plot.add_tools(hover_on(lines, tips))
         return plot
 
-    def _line(self, plot: Any, kind: str, name: str) -> Any:
-        line = add_line(plot, name)
-        self.sources[f"{kind} {name}"] = line.data_source
-        return line
+    @staticmethod
+    def _line(plot: Any, source: ColumnDataSource, name: str) -> Any:
+        width = 2.4 if name == "measured" else 1.2
+        dash = "dashed" if name == "estimate" else "solid"
+        return plot.line("x", name, source=source, name=name, line_width=width, line_dash=dash, line_join="round")
 
     def frame(self, picture: Picture, shown_hz: float, orders: list[float]) -> None:
         """Set the axes to a whole picture, and mark the orders of its step rate, Hz."""
         end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
         self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
         self.frequency.update(start=0.0, end=shown_hz, reset_start=0.0, reset_end=shown_hz)
-        self.sources["orders"].data = {"x": [hz for hz in orders if hz <= shown_hz]}
+        self.orders.data = {"x": [hz for hz in orders if hz <= shown_hz]}
 
-    def show(self, picture: Picture) -> None:
-        """Draw measured, modelled and residual torque and their spectra."""
-        for name in ("measured", "modelled", "residual"):
-            self._fill(f"time {name}", picture, getattr(picture, name))
-            self._fill_spectrum(name, picture.frequency_hz, getattr(picture, f"{name}_spectrum"))
+    def show(self, picture: Picture, effect: Effect, estimate: Picture | None) -> None:
+        """Draw a record beside the model, the effect of the knob in hand, and the estimate's curves where wanted."""
+        curves = {
+            "measured": picture.measured, "modelled": picture.modelled, "residual": picture.residual,
+            "effect": effect.torque, "estimate": estimate.modelled if estimate else _none_like(picture.modelled),
+        }  # fmt: skip
+        kept = self._kept(picture, [y for name, y in curves.items() if name != "estimate" or estimate])
+        times = picture.start_s + kept * picture.interval_s
+        self.over_time.data = {"x": times, **{name: y[kept] for name, y in curves.items()}}
+        self.spectra.data = {
+            "x": picture.frequency_hz, "measured": picture.measured_spectrum, "modelled": picture.modelled_spectrum,
+            "residual": picture.residual_spectrum,
+            "estimate": estimate.modelled_spectrum if estimate else _none_like(picture.frequency_hz),
+        }  # fmt: skip
+        self._set_heights(picture, effect)
 
-    def show_estimate(self, picture: Picture | None) -> None:
-        """Draw the estimate's torque and spectrum, or none."""
-        if picture is None:
-            self.sources["time estimate"].data = {"x": [], "y": []}
-            self.sources["spectrum estimate"].data = {"x": [], "y": []}
-            return
-        self._fill("time estimate", picture, picture.modelled)
-        self._fill_spectrum("estimate", picture.frequency_hz, picture.modelled_spectrum)
-
-    def show_effect(self, picture: Picture, effect: Effect) -> None:
-        """Draw the change of the torque by a small step of the knob in hand."""
-        self._fill("time effect", picture, effect.torque)
-
-    def _fill(self, source: str, picture: Picture, y: FloatArray) -> None:
-        """Draw the least and the largest sample of each column of what is in view, or every sample if they are few."""
+    def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
+        """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
         start, end = float(self.time.start), float(self.time.end)
         margin = MARGIN * (end - start)
         first = max(int((start - margin - picture.start_s) / picture.interval_s), 0)
-        last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, y.size)
-        part = y[first : max(last, first)]
-        kept = first + envelope(part, COLUMNS)
-        self.sources[source].data = {"x": picture.start_s + kept * picture.interval_s, "y": y[kept]}
+        last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, picture.measured.size)
+        parts = [first + envelope(y[first : max(last, first)], COLUMNS) for y in curves]
+        return np.unique(np.concatenate(parts))
 
-    def _fill_spectrum(self, name: str, frequency: FloatArray, amplitude: FloatArray) -> None:
-        self.sources[f"spectrum {name}"].data = {"x": frequency, "y": amplitude}
+    def _set_heights(self, picture: Picture, effect: Effect) -> None:
+        noise = picture.numbers.noise_sigma
+        torque = round_up(largest(picture.measured, picture.modelled))
+        residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
+        moved = round_up(max(largest(effect.torque), LEAST_EFFECT * noise))
+        for name, height in (("torque", torque), ("residual", residual), ("effect", moved)):
+            self._hold(name, -height, height)
+        top = largest(picture.measured_spectrum, picture.modelled_spectrum)
+        line = max(noise / math.sqrt(picture.measured.size), 1e-9 * top)
+        self._hold("spectrum", 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
+
+    def _hold(self, name: str, low: float, high: float) -> None:
+        """Set an axis' ends where they are others than before, so that it stands still and a zoom is kept."""
+        if self.limits.get(name) != (low, high):
+            self.limits[name] = low, high
+            self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
+
+
+def _none_like(y: FloatArray) -> FloatArray:
+    return np.full(y.size, np.nan)
+
+
+def largest(*curves: FloatArray) -> float:
+    """Return the largest finite magnitude of some curves, or a tiny one where there is none."""
+    found = [float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in curves]
+    return max(*found, TINY)
+
+
+def round_up(value: float) -> float:
+    """Return the next of a few round numbers, so that an axis changes seldom.
+
+    Examples
+    --------
+    >>> round_up(0.73), round_up(0.0021), round_up(1.0)
+    (0.8, 0.003, 1.0)
+    """
+    decade = 10.0 ** math.floor(math.log10(value))
+    return float(f"{next(step for step in ROUND if step * decade >= value * (1.0 - 1e-9)) * decade:.1e}")
 
 
 class RunFigures:
     """The course of a fit: its cost, and where each parameter stands between its ends."""
 
     def __init__(self) -> None:
-        self.reports = DataRange1d(start=0.0)
+        self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
+        self.costs = Range1d(start=0.1, end=10.0)
         self.cost = ColumnDataSource({"x": [], "y": []})
         self.places = ColumnDataSource({"xs": [], "ys": [], "name": [], "symbol": []})
         self.ends = ColumnDataSource({"x": [], "y": [], "symbol": []})
@@ -131,22 +177,28 @@ class RunFigures:
         self.roots = {"run": root}
 
     def _plots(self) -> Any:
-        cost = empty_plot("reports of the fit", "cost", height=RUN_HEIGHT, y_axis_type="log")
+        cost = empty_plot("reports of the fit", "cost", height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports,
+                          y_range=self.costs)  # fmt: skip
         line = cost.line("x", "y", source=self.cost, name="modelled", line_width=1.6)
         points = cost.scatter("x", "y", source=self.cost, name="modelled points", size=4)
         cost.add_tools(hover_on([line, points], [("report", "@x"), ("cost", "@y{0.0000}")]))
-        places = empty_plot("reports of the fit", PLACE, height=RUN_HEIGHT + 40, x_range=cost.x_range)
+        places = empty_plot("reports of the fit", PLACE, height=RUN_HEIGHT + 40, x_range=self.reports)
         places.y_range = Range1d(start=-0.03, end=1.03)
         curves = places.multi_line("xs", "ys", source=self.places, name="measured places", line_width=1.6)
         places.text("x", "y", text="symbol", source=self.ends, name="residual symbols", text_font_size="11px",
                     text_baseline="middle", x_offset=4)  # fmt: skip
         places.add_tools(hover_on([curves], [("parameter", "@name"), ("place", "$y{0.000}")]))
         for plot in (cost, places):
-            plot.min_border_left = 68
+            plot.min_border_left = LEFT
         return stacked([cost, places])
 
     def show(self, costs: list[tuple[int, float]], places: dict[str, list[tuple[int, float]]], symbols: dict[str, str]) -> None:
         """Draw the cost of each report that told one, and the place of each parameter over the reports."""
+        last_report = max([k for k, _ in costs] + [course[-1][0] for course in places.values() if course], default=1)
+        self.reports.end = max(1.12 * last_report, FEWEST_REPORTS)
+        if costs:
+            told = [c for _, c in costs]
+            self.costs.update(start=0.8 * min(told), end=1.25 * max(told))
         self.cost.data = {"x": [k for k, _ in costs], "y": [c for _, c in costs]}
         names = [name for name, course in places.items() if course]
         self.places.data = {

@@ -7,9 +7,11 @@ from collections.abc import Callable
 from typing import Any
 from urllib.parse import urlsplit
 
+from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
 from bokeh.server.util import bind_sockets
+from bokeh.server.views.static_handler import StaticHandler
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
@@ -61,6 +63,11 @@ class LoopbackOnly(BokehTornado):
         if path not in SERVED and not path.startswith("/static/"):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": MISSING})
         return super().find_handler(request, **kwargs)
+
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """Return BokehJS's core alone, from this server whatever the environment says."""
+        del absolute_url
+        return Resources(mode="server", root_url="/", components=["bokeh"], path_versioner=StaticHandler.append_version)
 
     def is_own(self, request: HTTPServerRequest) -> bool:
         """Whether a request names this server, and was made by no page of another origin."""

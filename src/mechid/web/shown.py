@@ -184,7 +184,7 @@ def run_data(run: FitRun) -> Data:
         RunState.CANCELLED: "cancelled; the knobs are where you left them",
         RunState.FAILED: run.fault,
     }[run.state]
-    return {"state": run.state.value, "words": words, "count": len(run.reports), **_progress(latest)}
+    return {"state": run.state.value, "words": words, "places": {}, **_progress(latest)}
 
 
 def _progress(latest: Progress | None) -> Data:

@@ -42,6 +42,7 @@ class Tab:
         self.pictures: dict[str, Any] = {}
         self.effects: dict[str, Any] = {}
         self.explained = ""
+        self.symbols = {name: knob.parameter.declaration.symbol for name, knob in self.session.state.knobs.items()}
         self._build(source)
 
     def _build(self, source: Source) -> None:
@@ -112,9 +113,7 @@ class Tab:
         session = self.session
         compared = session.compared() if session.compares else {}
         for slot, name in zip(self.slots, session.shown, strict=False):
-            slot.show(self.pictures[name])
-            slot.show_estimate(compared.get(name))
-            slot.show_effect(self.pictures[name], self.effects[name])
+            slot.show(self.pictures[name], self.effects[name], compared.get(name))
 
     def tell(self, file: str = "") -> None:
         """Send what the page says."""
@@ -136,7 +135,7 @@ class Tab:
             return
         self.seen = state
         costs, places = course(run.reports, self.session.state.knobs)
-        self.course.show(costs, places, {name: "".join(k.parameter.declaration.symbol) for name, k in self.session.state.knobs.items()})
+        self.course.show(costs, places, self.symbols)
         if ended:
             self.redraw()
         self.tell()

@@ -85,32 +85,39 @@ function marked(row, kind, place) {
   if (!mark.hidden) mark.style.left = `calc(8px + ${place} * (100% - 16px))`;
 }
 
-function printedKnob(name, now) {
-  const row = knobs.get(name), range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
-  const turning = waiting.some((m) => m.name === name);
-  if (!turning) range.value = Math.round(now.place * STEPS);
+// What has not changed is not written: each writing makes the browser work out styles anew.
+function set(target, name, value) {
+  if (target[name] !== value) target[name] = value;
+}
+
+function printedKnob(row, now, before) {
+  const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
+  const turning = waiting.some((m) => m.name === row.dataset.name);
+  if (!turning) set(range, "value", String(Math.round(now.place * STEPS)));
+  if (before && JSON.stringify(now) === JSON.stringify(before)) return;
   range.setAttribute("aria-valuetext", now.text);
-  if (document.activeElement !== written) written.value = now.text;
-  row.querySelector("[type=checkbox]").checked = now.free;
-  row.querySelector(".away").textContent = now.away;
-  row.querySelector(".mark.estimate").title = now.estimate;
+  if (document.activeElement !== written) set(written, "value", now.text);
+  set(row.querySelector("[type=checkbox]"), "checked", now.free);
+  set(row.querySelector(".away"), "textContent", now.away);
+  set(row.querySelector(".mark.estimate"), "title", now.estimate);
   marked(row, "estimate", now.estimate_place);
 }
 
 function printedPanel(panel, record) {
-  panel.hidden = !record;
+  set(panel, "hidden", !record);
   if (!record) return;
-  panel.className = `panel ${record.grade}`;
-  panel.dataset.record = record.name;
-  panel.dataset.ratio = record.ratio;
-  panel.querySelector("h2").textContent = record.name;
-  panel.querySelector(".state").textContent = record.words;
-  panel.querySelector(".effect").textContent = record.effect;
-  panel.querySelector(".numbers").replaceChildren(...record.numbers.map(([label, value]) => {
-    const line = element("li", "");
-    line.append(element("span", `${label} `), element("b", value));
-    return line;
-  }));
+  set(panel, "className", `panel ${record.grade}`);
+  Object.assign(panel.dataset, { record: record.name, ratio: record.ratio });
+  set(panel.querySelector("h2"), "textContent", record.name);
+  set(panel.querySelector(".state"), "textContent", record.words);
+  set(panel.querySelector(".effect"), "textContent", record.effect);
+  const numbers = panel.querySelector(".numbers");
+  if (!numbers.children.length) numbers.append(...record.numbers.map(() => document.createElement("li")));
+  record.numbers.forEach(([label, value], k) => {
+    const line = numbers.children[k];
+    if (!line.children.length) line.append(element("span", `${label} `), element("b", ""));
+    set(line.lastChild, "textContent", value);
+  });
 }
 
 function printedVerdict(verdict, source) {
@@ -139,28 +146,31 @@ function printedRun(run) {
 }
 
 function printed() {
+  const before = told;
   told = JSON.parse(wire.told);
-  for (const [name, now] of Object.entries(told.knobs)) printedKnob(name, now);
+  for (const [name, now] of Object.entries(told.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
   for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
   for (const chip of chips) chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
-  at("undo").disabled = !told.can_undo;
-  at("estimate").disabled = at("compare").disabled = !told.verdict;
-  at("compare").checked = told.compares;
-  at("free-count").textContent = `${told.free} parameters free`;
-  at("note").textContent = told.note;
-  at("note").hidden = !told.note;
-  at("hand-name").textContent = told.hand;
-  at("hand-hover").textContent = knobs.get(told.hand).querySelector(".name").title;
+  set(at("undo"), "disabled", !told.can_undo);
+  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
+  set(at("compare"), "checked", told.compares);
+  set(at("free-count"), "textContent", `${told.free} parameters free`);
+  set(at("note"), "textContent", told.note);
+  set(at("note"), "hidden", !told.note);
+  set(at("hand-name"), "textContent", told.hand);
+  set(at("hand-hover"), "textContent", knobs.get(told.hand).querySelector(".name").title);
   if (told.equations) at("equations").innerHTML = told.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
-  printedVerdict(told.verdict, told.estimate);
-  printedRun(told.run);
+  if (JSON.stringify([told.verdict, told.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
+    printedVerdict(told.verdict, told.estimate);
+  }
+  if (JSON.stringify(told.run) !== JSON.stringify(before?.run)) printedRun(told.run);
   if (told.file) saved(told.file);
   if (told.answered === awaited && awaited) {
     awaited = 0;
     const since = began;
-    if (since) requestAnimationFrame(() => requestAnimationFrame(() => latencies.push(performance.now() - since)));
+    if (since) requestAnimationFrame(() => setTimeout(() => latencies.push(performance.now() - since)));  // drawn by then
     next();
   }
 }
