@@ -20,15 +20,18 @@ def explore(
 ) -> None:
     """Turn parameters and watch the model follow; fit from where they are."""
     from mechid.campaign import load_campaign
+    from mechid.cli.journal import FILE_NAME as JOURNAL_NAME
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.estimate_file import FILE_NAME
     from mechid.web import Explorer, Source, read_estimated
 
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
-    estimate = (fit or loaded.path.parent) / FILE_NAME
-    found = read_estimated(estimate, loaded) if fit or estimate.is_file() else None
-    explorer = Explorer(Source(loaded, found, workers), port)
+    folder = fit or loaded.path.parent
+    journal = folder / JOURNAL_NAME
+    has_estimate = (folder / FILE_NAME).is_file() or (fit is not None and not journal.is_file())
+    estimate = read_estimated(folder / FILE_NAME, loaded) if has_estimate else None
+    explorer = Explorer(Source(loaded, estimate, workers, journal), port)
     explorer.serve(opens_browser=browser, ready=_ready)
 
 

@@ -53,13 +53,15 @@ def identify_from(
     trail = Trail(problem, listener, 3, problem.point(values), problem.whole())
     total = sum(t.samples for t in problem.targets)
 
+    def tell(line: str) -> None:
+        trail.tell("gated growth", line, problem.total_norm(trail.q, trail.windows) ** 2)
+
     def told(q: FloatArray, gates: Mapping[str, int]) -> None:
         trail.at(q)
-        trail.tell("gated growth", f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
+        tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
 
-    trail.tell("gated growth", "begins")
+    tell("begins")
     trail.at(grow(problem, trail.q, np.random.default_rng(seed), told).q)
-
     spent = trail.clock() - trail.began
 
     def told_of_the_rest(progress: Progress) -> None:

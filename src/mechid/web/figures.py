@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, Range1d
+from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
 from numpy.typing import NDArray
 
 from mechid.report.plots import (
@@ -30,14 +31,19 @@ SPECTRA = ("residual", "measured", "modelled", "estimate")
 LEFT = 68
 """Pixels left of all axes, so that they stand in line."""
 MARGIN = 0.02
-TORQUE_HEIGHT, RESIDUAL_HEIGHT, EFFECT_HEIGHT, SPECTRUM_HEIGHT, RUN_HEIGHT = 230, 130, 130, 230, 200
+TORQUE_HEIGHT, RESIDUAL_HEIGHT, EFFECT_HEIGHT, SPECTRUM_HEIGHT, RUN_HEIGHT, PLACES_HEIGHT = 230, 130, 130, 230, 170, 270
 LEAST_RESIDUAL, LEAST_EFFECT = 5.0, 0.1
 """Of a record's noise: the least height of the axes of residual and effect."""
 TINY = 1e-15
 ROUND = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 EFFECT = "effect, N m"
+REPORTS, COST, PLACE = "reports of the fit", "cost a sample", "place between its ends"
 FEWEST_REPORTS = 10.0
-PLACE = "place between the ends"
+LABEL_GAP = 0.05
+LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8a8a8a", "#9467bd")
+"""Okabe and Ito's, and two more: legible on light and dark."""
+Course = Sequence[tuple[int, float]]
+"""Number of a report, and a value."""
 
 
 class Slot:
@@ -73,6 +79,7 @@ class Slot:
         for plot in plots.values():
             tips = [("time", "@x{0.000000} s"), ("torque", "@$name{0.000000} N m")]
             plot.add_tools(hover_on(list(plot.renderers), tips))
+            plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
         plots["torque"].xaxis.visible = plots["residual"].xaxis.visible = False
         return stacked(list(plots.values()))
 
@@ -139,6 +146,101 @@ class Slot:
         if self.limits.get(name) != (low, high):
             self.limits[name] = low, high
             self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
+
+
+def _none_like(y: FloatArray) -> FloatArray:
+    return np.full(y.size, np.nan)
+
+
+def largest(*curves: FloatArray) -> float:
+    """Return the largest finite magnitude of some curves, or a tiny one where there is none."""
+    found = [float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in curves]
+    return max(*found, TINY)
+
+
+def round_up(value: float) -> float:
+    """Return the next of a few round numbers, so that an axis changes seldom.
+
+    Examples
+    --------
+    >>> round_up(0.73), round_up(0.0021), round_up(1.0)
+    (0.8, 0.003, 1.0)
+    """
+    decade = 10.0 ** math.floor(math.log10(value))
+    return float(f"{next(step for step in ROUND if step * decade >= value * (1.0 - 1e-9)) * decade:.1e}")
+
+
+class RunFigures:
+    """The course of a fit: its cost, and where each parameter stands between its ends."""
+
+    def __init__(self) -> None:
+        self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
+        self.costs = Range1d(start=0.1, end=10.0)
+        self.cost = ColumnDataSource({"x": [], "y": []})
+        self.places = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
+        self.ends = ColumnDataSource({"x": [], "y": [], "symbol": [], "colour": []})
+        root = self._plots()
+        root.name = "run"
+        self.roots = {"run": root}
+
+    def _plots(self) -> Any:
+        cost = empty_plot(REPORTS, COST, height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports, y_range=self.costs)
+        line = cost.line("x", "y", source=self.cost, name="modelled", line_width=1.6)
+        points = cost.scatter("x", "y", source=self.cost, name="modelled points", size=4)
+        cost.add_tools(hover_on([line, points], [("report", "@x"), ("cost a sample", "@y{0.0000}")]))
+        cost.yaxis.formatter = NumeralTickFormatter(format="0.[00]a")
+        places = empty_plot(REPORTS, PLACE, height=PLACES_HEIGHT, x_range=self.reports)
+        places.y_range = Range1d(start=-0.03, end=1.03)
+        curves = places.multi_line(
+            "xs", "ys", source=self.places, name="places", line_width=1.6, line_color="colour", hover_line_width=3
+        )
+        places.text("x", "y", text="symbol", source=self.ends, text_font_size="11px", text_color="colour",
+                    text_baseline="middle", x_offset=6)  # fmt: skip
+        hover = hover_on([curves], [("parameter", "@name"), ("place", "$y{0.000}")])
+        hover.tooltips = hover.tooltips[1:]
+        places.add_tools(hover)
+        for plot in (cost, places):
+            plot.min_border_left = LEFT
+        cost.xaxis.visible = False
+        return stacked([cost, places])
+
+    def show(self, costs: Course, places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
+        """Draw the cost a sample of each report that told one, and the place of each parameter over the reports."""
+        names = [name for name, course in places.items() if course]
+        last = max([k for k, _ in costs] + [places[name][-1][0] for name in names], default=1)
+        self.reports.end = max(1.1 * last, FEWEST_REPORTS)
+        if costs:
+            told = [c for _, c in costs]
+            self.costs.update(start=0.8 * min(told), end=1.25 * max(told))
+        self.cost.data = {"x": [k for k, _ in costs], "y": [c for _, c in costs]}
+        colours = [LINES[k % len(LINES)] for k in range(len(names))]
+        self.places.data = {
+            "xs": [[k for k, _ in places[name]] for name in names],
+            "ys": [[y for _, y in places[name]] for name in names],
+            "name": names,
+            "colour": colours,
+        }
+        self.ends.data = {
+            "x": [places[name][-1][0] for name in names],
+            "y": apart([places[name][-1][1] for name in names], LABEL_GAP),
+            "symbol": [symbols[name] for name in names],
+            "colour": colours,
+        }
+
+
+def apart(places: Sequence[float], gap: float) -> list[float]:
+    """Return heights for labels near `places`, in the same order, each at least `gap` above the next lower.
+
+    Examples
+    --------
+    >>> apart([0.5, 0.1, 0.52], 0.1)
+    [0.5, 0.1, 0.6]
+    """
+    heights = list(places)
+    below = -math.inf
+    for k in sorted(range(len(heights)), key=heights.__getitem__):
+        below = heights[k] = round(max(heights[k], below + gap), 9)
+    return heights
 
 
 def _none_like(y: FloatArray) -> FloatArray:

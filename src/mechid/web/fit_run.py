@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections.abc import Callable
 from enum import Enum
 
@@ -35,14 +36,22 @@ class FitRun:
         Given a listener, it returns what the fit says.
     """
 
+    is_elsewhere = False
+
     def __init__(self, work: Work) -> None:
         self.work = work
+        self.began = self.ended = time.perf_counter()
         self.reports: list[Progress] = []
         self.state = RunState.RUNNING
         self.result: Estimate | None = None
         self.fault = ""
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="fit", daemon=True)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since it began, or that it took."""
+        return (time.perf_counter() if self.state is RunState.RUNNING else self.ended) - self.began
 
     def start(self) -> None:
         """Begin."""
@@ -52,7 +61,7 @@ class FitRun:
         """Ask it to stop; what it has found so far is dropped."""
         self._stop.set()
         if self.state is RunState.RUNNING:
-            self.state = RunState.CANCELLED
+            self.ended, self.state = time.perf_counter(), RunState.CANCELLED
 
     def wait(self, seconds: float) -> bool:
         """Wait for the thread to end; tell whether it has."""
@@ -79,4 +88,4 @@ class FitRun:
 
     def _end(self, state: RunState, fault: str = "") -> None:
         if not self._stop.is_set():
-            self.fault, self.state = fault, state
+            self.fault, self.ended, self.state = fault, time.perf_counter(), state

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.errors import UsageError
+from mechid.identification.estimate_file import FILE_NAME
 from mechid.identification.fit import Fit
 from mechid.identification.identify import identify
 from mechid.identification.progress import Listener
 from mechid.identification.start_given import identify_from
 from mechid.identification.visibility import sensitivities
 from mechid.plant.mechanism import Mechanism
-from mechid.web.estimate import Estimate, estimate_of
-from mechid.web.fit_run import FitRun, RunState
+from mechid.web.estimate import Estimate, estimate_of, read_estimated
+from mechid.web.fit_run import FitRun, RunState, Work
+from mechid.web.followed_run import FollowedRun
 from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.state import State, campaign_at, first_state
 
@@ -26,11 +29,15 @@ FIRST_LOOK_S = 1.0
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one."""
+    """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
+
+    `journal` is that of an identification into the result folder, which may be at work. `workers` are threads of a fit.
+    """
 
     campaign: Campaign
     estimate: Estimate | None = None
     workers: int | None = None
+    journal: Path | None = None
 
 
 class Session:
@@ -69,6 +76,7 @@ class Session:
         self.hand = next((q.name for q in self.campaign.mechanism.free), next(iter(self.state.knobs)))
         self.compares = False
         self.run: FitRun | None = None
+        self.followed = FollowedRun(source.journal) if source.journal else None
         self._steps: dict[str, int] = {}
         self._compared: dict[tuple[str, float], Picture] = {}
 
@@ -176,6 +184,11 @@ class Session:
         """Whether a fit is at work."""
         return self.run is not None and self.run.state is RunState.RUNNING
 
+    @property
+    def watched(self) -> FitRun | FollowedRun | None:
+        """The run that is shown: this tab's own, or one elsewhere that was at work while the tab was open."""
+        return self.run or (self.followed if self.followed and self.followed.is_alive else None)
+
     def fit_from_here(self) -> None:
         """Begin a fit of what is free from the knobs' values."""
         values = dict(self.state.now.values)
@@ -185,18 +198,36 @@ class Session:
         """Begin an identification with its own search for a start, as ``mechid identify`` does."""
         self._begin(lambda campaign, told: identify(campaign, workers=self.source.workers, listener=told))
 
+    @property
+    def samples(self) -> int:
+        """Samples of all records that are estimated from."""
+        return sum(r.data.samples for r in self.campaign.estimated if r.data is not None)
+
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
             raise UsageError("a fit is at work; cancel it first")
         campaign = campaign_at(self.campaign, self.state)
 
-        self.run = FitRun(lambda told: estimate_of(work(campaign, told), campaign, "the fit of this tab"))
+        self._start(lambda told: estimate_of(work(campaign, told), campaign, "the fit of this tab"))
+
+    def _start(self, work: Work) -> None:
+        self.run = FitRun(work)
         self.run.start()
 
     def cancel(self) -> None:
         """Stop the fit at work; everything else stays as it is."""
         if self.run is not None:
             self.run.cancel()
+
+    def follow(self) -> None:
+        """See how an identification elsewhere goes on; when it has ended, read what it says."""
+        if self.followed is None or self.is_fitting:
+            return
+        was = self.followed.state
+        self.followed.poll()
+        if was is RunState.RUNNING and self.followed.state is RunState.FINISHED:
+            path = self.followed.path.with_name(FILE_NAME)
+            self._start(lambda told: read_estimated(path, self.source.campaign))
 
     def take_up(self) -> bool:
         """Take up the result of a fit that has ended since the last call: its estimate, and the knobs at it."""

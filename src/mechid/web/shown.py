@@ -11,6 +11,7 @@ from mechid.identification.noise import MISFIT
 from mechid.identification.progress import Progress
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.web.fit_run import FitRun, RunState
+from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob
 from mechid.web.picture import Effect, Picture
 from mechid.web.session import Session
@@ -19,6 +20,11 @@ VALUE_DIGITS = 5
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
          "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
 Data = dict[str, Any]
+ELSEWHERE = {
+    RunState.RUNNING: "an identification is at work elsewhere",
+    RunState.FINISHED: "the identification elsewhere has ended",
+    RunState.CANCELLED: "the identification elsewhere has stopped",
+}
 
 
 def page_data(campaign: Campaign, knobs: Mapping[str, Knob]) -> Data:
@@ -108,7 +114,7 @@ def shown_data(session: Session, pictures: Mapping[str, Picture], effects: Mappi
         "free": len(session.state.now.free),
         "estimate": session.estimate.source if session.estimate else "",
         "verdict": session.estimate.summary if session.estimate else None,
-        "run": run_data(session.run) if session.run else None,
+        "run": run_data(session.watched, session.state.knobs) if session.watched else None,
     }
 
 
@@ -175,36 +181,43 @@ def _effect_words(effect: Effect | None, session: Session) -> str:
     )
 
 
-def run_data(run: FitRun) -> Data:
+def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
     """Return where a fit stands."""
     latest = run.reports[-1] if run.reports else None
     words = {
         RunState.RUNNING: "at work",
-        RunState.FINISHED: "ended",
-        RunState.CANCELLED: "cancelled; the knobs are where you left them",
+        RunState.FINISHED: "ended; the parameters are at its estimate, Undo takes them back",
+        RunState.CANCELLED: "cancelled; the parameters are where you left them",
         RunState.FAILED: run.fault,
     }[run.state]
-    return {"state": run.state.value, "words": words, "places": {}, **_progress(latest)}
+    if run.is_elsewhere:
+        words = ELSEWHERE[run.state]
+    values = latest.values if latest else {}
+    places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
+    seconds = f"{run.elapsed_s:.0f} s"
+    return {"state": run.state.value, "elsewhere": run.is_elsewhere, "words": words, "places": places, "elapsed": seconds, **_progress(latest)}
 
 
 def _progress(latest: Progress | None) -> Data:
     if latest is None:
-        return {"stage": "starting", "line": "", "cost": "", "elapsed": "", "share": 0.0}
+        return {"stage": "starting", "line": "", "cost": ""}
     finite = latest.cost is not None and math.isfinite(latest.cost)
     return {
         "stage": f"stage {latest.number} of {latest.total}: {latest.stage}",
         "line": latest.line,
         "cost": f"cost {latest.cost:.6g}" if finite else "",
-        "elapsed": f"{latest.elapsed_s:.1f} s",
-        "share": latest.number / latest.total,
     }
 
 
 def course(
-    reports: Sequence[Progress], knobs: Mapping[str, Knob]
+    reports: Sequence[Progress], knobs: Mapping[str, Knob], samples: int
 ) -> tuple[list[tuple[int, float]], dict[str, list[tuple[int, float]]]]:
-    """Return the costs told, and the place of each parameter between its ends, both over the number of the report."""
-    costs = [(k, r.cost) for k, r in enumerate(reports, 1) if r.cost is not None and math.isfinite(r.cost) and r.cost > 0]
+    """Return the costs told, over the number of samples, and the place of each parameter between its ends.
+
+    Both are lists of the number of the report and the value.
+    """
+    told = [(k, r.cost / samples) for k, r in enumerate(reports, 1) if r.cost is not None]
+    costs = [(k, cost) for k, cost in told if math.isfinite(cost) and cost > 0.0]
     places: dict[str, list[tuple[int, float]]] = {}
     for k, report in enumerate(reports, 1):
         for name, value in report.values.items():

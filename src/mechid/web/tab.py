@@ -16,7 +16,7 @@ from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
 from mechid.web.page import page_template
 from mechid.web.session import MOST_SHOWN, Session, Source
-from mechid.web.shown import course, page_data, run_data, shown_data
+from mechid.web.shown import course, page_data, shown_data
 
 POLL_MS = 200
 Message = Mapping[str, Any]
@@ -37,7 +37,8 @@ class Tab:
         self.wire = Wire(name="wire")
         self.slots = [Slot(k) for k in range(min(MOST_SHOWN, len(self.session.scenes)))]
         self.course = RunFigures()
-        self.seen, self.note, self.answered = 0, "", 0
+        self.seen: tuple[Any, ...] = ()
+        self.note, self.answered = "", 0
         self.framed: tuple[tuple[str, ...], float] | None = None
         self.pictures: dict[str, Any] = {}
         self.effects: dict[str, Any] = {}
@@ -126,15 +127,16 @@ class Tab:
 
     def _poll(self) -> None:
         """Show how the fit goes on, and take up its end."""
-        run = self.session.run
+        self.session.follow()
+        run = self.session.watched
         if run is None:
             return
-        state = (id(run), len(run.reports), run.state)
         ended = self.session.take_up()
+        state = (id(run), len(run.reports), run.state, int(run.elapsed_s))
         if state == self.seen and not ended:
             return
         self.seen = state
-        costs, places = course(run.reports, self.session.state.knobs)
+        costs, places = course(run.reports, self.session.state.knobs, max(self.session.samples, 1))
         self.course.show(costs, places, self.symbols)
         if ended:
             self.redraw()

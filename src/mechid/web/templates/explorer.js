@@ -156,6 +156,7 @@ function printed() {
   set(at("undo"), "disabled", !told.can_undo);
   for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
   set(at("compare"), "checked", told.compares);
+  at("panels").classList.toggle("comparing", told.compares);
   set(at("free-count"), "textContent", `${told.free} parameters free`);
   set(at("note"), "textContent", told.note);
   set(at("note"), "hidden", !told.note);
