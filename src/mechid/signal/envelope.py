@@ -39,7 +39,7 @@ def _extremes(y: FloatArray, edges: IndexArray) -> IndexArray:
     widest = int(np.diff(edges).max())
     inside = np.minimum(edges[:-1, None] + np.arange(widest), edges[1:, None] - 1)  # a short column ends twice
     values = y[inside]
-    return edges[:-1] + np.array([values.argmin(axis=1), values.argmax(axis=1)])
+    return np.asarray(edges[:-1] + np.array([values.argmin(axis=1), values.argmax(axis=1)]), dtype=np.int64)
 
 
 def peak_groups(frequency: FloatArray, most: int) -> IndexArray:

@@ -67,9 +67,15 @@ class Slot:
             root.name = name
 
     def _time_plots(self) -> Any:
-        labels = {"torque": (TORQUE, TORQUE_HEIGHT), "residual": (RESIDUAL, RESIDUAL_HEIGHT), "effect": (EFFECT, EFFECT_HEIGHT)}
+        labels = {
+            "torque": (TORQUE, TORQUE_HEIGHT),
+            "residual": (RESIDUAL, RESIDUAL_HEIGHT),
+            "effect": (EFFECT, EFFECT_HEIGHT),
+        }
         plots = {
-            name: empty_plot(TIME, label, height=height, x_range=self.time, y_range=self.heights[name], min_border_left=LEFT)
+            name: empty_plot(
+                TIME, label, height=height, x_range=self.time, y_range=self.heights[name], min_border_left=LEFT
+            )
             for name, (label, height) in labels.items()
         }
         for name in ("measured", "modelled", "estimate"):
@@ -105,6 +111,12 @@ class Slot:
         self.frequency.update(start=0.0, end=shown_hz, reset_start=0.0, reset_end=shown_hz)
         self.orders.data = {"x": [hz for hz in orders if hz <= shown_hz]}
 
+    @property
+    def view(self) -> tuple[float, float]:
+        """Record time in s from and to which the axis runs, also zoomed."""
+        ends: Any = self.time.start, self.time.end
+        return float(ends[0]), float(ends[1])
+
     def show(self, picture: Picture, effect: Effect, estimate: Picture | None) -> None:
         """Draw a record beside the model, the effect of the knob in hand, and the estimate's curves where wanted."""
         curves = {
@@ -123,7 +135,7 @@ class Slot:
 
     def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
         """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
-        start, end = float(self.time.start), float(self.time.end)
+        start, end = self.view
         margin = MARGIN * (end - start)
         first = max(int((start - margin - picture.start_s) / picture.interval_s), 0)
         last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, picture.measured.size)
@@ -146,28 +158,6 @@ class Slot:
         if self.limits.get(name) != (low, high):
             self.limits[name] = low, high
             self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
-
-
-def _none_like(y: FloatArray) -> FloatArray:
-    return np.full(y.size, np.nan)
-
-
-def largest(*curves: FloatArray) -> float:
-    """Return the largest finite magnitude of some curves, or a tiny one where there is none."""
-    found = [float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in curves]
-    return max(*found, TINY)
-
-
-def round_up(value: float) -> float:
-    """Return the next of a few round numbers, so that an axis changes seldom.
-
-    Examples
-    --------
-    >>> round_up(0.73), round_up(0.0021), round_up(1.0)
-    (0.8, 0.003, 1.0)
-    """
-    decade = 10.0 ** math.floor(math.log10(value))
-    return float(f"{next(step for step in ROUND if step * decade >= value * (1.0 - 1e-9)) * decade:.1e}")
 
 
 class RunFigures:
@@ -196,8 +186,9 @@ class RunFigures:
         )
         places.text("x", "y", text="symbol", source=self.ends, text_font_size="11px", text_color="colour",
                     text_baseline="middle", x_offset=6)  # fmt: skip
-        hover = hover_on([curves], [("parameter", "@name"), ("place", "$y{0.000}")])
-        hover.tooltips = hover.tooltips[1:]
+        tips = [("parameter", "@name"), ("place", "$y{0.000}")]
+        hover = hover_on([curves], tips)
+        hover.tooltips = tips
         places.add_tools(hover)
         for plot in (cost, places):
             plot.min_border_left = LEFT
@@ -263,51 +254,3 @@ def round_up(value: float) -> float:
     """
     decade = 10.0 ** math.floor(math.log10(value))
     return float(f"{next(step for step in ROUND if step * decade >= value * (1.0 - 1e-9)) * decade:.1e}")
-
-
-class RunFigures:
-    """The course of a fit: its cost, and where each parameter stands between its ends."""
-
-    def __init__(self) -> None:
-        self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
-        self.costs = Range1d(start=0.1, end=10.0)
-        self.cost = ColumnDataSource({"x": [], "y": []})
-        self.places = ColumnDataSource({"xs": [], "ys": [], "name": [], "symbol": []})
-        self.ends = ColumnDataSource({"x": [], "y": [], "symbol": []})
-        root = self._plots()
-        root.name = "run"
-        self.roots = {"run": root}
-
-    def _plots(self) -> Any:
-        cost = empty_plot("reports of the fit", "cost", height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports,
-                          y_range=self.costs)  # fmt: skip
-        line = cost.line("x", "y", source=self.cost, name="modelled", line_width=1.6)
-        points = cost.scatter("x", "y", source=self.cost, name="modelled points", size=4)
-        cost.add_tools(hover_on([line, points], [("report", "@x"), ("cost", "@y{0.0000}")]))
-        places = empty_plot("reports of the fit", PLACE, height=RUN_HEIGHT + 40, x_range=self.reports)
-        places.y_range = Range1d(start=-0.03, end=1.03)
-        curves = places.multi_line("xs", "ys", source=self.places, name="measured places", line_width=1.6)
-        places.text("x", "y", text="symbol", source=self.ends, name="residual symbols", text_font_size="11px",
-                    text_baseline="middle", x_offset=4)  # fmt: skip
-        places.add_tools(hover_on([curves], [("parameter", "@name"), ("place", "$y{0.000}")]))
-        for plot in (cost, places):
-            plot.min_border_left = LEFT
-        return stacked([cost, places])
-
-    def show(self, costs: list[tuple[int, float]], places: dict[str, list[tuple[int, float]]], symbols: dict[str, str]) -> None:
-        """Draw the cost of each report that told one, and the place of each parameter over the reports."""
-        last_report = max([k for k, _ in costs] + [course[-1][0] for course in places.values() if course], default=1)
-        self.reports.end = max(1.12 * last_report, FEWEST_REPORTS)
-        if costs:
-            told = [c for _, c in costs]
-            self.costs.update(start=0.8 * min(told), end=1.25 * max(told))
-        self.cost.data = {"x": [k for k, _ in costs], "y": [c for _, c in costs]}
-        names = [name for name, course in places.items() if course]
-        self.places.data = {
-            "xs": [[k for k, _ in places[name]] for name in names],
-            "ys": [[y for _, y in places[name]] for name in names],
-            "name": names,
-            "symbol": [symbols[name] for name in names],
-        }
-        last = [places[name][-1] for name in names]
-        self.ends.data = {"x": [k for k, _ in last], "y": [y for _, y in last], "symbol": [symbols[n] for n in names]}

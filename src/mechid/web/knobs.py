@@ -93,14 +93,19 @@ def _range(q: Parameter) -> tuple[float, float]:
     return max(ends[0], d.lower), min(ends[1], d.upper)
 
 
-def mechanism_at(mechanism: Mechanism, values: Mapping[str, float], free: frozenset[str], turned: Mapping[str, Knob]) -> Mechanism:
+def mechanism_at(
+    mechanism: Mechanism, values: Mapping[str, float], free: frozenset[str], turned: Mapping[str, Knob]
+) -> Mechanism:
     """Return a mechanism at the values of the knobs, in which exactly `free` may be moved by a fit."""
-    changed = {}
-    for name, q in mechanism.parameters.items():
-        if name not in turned:
-            continue
-        knob = turned[name].parameter
-        status = Status.FREE if name in free else Status.KNOWN
-        bounds = {"min": knob.min, "max": knob.max} if name in free or q.is_free else {}
-        changed[name] = replace(q.moved_to(values[name]), status=status, **bounds)
-    return mechanism.with_parameters(changed)
+    own = {name: q for name, q in mechanism.parameters.items() if name in turned}
+    return mechanism.with_parameters(
+        {name: turned_to(q, values[name], turned[name], is_free=name in free) for name, q in own.items()}
+    )
+
+
+def turned_to(q: Parameter, value: float, knob: Knob, *, is_free: bool) -> Parameter:
+    """Return a parameter at a value, free within the knob's ends or known."""
+    moved = q.moved_to(value)
+    if not is_free:
+        return replace(moved, status=Status.KNOWN)
+    return replace(moved, status=Status.FREE, min=knob.parameter.min, max=knob.parameter.max)

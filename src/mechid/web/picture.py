@@ -17,7 +17,7 @@ from mechid.plant.plant import Plant
 from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Simulator
+from mechid.simulation.simulator import Run, Simulator
 from mechid.web.knobs import Knob
 
 FloatArray = NDArray[np.float64]
@@ -100,6 +100,15 @@ class Effect:
     alone: float
 
 
+@dataclass(frozen=True)
+class Stretch:
+    """What of a record is simulated, and how: its first `seconds`, shifted, in so many steps a sample."""
+
+    seconds: float
+    time_offset_s: float
+    substeps: int
+
+
 @dataclass(frozen=True, eq=False)
 class Scene:
     """A record that is looked at: what is prepared once, so that a picture takes one simulation.
@@ -143,17 +152,16 @@ class Scene:
         return max(min(wanted, self.target.samples), min(2, self.target.samples))
 
     def steps_needed(self, mechanism: Mechanism) -> int:
-        """Return the integration steps a sample that the promised accuracy takes, judged on the record's first second."""
-        first = self.target.base.first(self.samples(1.0))
-        short = Simulator(self.plant, self.target.command, first, capacity=self.lanes, known_edges=self.target.excitation)
+        """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
+        t, first = self.target, self.target.base.first(self.samples(1.0))
+        short = Simulator(self.plant, t.command, first, capacity=self.lanes, known_edges=t.excitation)
         return max(simulate_accurately(short, mechanism.kernel_values()).substeps // 2, 1)
 
-    def picture(self, mechanism: Mechanism, time_offset_s: float, seconds: float, substeps: int) -> Picture:
-        """Return the record's first `seconds` beside the model."""
-        t, n = self.target, self.samples(seconds)
-        run = self.simulator.run(mechanism.kernel_values(), time_offset_s=time_offset_s, substeps=substeps, samples=n)
+    def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
+        """Return a stretch of the record beside the model."""
+        t, n = self.target, self.samples(stretch.seconds)
         modelled = np.empty(n)
-        for block in run.blocks():
+        for block in self._run(mechanism, stretch, None).blocks():
             modelled[block.start : block.stop] = block.y[:, 0]
         residual = t.measured[:n] - modelled
         line = fit_line(residual, t.linear) if np.all(np.isfinite(residual)) else Line()
@@ -167,31 +175,40 @@ class Scene:
             residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, line),
         )  # fmt: skip
 
-    def effect(self, mechanism: Mechanism, knob: Knob, time_offset_s: float, seconds: float, substeps: int) -> Effect:
-        """Return what a small step of a knob does to the record's first `seconds`, by its exact sensitivity."""
-        name, n = knob.name, self.samples(seconds)
-        value = time_offset_s if name == self.record.time_offset.name else mechanism.value(name) if name in mechanism.parameters else 0.0
+    def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
+        """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""
+        delays = knob.name == self.record.time_offset.name
+        value = stretch.time_offset_s if delays else self._value(mechanism, knob)
         step, words = knob.step(value)
-        slope = self._slope(mechanism, name, time_offset_s, n, substeps)
-        slope -= fit_line(slope, self.target.linear).at(0, n)
+        slope = self._slope(mechanism, knob.name, stretch)
+        slope -= fit_line(slope, self.target.linear).at(0, slope.size)
         size = float(np.linalg.norm(slope))
         alone = self.target.sigma / size if size > 0.0 else math.inf
-        return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(n), alone=alone)
+        return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)
 
-    def _slope(self, mechanism: Mechanism, name: str, time_offset_s: float, n: int, substeps: int) -> FloatArray:
+    @staticmethod
+    def _value(mechanism: Mechanism, knob: Knob) -> float:
+        return mechanism.value(knob.name) if knob.name in mechanism.parameters else 0.0
+
+    def _slope(self, mechanism: Mechanism, name: str, stretch: Stretch) -> FloatArray:
         """Return dy/d(value) of a knob, (n,); zeros of another record's time offset."""
-        p = mechanism.kernel_values()
-        delays = name == self.record.time_offset.name
+        delays, slope = name == self.record.time_offset.name, np.zeros(self.samples(stretch.seconds))
         if not delays and name not in mechanism.parameters:
-            return np.zeros(n)
-        directions = np.zeros((p.size, 1)) if delays else mechanism.kernel_jacobian()[name][:, None]
-        slope = np.empty(n)
-        run = self.simulator.run(
-            p, time_offset_s=time_offset_s, substeps=substeps, samples=n, directions=np.ascontiguousarray(directions)
-        )
-        for block in run.blocks():
+            return slope
+        direction = np.zeros(len(self.plant.parameters)) if delays else mechanism.kernel_jacobian()[name]
+        for block in self._run(mechanism, stretch, direction).blocks():
             slope[block.start : block.stop] = -block.rate[:, 0] if delays else block.jacobian[:, 0, 0]
         return slope
+
+    def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
+        """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
+        return self.simulator.run(
+            mechanism.kernel_values(),
+            time_offset_s=stretch.time_offset_s,
+            substeps=stretch.substeps,
+            samples=self.samples(stretch.seconds),
+            directions=None if direction is None else np.ascontiguousarray(direction[:, None]),
+        )
 
     def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
         """Return the peak of each group of bins up to the shown frequency, of each curve."""

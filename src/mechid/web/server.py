@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import webbrowser
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -127,14 +128,15 @@ class Explorer:
         return f"http://{LOOPBACK}:{self.port}/"
 
     def serve(self, *, opens_browser: bool, ready: Callable[[str], None]) -> None:
-        """Serve until interrupted; `ready` is told the address once it answers."""
+        """Serve until Ctrl-C or the loop's end; `ready` is told the address once it answers."""
         self.server.start()
         loop = self.server.io_loop
         loop.add_callback(ready, self.address)
         if opens_browser:
             loop.add_callback(webbrowser.open, self.address)
         try:
-            loop.start()
+            with suppress(KeyboardInterrupt):
+                loop.start()
         finally:
             self.server.unlisten()
             self.server.stop()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,19 +12,20 @@ from mechid.errors import UsageError
 from mechid.identification.estimate_file import FILE_NAME
 from mechid.identification.fit import Fit
 from mechid.identification.identify import identify
-from mechid.identification.progress import Listener
+from mechid.identification.progress import Listener, Progress
 from mechid.identification.start_given import identify_from
 from mechid.identification.visibility import sensitivities
 from mechid.plant.mechanism import Mechanism
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState, Work
 from mechid.web.followed_run import FollowedRun
-from mechid.web.picture import Effect, Picture, Scene
+from mechid.web.picture import Effect, Picture, Scene, Stretch
 from mechid.web.state import State, campaign_at, first_state
 
 MOST_SHOWN = 4
 """Records side by side."""
 FIRST_LOOK_S = 1.0
+HEADER = "set by hand with mechid explore, from {}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,46 +137,39 @@ class Session:
 
     def pictures(self) -> dict[str, Picture]:
         """Return the shown records beside the model as it is set."""
-        mechanism = self.mechanism
-        return {
-            name: self.scenes[name].picture(mechanism, self._offset(name, self.state.now.values), self.seconds, self._substeps(name))
-            for name in self.shown
-        }
+        return {name: self._picture(name, self.state) for name in self.shown}
 
     def compared(self) -> dict[str, Picture]:
         """Return the shown records beside the model at the estimate."""
         if not self.estimate:
             return {}
+        at = self.state.at(self.estimate.values)
         for name in self.shown:
             if (name, self.seconds) not in self._compared:
-                values = self.estimate.values
-                at = self.state.at(values)
-                mechanism = campaign_at(self.campaign, at).mechanism
-                self._compared[name, self.seconds] = self.scenes[name].picture(
-                    mechanism, self._offset(name, at.now.values), self.seconds, self._substeps(name)
-                )
+                self._compared[name, self.seconds] = self._picture(name, at)
         return {name: self._compared[name, self.seconds] for name in self.shown}
 
     def effects(self) -> dict[str, Effect]:
         """Return what a small step of the knob in hand does to the shown records."""
         mechanism, knob = self.mechanism, self.state.knobs[self.hand]
-        return {
-            name: self.scenes[name].effect(mechanism, knob, self._offset(name, self.state.now.values), self.seconds, self._substeps(name))
-            for name in self.shown
-        }
+        return {name: self.scenes[name].effect(mechanism, knob, self._stretch(name, self.state)) for name in self.shown}
+
+    def _picture(self, name: str, state: State) -> Picture:
+        mechanism = campaign_at(self.campaign, state).mechanism
+        return self.scenes[name].picture(mechanism, self._stretch(name, state))
+
+    def _stretch(self, name: str, state: State) -> Stretch:
+        """Return what of a record is simulated."""
+        delay = self.scenes[name].record.time_offset
+        if name not in self._steps:
+            self._steps[name] = self.scenes[name].steps_needed(self.mechanism)
+        return Stretch(self.seconds, state.now.values.get(delay.name, delay.value), self._steps[name])
 
     def mechanism_file(self) -> str:
         """Return the text of a mechanism.toml with the values, and the free parameters, as they are set."""
-        return mechanism_text(self.mechanism, f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}")
-
-    def _offset(self, record: str, values: Mapping[str, float]) -> float:
-        delay = self.scenes[record].record.time_offset
-        return values.get(delay.name, delay.value)
-
-    def _substeps(self, name: str) -> int:
-        if name not in self._steps:
-            self._steps[name] = self.scenes[name].steps_needed(self.mechanism)
-        return self._steps[name]
+        return mechanism_text(
+            self.mechanism, f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}"
+        )
 
     # The fit.
 
@@ -208,7 +202,12 @@ class Session:
             raise UsageError("a fit is at work; cancel it first")
         campaign = campaign_at(self.campaign, self.state)
 
-        self._start(lambda told: estimate_of(work(campaign, told), campaign, "the fit of this tab"))
+        def judged(told: Listener) -> Estimate:
+            fit = work(campaign, told)
+            told(Progress(1, 1, "verdict", "all records are simulated and judged", None, 0.0))
+            return estimate_of(fit, campaign, "the last fit of this tab")
+
+        self._start(judged)
 
     def _start(self, work: Work) -> None:
         self.run = FitRun(work)
@@ -241,6 +240,6 @@ class Session:
         return True
 
     def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
-        """Return the records with the sign and command that a fit took them to have; their offsets stay to be turned."""
+        """Return the records with the sign and command that a fit took them to have, and their own knobs."""
         own = {r.name: r for r in estimate.records}
         return tuple(replace(own.get(r.name, r), parameters=r.parameters) for r in self.campaign.records)

@@ -9,6 +9,7 @@ from typing import Any
 from mechid.campaign import Campaign
 from mechid.identification.noise import MISFIT
 from mechid.identification.progress import Progress
+from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
@@ -17,6 +18,8 @@ from mechid.web.picture import Effect, Picture
 from mechid.web.session import Session
 
 VALUE_DIGITS = 5
+LEAST_AWAY, MOST_AWAY = 0.05, 1e3
+"""Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
          "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
 Data = dict[str, Any]
@@ -35,14 +38,23 @@ def page_data(campaign: Campaign, knobs: Mapping[str, Knob]) -> Data:
         "groups": _groups(knobs),
         "records": [_record_entry(campaign, r.name) for r in campaign.records if r.data is not None],
         "fixed": [
-            {"name": q.name, "symbol": symbol_parts(q.declaration.symbol), "text": plain(campaign.mechanism.value(q.name)),
-             "unit": _unit(q.declaration.unit), "why": f"follows {q.tied_to}" if q.tied_to else "shapes the equations",
-             "meaning": q.declaration.meaning}
+            _fixed_entry(q, campaign.mechanism.value(q.name))
             for q in campaign.mechanism.parameters.values()
             if q.name not in knobs
         ],
         "warnings": list(campaign.warnings),
-    }  # fmt: skip
+    }
+
+
+def _fixed_entry(q: Parameter, value: float) -> Data:
+    return {
+        "name": q.name,
+        "symbol": symbol_parts(q.declaration.symbol),
+        "text": plain(value),
+        "unit": _unit(q.declaration.unit),
+        "why": f"follows {q.tied_to}" if q.tied_to else "shapes the equations",
+        "meaning": q.declaration.meaning,
+    }
 
 
 def _groups(knobs: Mapping[str, Knob]) -> list[Data]:
@@ -136,8 +148,14 @@ def _knob_now(session: Session, knob: Knob) -> Data:
         away = estimate.away(knob.name, value)
         now["estimate_place"] = knob.place(estimate.values[knob.name])
         now["estimate"] = f"{text} ± {error}" if error else text
-        now["away"] = "" if away is None or abs(away) < 0.05 else f"{away:+.1f} σ" if abs(away) < 1e3 else f"{away:+.0e} σ"
+        now["away"] = _away_text(away)
     return now
+
+
+def _away_text(away: float | None) -> str:
+    if away is None or abs(away) < LEAST_AWAY:
+        return ""
+    return f"{away:+.1f} σ" if abs(away) < MOST_AWAY else f"{away:+.0e} σ"
 
 
 def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
@@ -177,7 +195,8 @@ def _effect_words(effect: Effect | None, session: Session) -> str:
     unit = _unit(knob.parameter.declaration.unit)
     return (
         f"{effect.words} of {knob.name} moves this stretch by {digits(1e3 * effect.rms, 3)} mN m RMS; if all else "
-        f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip() + "."
+        f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip()
+        + "."
     )
 
 
@@ -194,8 +213,14 @@ def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
         words = ELSEWHERE[run.state]
     values = latest.values if latest else {}
     places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
-    seconds = f"{run.elapsed_s:.0f} s"
-    return {"state": run.state.value, "elsewhere": run.is_elsewhere, "words": words, "places": places, "elapsed": seconds, **_progress(latest)}
+    return {
+        "state": run.state.value,
+        "elsewhere": run.is_elsewhere,
+        "words": words,
+        "places": places,
+        "elapsed": f"{run.elapsed_s:.0f} s",
+        **_progress(latest),
+    }
 
 
 def _progress(latest: Progress | None) -> Data:
@@ -203,7 +228,7 @@ def _progress(latest: Progress | None) -> Data:
         return {"stage": "starting", "line": "", "cost": ""}
     finite = latest.cost is not None and math.isfinite(latest.cost)
     return {
-        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}",
+        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}" if latest.total > 1 else latest.stage,
         "line": latest.line,
         "cost": f"cost {latest.cost:.6g}" if finite else "",
     }

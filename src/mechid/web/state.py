@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.space import COULOMB, STATIC
-from mechid.parameter import Status
-from mechid.web.knobs import Knob, knobs, mechanism_at
+from mechid.parameter import Parameter
+from mechid.web.knobs import Knob, knobs, mechanism_at, turned_to
 
 MOST_UNDONE = 200
 
@@ -93,14 +93,10 @@ def first_state(campaign: Campaign) -> State:
 
 def campaign_at(campaign: Campaign, state: State) -> Campaign:
     """Return a campaign at the values of a state, free to move where it says so."""
-    values, free = state.now.values, state.now.free
-    records = []
-    for record in campaign.records:
-        own = tuple(
-            replace(q, value=values[q.name], status=Status.FREE if q.name in free else Status.KNOWN)
-            if q.name in state.knobs else q
-            for q in record.parameters
-        )  # fmt: skip
-        records.append(replace(record, parameters=own))
-    mechanism = mechanism_at(campaign.mechanism, values, free, state.knobs)
-    return replace(campaign, mechanism=mechanism, records=tuple(records))
+    values, free, turned = state.now.values, state.now.free, state.knobs
+
+    def own(q: Parameter) -> Parameter:
+        return turned_to(q, values[q.name], turned[q.name], is_free=q.name in free) if q.name in turned else q
+
+    records = tuple(replace(r, parameters=tuple(map(own, r.parameters))) for r in campaign.records)
+    return replace(campaign, mechanism=mechanism_at(campaign.mechanism, values, free, turned), records=records)

@@ -123,7 +123,7 @@ class Tab:
         if self.explained != self.session.hand:
             self.explained = self.session.hand
             data["equations"] = self.equations.of(self.session.hand)
-        self.wire.told = json.dumps(data)
+        self.wire.update(told=json.dumps(data, allow_nan=False))
 
     def _poll(self) -> None:
         """Show how the fit goes on, and take up its end."""
