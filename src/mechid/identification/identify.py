@@ -220,10 +220,10 @@ def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Ca
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return rest.growth
-    said = [] if explained else common_readings(trail.problem, growth, seed)
+    said = [] if explained else common_readings(trail.problem, growth, seed, trail.journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(trail, found, seed, growth)
-        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+        said = common_readings(trail.problem, growth, seed, trail.journal) if explained and not growth.complete else []
     if rest and not said and not growth.complete:
         _take(trail, campaign, rest)
         return rest.growth
