@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
+from mechid.identification.target import Target
 
 FloatArray = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -92,13 +93,13 @@ def _lagged_products(x: FloatArray, most: int) -> FloatArray:
 def _burg(phi: FloatArray, samples: int) -> Iterator[Autoregression]:
     """Yield the models of all orders; forward and backward errors of each are quadratic forms in phi."""
     a = np.ones(1)
-    yield Autoregression(a, float(np.sqrt(phi[0, 0] / samples)))
+    yield Autoregression(a, math.sqrt(phi[0, 0] / samples))
     for order in range(1, phi.shape[0]):
         behind = a[::-1]
-        forward = a @ phi[:order, :order] @ a
-        backward = behind @ phi[1 : order + 1, 1 : order + 1] @ behind
-        both = a @ phi[:order, 1 : order + 1] @ behind
+        forward = float(a @ phi[:order, :order] @ a)
+        backward = float(behind @ phi[1 : order + 1, 1 : order + 1] @ behind)
+        both = float(a @ phi[:order, 1 : order + 1] @ behind)
         mean = 0.5 * (forward + backward)
         reflection = -both / mean if mean > 0.0 else 0.0
         a = np.append(a, 0.0) + reflection * np.append(0.0, behind)
-        yield Autoregression(a, float(np.sqrt(max(mean * (1.0 - reflection**2), 0.0) / samples)))
+        yield Autoregression(a, math.sqrt(max(mean * (1.0 - reflection**2), 0.0) / samples))
