@@ -32,6 +32,8 @@ class Channel:
         The column it was read from, as its header names it.
     metadata : Mapping
         What the file says of it: serial number, sensitivity, ...
+    scale : float
+        What the file's numbers were multiplied by.
     """
 
     quantity: str
@@ -40,6 +42,7 @@ class Channel:
     role: Role
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,6 +131,11 @@ class Record:
             near = did_you_mean(quantity, found) or "; it has " + ", ".join(found)
             raise RecordError(f'{self.name}: no channel "{quantity}"{near}')
         return found[quantity]
+
+    def quiet_rms(self, quantity: str) -> float | None:
+        """Return the RMS of a channel in its quiet stretches, SI, with all colour; None where none are declared."""
+        found = [t["rms"] for t in self.treatments if t["step"] == "quiet" and t["channel"] == quantity]
+        return float(found[0]) if found else None
 
     def blocks(self, size: int) -> Iterator[tuple[int, int]]:
         """Yield (start, stop) of consecutive blocks of at most `size` samples."""
