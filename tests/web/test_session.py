@@ -191,6 +191,6 @@ def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(sessi
     (panel,) = said["records"]
     assert panel["grade"] == "good"
     assert dict(panel["numbers"])["residual"] == f"{1e3 * pictures['full_46'].numbers.residual_rms:.2f} mN m"
-    still = page_data(campaign, session.state.knobs)
+    still = page_data(campaign, session.state.knobs, session.scenes)
     assert {k["name"] for group in still["groups"] for k in group["knobs"]} == set(said["knobs"])
     assert all(k["meaning"] in k["hover"] for group in still["groups"] for k in group["knobs"])

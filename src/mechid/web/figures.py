@@ -21,7 +21,7 @@ from mechid.report.plots import (
     stacked,
 )
 from mechid.signal import envelope
-from mechid.web.picture import Effect, Picture
+from mechid.web.picture import Effect, Picture, Scene
 
 FloatArray = NDArray[np.float64]
 COLUMNS = 500
@@ -62,6 +62,7 @@ class Slot:
         self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
         self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
         self.limits: dict[str, tuple[float, float]] = {}
+        self.axes: dict[str, Any] = {}
         self.roots = {f"time_{number}": self._time_plots(), f"spectrum_{number}": self._spectrum_plot()}
         for name, root in self.roots.items():
             root.name = name
@@ -83,9 +84,10 @@ class Slot:
         for name in ("residual", "effect"):
             self._line(plots[name], self.over_time, name)
         for plot in plots.values():
-            tips = [("time", "@x{0.000000} s"), ("torque", "@$name{0.000000} N m")]
+            tips = [("time", "@x{0.000000} s"), ("value", "@$name{0.000000}")]
             plot.add_tools(hover_on(list(plot.renderers), tips))
             plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
+        self.axes = {"": plots["torque"].yaxis, "residual": plots["residual"].yaxis, "effect": plots["effect"].yaxis}
         plots["torque"].xaxis.visible = plots["residual"].xaxis.visible = False
         return stacked(list(plots.values()))
 
@@ -94,8 +96,9 @@ class Slot:
                           y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
         plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
         lines = [self._line(plot, self.spectra, name) for name in SPECTRA]
-        tips = [("frequency", "@x{0.0} Hz"), ("amplitude", "@$name{0.000000} N m")]
+        tips = [("frequency", "@x{0.0} Hz"), ("amplitude", "@$name{0.000000}")]
         plot.add_tools(hover_on(lines, tips))
+        self.axes["amplitude"] = plot.yaxis
         return plot
 
     @staticmethod
@@ -104,12 +107,16 @@ class Slot:
         dash = "dashed" if name == "estimate" else "solid"
         return plot.line("x", name, source=source, name=name, line_width=width, line_dash=dash, line_join="round")
 
-    def frame(self, picture: Picture, shown_hz: float, orders: list[float]) -> None:
-        """Set the axes to a whole picture, and mark the orders of its step rate, Hz."""
+    def frame(self, picture: Picture, scene: Scene, orders: list[float]) -> None:
+        """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
         end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
         self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
-        self.frequency.update(start=0.0, end=shown_hz, reset_start=0.0, reset_end=shown_hz)
-        self.orders.data = {"x": [hz for hz in orders if hz <= shown_hz]}
+        top = scene.shown_hz
+        self.frequency.update(start=0.0, end=top, reset_start=0.0, reset_end=top)
+        self.orders.data = {"x": [hz for hz in orders if hz <= top]}
+        quantity, unit = scene.match.quantity.replace("_", " "), scene.unit.replace("*", " ")
+        for words, axis in self.axes.items():
+            axis.axis_label = f"{words or quantity}, {unit}"
 
     @property
     def view(self) -> tuple[float, float]:

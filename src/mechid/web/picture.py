@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign import CampaignRecord
-from mechid.identification.problem import Target
-from mechid.identification.target import target_of
+from mechid.campaign import CampaignRecord, Match
+from mechid.identification.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Run, Simulator
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
 FloatArray = NDArray[np.float64]
@@ -111,25 +111,45 @@ class Stretch:
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A record that is looked at: what is prepared once, so that a picture takes one simulation.
+    """A channel of a record that is looked at: what is prepared once, so that a picture takes one simulation.
 
     `lanes` is the number of sensitivities whose kernel is there already.
     """
 
     record: CampaignRecord
+    match: Match
     lanes: int
     plant: Plant
 
+    @property
+    def label(self) -> str:
+        """The record's name, with the quantity where it is not the leading one."""
+        own, name = self.match.quantity, self.record.name
+        return name if own == self.record.leading else f"{name}: {own}"
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the quantity."""
+        return SI_UNIT[self.match.quantity]
+
     @cached_property
-    def target(self) -> Target:
-        """The record as it is matched."""
-        return target_of(self.record)
+    def channel(self) -> TargetChannel:
+        """The channel as it is matched."""
+        return channel_of(self.record, self.match)
+
+    @cached_property
+    def base(self) -> TimeBase:
+        """The record's sample instants."""
+        data = self.record.data
+        assert data is not None
+        return TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
 
     @cached_property
     def simulator(self) -> Simulator:
         """What simulates the record's command."""
-        t = self.target
-        return Simulator(self.plant, t.command, t.base, capacity=self.lanes, known_edges=t.excitation)
+        delay = self.record.time_offset
+        latest_s = max(abs(delay.min), abs(delay.max)) if delay.is_free else abs(delay.value)
+        return Simulator(self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s)
 
     @cached_property
     def largest_rate(self) -> float:
@@ -144,33 +164,32 @@ class Scene:
     @cached_property
     def shown_hz(self) -> float:
         """Up to which frequency spectra are shown."""
-        return min(max(SHOWN_HZ, ORDERS_SHOWN * self.largest_rate), 0.5 * self.target.base.sample_rate_hz)
+        return min(max(SHOWN_HZ, ORDERS_SHOWN * self.largest_rate), 0.5 * self.base.sample_rate_hz)
 
     def samples(self, seconds: float) -> int:
         """Return the number of samples of the first `seconds`, at least 2."""
-        wanted = round(min(seconds, 1e9) * self.target.base.sample_rate_hz) + 1
-        return max(min(wanted, self.target.samples), min(2, self.target.samples))
+        wanted = round(min(seconds, 1e9) * self.base.sample_rate_hz) + 1
+        return min(max(wanted, 2), self.base.samples)
 
     def steps_needed(self, mechanism: Mechanism) -> int:
         """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
-        t, first = self.target, self.target.base.first(self.samples(1.0))
-        short = Simulator(self.plant, t.command, first, capacity=self.lanes, known_edges=t.excitation)
-        return max(simulate_accurately(short, mechanism.kernel_values()).substeps // 2, 1)
+        first = replace(self.simulator, base=self.base.first(self.samples(1.0)), known_edges=self.simulator.excitation)
+        return max(simulate_accurately(first, mechanism.kernel_values()).substeps // 2, 1)
 
     def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
         """Return a stretch of the record beside the model."""
-        t, n = self.target, self.samples(stretch.seconds)
+        n = self.samples(stretch.seconds)
         modelled = np.empty(n)
         for block in self._run(mechanism, stretch, None).blocks():
-            modelled[block.start : block.stop] = block.y[:, 0]
-        residual = t.measured[:n] - modelled
-        line = fit_line(residual, t.linear) if np.all(np.isfinite(residual)) else Line()
+            modelled[block.start : block.stop] = block.y[:, self._output]
+        residual = self.channel.measured[:n] - modelled
+        line = fit_line(residual, self.channel.linear) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)
         residual -= removed
-        measured = t.measured[:n] - removed
+        measured = self.channel.measured[:n] - removed
         frequency, spectra = self._spectra(measured, modelled, residual)
         return Picture(
-            start_s=t.base.start_s, interval_s=t.base.interval_s, measured=measured, modelled=modelled,
+            start_s=self.base.start_s, interval_s=self.base.interval_s, measured=measured, modelled=modelled,
             residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
             residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, line),
         )  # fmt: skip
@@ -181,9 +200,9 @@ class Scene:
         value = stretch.time_offset_s if delays else self._value(mechanism, knob)
         step, words = knob.step(value)
         slope = self._slope(mechanism, knob.name, stretch)
-        slope -= fit_line(slope, self.target.linear).at(0, slope.size)
+        slope -= fit_line(slope, self.channel.linear).at(0, slope.size)
         size = float(np.linalg.norm(slope))
-        alone = self.target.sigma / size if size > 0.0 else math.inf
+        alone = self.channel.sigma / size if size > 0.0 else math.inf
         return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)
 
     @staticmethod
@@ -197,8 +216,14 @@ class Scene:
             return slope
         direction = np.zeros(len(self.plant.parameters)) if delays else mechanism.kernel_jacobian()[name]
         for block in self._run(mechanism, stretch, direction).blocks():
-            slope[block.start : block.stop] = -block.rate[:, 0] if delays else block.jacobian[:, 0, 0]
+            slope[block.start : block.stop] = (
+                -block.rate[:, self._output] if delays else block.jacobian[:, self._output, 0]
+            )
         return slope
+
+    @cached_property
+    def _output(self) -> int:
+        return list(self.plant.outputs).index(self.match.quantity)
 
     def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
         """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
@@ -212,7 +237,7 @@ class Scene:
 
     def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
         """Return the peak of each group of bins up to the shown frequency, of each curve."""
-        rate = self.target.base.sample_rate_hz
+        rate = self.base.sample_rate_hz
         both = [amplitude_spectrum(y, rate) for y in curves]
         frequency = both[0][0]
         kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
@@ -223,8 +248,8 @@ class Scene:
     def _numbers(self, measured: FloatArray, residual: FloatArray, line: Line) -> Numbers:
         return Numbers(
             residual_rms=float(np.sqrt(np.mean(residual**2))),
-            noise_sigma=self.target.sigma,
+            noise_sigma=self.channel.sigma,
             fit_percent=fit_percent(measured, residual),
             offset=line.offset,
-            drift=line.slope * self.target.base.sample_rate_hz,
+            drift=line.slope * self.base.sample_rate_hz,
         )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from mechid.campaign import Campaign, CampaignRecord
@@ -40,6 +41,19 @@ class Source:
     workers: int | None = None
     journal: Path | None = None
 
+    @cached_property
+    def scenes(self) -> dict[str, Scene]:
+        """What can be looked at, by label; tabs share it until a fit takes a record otherwise."""
+        return scenes_of(self.campaign)
+
+
+def scenes_of(campaign: Campaign) -> dict[str, Scene]:
+    """Return the channels of a campaign that the model has to explain, by label."""
+    lanes, plant = sensitivities(campaign), campaign.mechanism.plant
+    read = [r for r in campaign.records if r.data is not None]
+    found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
+    return {scene.label: scene for scene in found}
+
 
 class Session:
     """One tab.
@@ -71,7 +85,7 @@ class Session:
         self.state: State = first_state(self.campaign)
         if self.estimate:
             self.state = replace(self.state.at(self.estimate.values), past=())
-        self.scenes = self._scenes()
+        self.scenes = source.scenes
         self.shown: tuple[str, ...] = tuple(self.scenes)[:1]
         self.seconds = FIRST_LOOK_S
         self.hand = next((q.name for q in self.campaign.mechanism.free), next(iter(self.state.knobs)))
@@ -80,10 +94,6 @@ class Session:
         self.followed = FollowedRun(source.journal) if source.journal else None
         self._steps: dict[str, int] = {}
         self._compared: dict[tuple[str, float], Picture] = {}
-
-    def _scenes(self) -> dict[str, Scene]:
-        lanes = sensitivities(self.campaign)
-        return {r.name: Scene(r, lanes, self.campaign.mechanism.plant) for r in self.campaign.records if r.data}
 
     # What the page asks for.
 
@@ -234,7 +244,7 @@ class Session:
             return False
         self.estimate, self.run.result = self.run.result, None
         self.campaign = replace(self.campaign, records=self._as_taken(self.estimate))
-        self.scenes = self._scenes()
+        self.scenes = scenes_of(self.campaign)
         self._compared.clear()
         self.to_estimate()
         return True

@@ -14,7 +14,7 @@ from mechid.report.digits import digits, plain, with_sigma
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob
-from mechid.web.picture import Effect, Picture
+from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
 
 VALUE_DIGITS = 5
@@ -30,13 +30,13 @@ ELSEWHERE = {
 }
 
 
-def page_data(campaign: Campaign, knobs: Mapping[str, Knob]) -> Data:
+def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str, Scene]) -> Data:
     """Return what does not change while the page is open: title, knobs by table, records, values without a knob."""
     return {
         "title": campaign.path.resolve().parent.name or campaign.path.name,
         "path": str(campaign.path),
         "groups": _groups(knobs),
-        "records": [_record_entry(campaign, r.name) for r in campaign.records if r.data is not None],
+        "records": [_scene_entry(scene) for scene in scenes.values()],
         "fixed": [
             _fixed_entry(q, campaign.mechanism.value(q.name))
             for q in campaign.mechanism.parameters.values()
@@ -102,15 +102,15 @@ def _unit(unit: str) -> str:
     return "" if unit == "1" else "°" if unit == "deg" else unit.replace("*", " ")
 
 
-def _record_entry(campaign: Campaign, name: str) -> Data:
-    record = campaign.record(name)
+def _scene_entry(scene: Scene) -> Data:
+    record = scene.record
     assert record.data is not None
     return {
-        "name": name,
-        "use": record.use,
+        "name": scene.label,
+        "use": scene.match.use,
         "duration": f"{plain(record.data.duration_s, 3)} s",
         "file": str(record.file or ""),
-        "columns": ", ".join(channel.column for channel in record.data.channels),
+        "column": record.data.channel(scene.match.quantity).column,
     }
 
 
@@ -159,23 +159,36 @@ def _away_text(away: float | None) -> str:
 
 
 def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
-    n = picture.numbers
+    n, unit = picture.numbers, session.scenes[name].unit
     ratio = n.noise_ratio
     return {
         "name": name,
         "grade": "bad" if not math.isfinite(ratio) else "good" if ratio <= MISFIT else "caution",
         "numbers": [
-            ("residual", f"{digits(1e3 * n.residual_rms, 3)} mN m"),
-            ("noise floor", f"{digits(1e3 * n.noise_sigma, 3)} mN m"),
-            ("residual / noise", f"{digits(ratio, 3)}"),
+            ("residual", amount(n.residual_rms, unit)),
+            ("noise floor", amount(n.noise_sigma, unit)),
+            ("residual / noise", digits(ratio, 3)),
             ("fit", f"{digits(n.fit_percent, 4)} %"),
-            ("offset", f"{digits(1e3 * n.offset, 3)} mN m"),
-            ("drift", f"{digits(1e3 * n.drift, 3)} mN m/s"),
+            ("offset", amount(n.offset, unit)),
+            ("drift", f"{amount(n.drift, unit)}/s"),
         ],
         "ratio": None if not math.isfinite(ratio) else ratio,
         "words": _in_words(ratio),
-        "effect": _effect_words(effect, session),
+        "effect": _effect_words(effect, session, unit),
     }
+
+
+def amount(value: float, unit: str) -> str:
+    """Return a small amount with its unit, a torque in thousandths.
+
+    Examples
+    --------
+    >>> amount(0.0020123, "N*m"), amount(0.5, "A")
+    ('2.01 mN m', '0.500 A')
+    """
+    if unit == "N*m":
+        return f"{digits(1e3 * value, 3)} mN m"
+    return f"{digits(value, 3)} {_unit(unit)}".rstrip()
 
 
 def _in_words(ratio: float) -> str:
@@ -186,7 +199,7 @@ def _in_words(ratio: float) -> str:
     return f"The model misses {ratio:.3g} times as much as the noise."
 
 
-def _effect_words(effect: Effect | None, session: Session) -> str:
+def _effect_words(effect: Effect | None, session: Session, channel_unit: str) -> str:
     if effect is None:
         return ""
     knob = session.state.knobs[session.hand]
@@ -194,7 +207,7 @@ def _effect_words(effect: Effect | None, session: Session) -> str:
         return f"{knob.name} does not act on this stretch at all."
     unit = _unit(knob.parameter.declaration.unit)
     return (
-        f"{effect.words} of {knob.name} moves this stretch by {digits(1e3 * effect.rms, 3)} mN m RMS; if all else "
+        f"{effect.words} of {knob.name} moves this stretch by {amount(effect.rms, channel_unit)} RMS; if all else "
         f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip()
         + "."
     )

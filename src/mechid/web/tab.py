@@ -52,7 +52,7 @@ class Tab:
         self.course.roots["run"].tags = [self.wire]
         for root in roots.values():
             document.add_root(root)
-        data = page_data(source.campaign, self.session.state.knobs)
+        data = page_data(source.campaign, self.session.state.knobs, self.session.scenes)
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
         document.template_variables.update(data=data, slots=len(self.slots))
@@ -106,7 +106,7 @@ class Tab:
             for slot, name in zip(self.slots, session.shown, strict=False):
                 scene = session.scenes[name]
                 orders = [order * scene.largest_rate for order in ORDERS] if scene.is_steady else []
-                slot.frame(self.pictures[name], scene.shown_hz, orders)
+                slot.frame(self.pictures[name], scene, orders)
             self.framing, self.framed = False, (session.shown, session.seconds)
         self._draw_curves()
 
