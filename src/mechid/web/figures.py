@@ -24,10 +24,11 @@ from mechid.signal import envelope
 from mechid.web.picture import Effect, Picture, Scene
 
 FloatArray = NDArray[np.float64]
-COLUMNS = 500
+COLUMNS = 300
 """Of a picture; each holds the least and the largest sample of every curve."""
-OVER_TIME = ("measured", "modelled", "residual", "effect", "estimate")
-SPECTRA = ("residual", "measured", "modelled", "estimate")
+OVER_TIME = ("time", "measured", "modelled", "residual", "estimate")
+SPECTRA = ("frequency", "residual spectrum", "measured spectrum", "modelled spectrum", "estimate spectrum")
+"""Columns of a slot's source: what the curves are drawn over, and the curves."""
 LEFT = 68
 """Pixels left of all axes, so that they stand in line."""
 MARGIN = 0.02
@@ -49,15 +50,15 @@ Course = Sequence[tuple[int, float]]
 class Slot:
     """The figures of one record that is shown: torque, residual and effect on one time axis, and the spectrum.
 
-    All curves over time are columns of one source, so that a picture is one message; all spectra of another. What the
-    colours mean the page says: legends of Bokeh's own took half of the drawing.
+    All curves but the effect's are columns of one source, the shorter ones padded, so that a picture is one message
+    and is drawn at once. What the colours mean the page says: legends of Bokeh's own took half of the drawing.
     """
 
     def __init__(self, number: int) -> None:
         self.time = Range1d(start=0.0, end=1.0)
         self.frequency = Range1d(start=0.0, end=1.0)
-        self.over_time = ColumnDataSource({name: [] for name in ("x", *OVER_TIME)})
-        self.spectra = ColumnDataSource({name: [] for name in ("x", *SPECTRA)})
+        self.curves = ColumnDataSource({name: [] for name in (*OVER_TIME, *SPECTRA)})
+        self.effect = ColumnDataSource({"time": [], "effect": []})
         self.orders = ColumnDataSource({"x": []})
         self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
         self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
@@ -80,11 +81,11 @@ class Slot:
             for name, (label, height) in labels.items()
         }
         for name in ("measured", "modelled", "estimate"):
-            self._line(plots["torque"], self.over_time, name)
-        for name in ("residual", "effect"):
-            self._line(plots[name], self.over_time, name)
+            self._line(plots["torque"], "time", name)
+        self._line(plots["residual"], "time", "residual")
+        plots["effect"].line("time", "effect", source=self.effect, name="effect", line_width=1.2)
         for plot in plots.values():
-            tips = [("time", "@x{0.000000} s"), ("value", "@$name{0.000000}")]
+            tips = [("time", "@time{0.000000} s"), ("value", "$y{0.000000}")]
             plot.add_tools(hover_on(list(plot.renderers), tips))
             plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
         self.axes = {"": plots["torque"].yaxis, "residual": plots["residual"].yaxis, "effect": plots["effect"].yaxis}
@@ -95,17 +96,16 @@ class Slot:
         plot = empty_plot(FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency,
                           y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
         plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
-        lines = [self._line(plot, self.spectra, name) for name in SPECTRA]
-        tips = [("frequency", "@x{0.0} Hz"), ("amplitude", "@$name{0.000000}")]
+        lines = [self._line(plot, "frequency", name) for name in SPECTRA[1:]]
+        tips = [("frequency", "@frequency{0.0} Hz"), ("amplitude", "$y{0.000000}")]
         plot.add_tools(hover_on(lines, tips))
         self.axes["amplitude"] = plot.yaxis
         return plot
 
-    @staticmethod
-    def _line(plot: Any, source: ColumnDataSource, name: str) -> Any:
-        width = 2.4 if name == "measured" else 1.2
-        dash = "dashed" if name == "estimate" else "solid"
-        return plot.line("x", name, source=source, name=name, line_width=width, line_dash=dash, line_join="round")
+    def _line(self, plot: Any, over: str, name: str) -> Any:
+        width = 2.4 if name.startswith("measured") else 1.2
+        dash = "dashed" if name.startswith("estimate") else "solid"
+        return plot.line(over, name, source=self.curves, name=name, line_width=width, line_dash=dash, line_join="bevel")
 
     def frame(self, picture: Picture, scene: Scene, orders: list[float]) -> None:
         """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
@@ -124,21 +124,24 @@ class Slot:
         ends: Any = self.time.start, self.time.end
         return float(ends[0]), float(ends[1])
 
-    def show(self, picture: Picture, effect: Effect, estimate: Picture | None) -> None:
-        """Draw a record beside the model, the effect of the knob in hand, and the estimate's curves where wanted."""
-        curves = {
-            "measured": picture.measured, "modelled": picture.modelled, "residual": picture.residual,
-            "effect": effect.torque, "estimate": estimate.modelled if estimate else _none_like(picture.modelled),
-        }  # fmt: skip
-        kept = self._kept(picture, [y for name, y in curves.items() if name != "estimate" or estimate])
+    def show(self, picture: Picture, estimate: Picture | None) -> None:
+        """Draw a record beside the model, and the estimate's curves where they are wanted."""
+        own = [picture.measured, picture.modelled, picture.residual]
+        kept = self._kept(picture, [*own, estimate.modelled] if estimate else own)
+        other = estimate.modelled if estimate else np.full(picture.modelled.size, np.nan)
+        spectra = [picture.residual_spectrum, picture.measured_spectrum, picture.modelled_spectrum]
+        spectra.append(estimate.modelled_spectrum if estimate else np.full(picture.frequency_hz.size, np.nan))
         times = picture.start_s + kept * picture.interval_s
-        self.over_time.data = {"x": times, **{name: y[kept] for name, y in curves.items()}}
-        self.spectra.data = {
-            "x": picture.frequency_hz, "measured": picture.measured_spectrum, "modelled": picture.modelled_spectrum,
-            "residual": picture.residual_spectrum,
-            "estimate": estimate.modelled_spectrum if estimate else _none_like(picture.frequency_hz),
-        }  # fmt: skip
-        self._set_heights(picture, effect)
+        over_time = dict(zip(OVER_TIME, [times, *(y[kept] for y in (*own, other))], strict=True))
+        self.curves.data = padded(over_time | dict(zip(SPECTRA, [picture.frequency_hz, *spectra], strict=True)))
+        self._set_heights(picture)
+
+    def show_effect(self, picture: Picture, effect: Effect) -> None:
+        """Draw what a small step of the knob in hand does."""
+        kept = self._kept(picture, [effect.torque])
+        self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
+        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
+        self._hold("effect", -height, height)
 
     def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
         """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
@@ -149,12 +152,11 @@ class Slot:
         parts = [first + envelope(y[first : max(last, first)], COLUMNS) for y in curves]
         return np.unique(np.concatenate(parts))
 
-    def _set_heights(self, picture: Picture, effect: Effect) -> None:
+    def _set_heights(self, picture: Picture) -> None:
         noise = picture.numbers.noise_sigma
         torque = round_up(largest(picture.measured, picture.modelled))
         residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
-        moved = round_up(max(largest(effect.torque), LEAST_EFFECT * noise))
-        for name, height in (("torque", torque), ("residual", residual), ("effect", moved)):
+        for name, height in (("torque", torque), ("residual", residual)):
             self._hold(name, -height, height)
         top = largest(picture.measured_spectrum, picture.modelled_spectrum)
         line = max(noise / math.sqrt(picture.measured.size), 1e-9 * top)
@@ -241,8 +243,10 @@ def apart(places: Sequence[float], gap: float) -> list[float]:
     return heights
 
 
-def _none_like(y: FloatArray) -> FloatArray:
-    return np.full(y.size, np.nan)
+def padded(columns: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return columns of one length, the shorter ones ending in NaN."""
+    size = max(y.size for y in columns.values())
+    return {name: np.pad(y, (0, size - y.size), constant_values=np.nan) for name, y in columns.items()}
 
 
 def largest(*curves: FloatArray) -> float:

@@ -80,6 +80,9 @@ class Tab:
             self.note = str(error)
         if message["do"] in REDRAWN:
             self.redraw()
+        elif message["do"] in DRAGGED:
+            self._simulate()
+            self._draw_curves()
         self.tell(file=file)
 
     def _asked_for(self, message: Message) -> None:
@@ -90,31 +93,43 @@ class Tab:
 
     def _zoomed(self, attribute: str, old: object, new: object) -> None:
         del attribute, old, new
-        if self.framed is not None and not self.framing:
+        if self.framed is not None:
             self._draw_curves()
+            self._draw_effects()
 
     # Out.
 
-    framing = False
-
     def redraw(self) -> None:
-        """Simulate what is shown, and draw it."""
-        session = self.session
-        self.pictures, self.effects = session.pictures(), session.effects()
-        if self.framed != (session.shown, session.seconds):
-            self.framing = True
-            for slot, name in zip(self.slots, session.shown, strict=False):
-                scene = session.scenes[name]
-                orders = [order * scene.largest_rate for order in ORDERS] if scene.is_steady else []
-                slot.frame(self.pictures[name], scene, orders)
-            self.framing, self.framed = False, (session.shown, session.seconds)
+        """Simulate what is shown with the effect of the knob in hand, and draw it."""
+        self._simulate()
+        self.effects = self.session.effects()
+        self._frame()
         self._draw_curves()
+        self._draw_effects()
+
+    def _simulate(self) -> None:
+        self.pictures = self.session.pictures()
+
+    def _frame(self) -> None:
+        """Set the axes anew where another record or stretch is shown."""
+        session = self.session
+        if self.framed == (session.shown, session.seconds):
+            return
+        self.framed = None
+        for slot, name in zip(self.slots, session.shown, strict=False):
+            scene = session.scenes[name]
+            orders = [order * scene.largest_rate for order in ORDERS] if scene.is_steady else []
+            slot.frame(self.pictures[name], scene, orders)
+        self.framed = session.shown, session.seconds
 
     def _draw_curves(self) -> None:
-        session = self.session
-        compared = session.compared() if session.compares else {}
-        for slot, name in zip(self.slots, session.shown, strict=False):
-            slot.show(self.pictures[name], self.effects[name], compared.get(name))
+        compared = self.session.compared() if self.session.compares else {}
+        for slot, name in zip(self.slots, self.session.shown, strict=False):
+            slot.show(self.pictures[name], compared.get(name))
+
+    def _draw_effects(self) -> None:
+        for slot, name in zip(self.slots, self.session.shown, strict=False):
+            slot.show_effect(self.pictures[name], self.effects[name])
 
     def tell(self, file: str = "") -> None:
         """Send what the page says."""
@@ -147,6 +162,7 @@ Action = Callable[[Session, Message], None]
 ACTIONS: Mapping[str, Action] = {
     "hello": lambda session, m: None,
     "turn": lambda session, m: session.turn(m["name"], float(m["value"]), m.get("grip", "")),
+    "settle": lambda session, m: None,
     "take": lambda session, m: session.take(m["name"]),
     "free": lambda session, m: session.set_free(m["name"], is_free=bool(m["is"])),
     "undo": lambda session, m: session.undo(),
@@ -158,4 +174,6 @@ ACTIONS: Mapping[str, Action] = {
     "search": lambda session, m: session.search(),
     "cancel": lambda session, m: session.cancel(),
 }
-REDRAWN = ("turn", "take", "undo", "estimate", "file", "look", "compare")
+DRAGGED = ("turn",)
+"""The effect of a knob follows when the page has come to rest, and asks for it."""
+REDRAWN = ("settle", "take", "undo", "estimate", "file", "look", "compare")

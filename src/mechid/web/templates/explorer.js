@@ -4,7 +4,8 @@
 
 const at = (id) => document.getElementById(id);
 const knobs = new Map([...document.querySelectorAll(".knob")].map((row) => [row.dataset.name, row]));
-const STEPS = 2000, waiting = [], latencies = [];
+const STEPS = 2000, SETTLED_MS = 150, waiting = [], latencies = [];
+let settling = 0, turned = false;
 let wire = null, number = 0, awaited = 0, grip = 0, began = 0, told = null;
 
 function ask(message) {
@@ -17,6 +18,9 @@ function ask(message) {
 function next() {
   if (!wire || awaited || !waiting.length) return;
   const message = waiting.shift();
+  clearTimeout(settling);
+  settling = 0;
+  turned = message.do === "turn";
   awaited = ++number;
   began = message.began ?? 0;
   wire.asked = JSON.stringify({ ...message, number });
@@ -170,10 +174,16 @@ function printed() {
   if (told.file) saved(told.file);
   if (told.answered === awaited && awaited) {
     awaited = 0;
-    const since = began;
-    if (since) requestAnimationFrame(() => setTimeout(() => latencies.push(performance.now() - since)));  // drawn by then
     next();
+    if (!awaited && turned) settling = setTimeout(() => { settling = 0; ask({ do: "settle" }); }, SETTLED_MS);
   }
+}
+
+// From the turn of a slider to the end of the frame in which its curves are drawn, ms.
+function drawnSoon() {
+  const since = began;
+  began = 0;
+  if (since) requestAnimationFrame(() => setTimeout(() => latencies.push(performance.now() - since)));
 }
 
 function saved(text) {
@@ -206,8 +216,12 @@ at("theme").addEventListener("click", () => {
     }
   }
   wire.properties.told.change.connect(printed);
+  for (const root of shown.roots().filter((r) => r.name.startsWith("spectrum"))) {
+    const { data_source } = [...root.references()].find((m) => m.type === "GlyphRenderer" && m.name.endsWith("spectrum"));
+    data_source.properties.data.change.connect(drawnSoon);
+  }
   shown.on_event("connection_lost", () => { at("gone").hidden = false; });
   if (wire.told) printed();
   ask({ do: "hello" });
 })();
-window.mechid = { latencies, knobs, valueAt, ask, state: () => told, idle: () => Boolean(wire) && !awaited && !waiting.length };
+window.mechid = { latencies, knobs, valueAt, ask, state: () => told, idle: () => Boolean(wire) && !awaited && !waiting.length && !settling };
