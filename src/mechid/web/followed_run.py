@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import time
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +33,7 @@ class FollowedRun:
         self.state = RunState.CANCELLED
         self.fault = ""
         self.is_alive = False
+        self.began_at = 0.0
         self._read = 0
 
     @property
@@ -58,14 +60,21 @@ class FollowedRun:
             self.state = RunState.CANCELLED
         self.is_alive |= self.state is RunState.RUNNING
 
+    def has_left(self, name: str) -> bool:
+        """Tell whether the run, followed to its end, has written a file beside its journal."""
+        path = self.path.with_name(name)
+        ended = self.is_alive and self.state is RunState.FINISHED
+        return ended and path.is_file() and path.stat().st_mtime >= self.began_at
+
     def _take(self, line: bytes) -> None:
         try:
             entry: dict[str, Any] = json.loads(line)
             event = entry["event"]
         except (ValueError, KeyError, TypeError):
-            return
+            return  # no line of a journal
         if event in ("started", "resumed"):
             self.reports, self.state = [], RunState.RUNNING
+            self.began_at = datetime.fromisoformat(entry["time"]).timestamp()
         elif event == "progress":
             self.reports.append(Progress(**{key: entry[key] for key in KEPT}))
         elif event == "finished":

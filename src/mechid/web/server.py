@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import socket
 import webbrowser
 from collections.abc import Callable
 from contextlib import suppress
@@ -11,7 +12,6 @@ from urllib.parse import urlsplit
 from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
 from bokeh.server.tornado import BokehTornado
-from bokeh.server.util import bind_sockets
 from bokeh.server.views.static_handler import StaticHandler
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
@@ -101,9 +101,12 @@ class Explorer:
     def __init__(self, source: Source, port: int = 0) -> None:
         equations = Equations(source.campaign.mechanism.plant)
         try:
-            sockets, self.port = bind_sockets(LOOPBACK, port)
+            listening = socket.create_server((LOOPBACK, port))
         except OSError as error:
             raise UsageError(f"port {port}: {error.strerror}; give another, or none for any that is free") from error
+
+        listening.setblocking(False)
+        self.port = int(listening.getsockname()[1])
 
         def opened(document: Any) -> None:
             Tab(source, equations, document)
@@ -119,7 +122,7 @@ class Explorer:
         )
         application.port = self.port
         http = HTTPServer(application)
-        http.add_sockets(sockets)
+        http.add_sockets([listening])
         self.server = BaseServer(IOLoop.current(), application, http)
 
     @property

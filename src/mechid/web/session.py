@@ -18,7 +18,7 @@ from mechid.identification.start_given import identify_from
 from mechid.identification.visibility import sensitivities
 from mechid.plant.mechanism import Mechanism
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
-from mechid.web.fit_run import FitRun, RunState, Work
+from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.picture import Effect, Picture, Scene, Stretch
 from mechid.web.state import State, campaign_at, first_state
@@ -92,6 +92,7 @@ class Session:
         self.compares = False
         self.run: FitRun | None = None
         self.followed = FollowedRun(source.journal) if source.journal else None
+        self.reading: FitRun | None = None
         self._steps: dict[str, int] = {}
         self._compared: dict[tuple[str, float], Picture] = {}
 
@@ -217,10 +218,7 @@ class Session:
             told(Progress(1, 1, "verdict", "all records are simulated and judged", None, 0.0))
             return estimate_of(fit, campaign, "the last fit of this tab")
 
-        self._start(judged)
-
-    def _start(self, work: Work) -> None:
-        self.run = FitRun(work)
+        self.run = FitRun(judged)
         self.run.start()
 
     def cancel(self) -> None:
@@ -229,25 +227,30 @@ class Session:
             self.run.cancel()
 
     def follow(self) -> None:
-        """See how an identification elsewhere goes on; when it has ended, read what it says."""
-        if self.followed is None or self.is_fitting:
+        """See how an identification elsewhere goes on; when it has left its estimate, read that."""
+        if self.followed is None or self.is_fitting or self.reading is not None:
             return
-        was = self.followed.state
         self.followed.poll()
-        if was is RunState.RUNNING and self.followed.state is RunState.FINISHED:
-            path = self.followed.path.with_name(FILE_NAME)
-            self._start(lambda told: read_estimated(path, self.source.campaign))
+        if self.followed.has_left(FILE_NAME):
+            path, campaign = self.followed.path.with_name(FILE_NAME), self.source.campaign
+            self.reading = FitRun(lambda told: read_estimated(path, campaign))
+            self.reading.start()
 
     def take_up(self) -> bool:
-        """Take up the result of a fit that has ended since the last call: its estimate, and the knobs at it."""
-        if self.run is None or self.run.result is None or self.run.state is not RunState.FINISHED:
-            return False
-        self.estimate, self.run.result = self.run.result, None
-        self.campaign = replace(self.campaign, records=self._as_taken(self.estimate))
+        """Take up the estimate of a fit that has ended since the last call, and set the knobs to it."""
+        for run in (self.run, self.reading):
+            if run is not None and run.state is RunState.FINISHED and run.result is not None:
+                self._take_estimate(run.result)
+                run.result = None
+                return True
+        return False
+
+    def _take_estimate(self, estimate: Estimate) -> None:
+        self.estimate = estimate
+        self.campaign = replace(self.campaign, records=self._as_taken(estimate))
         self.scenes = scenes_of(self.campaign)
         self._compared.clear()
         self.to_estimate()
-        return True
 
     def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
         """Return the records with the sign and command that a fit took them to have, and their own knobs."""

@@ -223,7 +223,7 @@ def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
         RunState.FAILED: run.fault,
     }[run.state]
     if run.is_elsewhere:
-        words = ELSEWHERE[run.state]
+        words = run.fault or ELSEWHERE[run.state]
     values = latest.values if latest else {}
     places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
     return {
