@@ -38,6 +38,7 @@ def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
         process.kill()
     assert address.startswith("http://127.0.0.1:")
     assert f"<h1>{staged.name}</h1>" in page
+    assert "<b>Synthetic.</b>" in page
     assert "Traceback" not in said
     assert process.returncode == 0, said
 

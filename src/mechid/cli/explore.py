@@ -20,6 +20,7 @@ def explore(
 ) -> None:
     """Turn parameters and watch the model follow; fit from where they are."""
     from mechid.campaign import load_campaign
+    from mechid.campaign.bench import TRUTH_NAME
     from mechid.cli.journal import FILE_NAME as JOURNAL_NAME
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.estimate_file import FILE_NAME
@@ -31,7 +32,8 @@ def explore(
     journal = folder / JOURNAL_NAME
     has_estimate = (folder / FILE_NAME).is_file() or (fit is not None and not journal.is_file())
     estimate = read_estimated(folder / FILE_NAME, loaded) if has_estimate else None
-    explorer = Explorer(Source(loaded, estimate, workers, journal), port)
+    synthetic = (loaded.path.parent / TRUTH_NAME).is_file()
+    explorer = Explorer(Source(loaded, estimate, workers, journal, is_synthetic=synthetic), port)
     explorer.serve(opens_browser=browser, ready=_ready)
 
 

@@ -33,13 +33,15 @@ HEADER = "set by hand with mechid explore, from {}"
 class Source:
     """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
 
-    `journal` is that of an identification into the result folder, which may be at work. `workers` are threads of a fit.
+    `journal` is that of an identification into the result folder, which may be at work; `workers` are threads of a
+    fit. A synthetic campaign is called so on the page.
     """
 
     campaign: Campaign
     estimate: Estimate | None = None
     workers: int | None = None
     journal: Path | None = None
+    is_synthetic: bool = False
 
     @cached_property
     def scenes(self) -> dict[str, Scene]:

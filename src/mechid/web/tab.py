@@ -55,7 +55,7 @@ class Tab:
         data = page_data(source.campaign, self.session.state.knobs, self.session.scenes)
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
-        document.template_variables.update(data=data, slots=len(self.slots))
+        document.template_variables.update(data=data, slots=len(self.slots), synthetic=source.is_synthetic)
         self.wire.on_change("asked", self._hear)
         for slot in self.slots:
             slot.time.on_change("start", self._zoomed)

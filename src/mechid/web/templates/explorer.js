@@ -127,7 +127,7 @@ function printedPanel(panel, record) {
 function printedVerdict(verdict, source) {
   at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
-  at("source").textContent = verdict ? `Of ${source}.` : "“Fit from here” makes one from the values below; mechid identify makes one from the catalogue.";
+  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Fit from here” makes one from the values below; mechid identify makes one from the catalogue.";
   at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {
     const part = element("div", ""), list = element("ul", "");
     list.append(...answers.map((answer) => element("li", answer)));
