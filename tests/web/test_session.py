@@ -2,6 +2,7 @@
 
 import json
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ import synthetic
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.identify import make_problem
+from mechid.identification.progress import Progress
+from mechid.web import Source
 from mechid.web.fit_run import RunState
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import course, page_data, shown_data
@@ -135,6 +138,20 @@ def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session)
     assert session.run.state is RunState.CANCELLED
     assert not session.take_up()
     assert (session.state, session.estimate) == (was, estimate)
+
+
+def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):
+    reports = [Progress(1, 4, "multi-start", "", 1e4 / k, 0.0, {"gear.stiffness": 900.0 + k}) for k in range(1, 5001)]
+    costs, places = course(reports, session.state.knobs, 100)
+    assert 250 < len(costs) < 700
+    assert costs[-1] == (5000, pytest.approx(0.02))
+    assert len(places["gear.stiffness"]) == len(costs)
+
+
+def test_an_effect_is_there_also_where_nothing_is_free(campaign):
+    held = Session(Source(replace(campaign, mechanism=campaign.mechanism.with_free(()))))
+    held.take("gear.stiffness")
+    assert held.effects()["full_46"].rms > 1e-4
 
 
 def test_a_fit_that_cannot_be_made_says_why(session):

@@ -107,13 +107,13 @@ class Slot:
         dash = "dashed" if name.startswith("estimate") else "solid"
         return plot.line(over, name, source=self.curves, name=name, line_width=width, line_dash=dash, line_join="bevel")
 
-    def frame(self, picture: Picture, scene: Scene, orders: list[float]) -> None:
+    def frame(self, picture: Picture, scene: Scene) -> None:
         """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
         end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
         self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
         top = scene.shown_hz
         self.frequency.update(start=0.0, end=top, reset_start=0.0, reset_end=top)
-        self.orders.data = {"x": [hz for hz in orders if hz <= top]}
+        self.orders.data = {"x": [hz for hz in scene.orders_hz if hz <= top]}
         quantity, unit = scene.match.quantity.replace("_", " "), scene.unit.replace("*", " ")
         for words, axis in self.axes.items():
             axis.axis_label = f"{words or quantity}, {unit}"

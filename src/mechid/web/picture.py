@@ -13,6 +13,7 @@ from mechid.campaign import CampaignRecord, Match
 from mechid.identification.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
+from mechid.report.curves import ORDERS
 from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
@@ -157,9 +158,10 @@ class Scene:
         return float(np.abs(self.record.command.rate.rates).max())
 
     @property
-    def is_steady(self) -> bool:
-        """Whether the rate is constant, so that its orders are lines of the spectrum."""
-        return len(set(self.record.command.rate.rates)) == 1
+    def orders_hz(self) -> list[float]:
+        """Frequencies of the orders of a constant step rate; none of a varying rate, or of none."""
+        steady = len(set(self.record.command.rate.rates)) == 1 and self.largest_rate > 0.0
+        return [order * self.largest_rate for order in ORDERS] if steady else []
 
     @cached_property
     def shown_hz(self) -> float:

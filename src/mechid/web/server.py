@@ -104,7 +104,6 @@ class Explorer:
             listening = socket.create_server((LOOPBACK, port))
         except OSError as error:
             raise UsageError(f"port {port}: {error.strerror}; give another, or none for any that is free") from error
-
         listening.setblocking(False)
         self.port = int(listening.getsockname()[1])
 

@@ -18,6 +18,8 @@ from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
 
 VALUE_DIGITS = 5
+MOST_REPORTS = 300
+"""Of a fit: of more, some are left out of the figure."""
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
@@ -254,10 +256,12 @@ def course(
 
     Both are lists of the number of the report and the value.
     """
-    told = [(k, r.cost / samples) for k, r in enumerate(reports, 1) if r.cost is not None]
+    apart = max(len(reports) // MOST_REPORTS, 1)
+    drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
+    told = [(k, r.cost / samples) for k, r in drawn if r.cost is not None]
     costs = [(k, cost) for k, cost in told if math.isfinite(cost) and cost > 0.0]
     places: dict[str, list[tuple[int, float]]] = {}
-    for k, report in enumerate(reports, 1):
+    for k, report in drawn:
         for name, value in report.values.items():
             if name in knobs:
                 places.setdefault(name, []).append((k, knobs[name].place(value)))

@@ -11,7 +11,6 @@ from bokeh.document import Document
 from bokeh.model import DataModel
 
 from mechid.errors import MechidError, UsageError
-from mechid.report.curves import ORDERS
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
 from mechid.web.page import page_template
@@ -72,18 +71,25 @@ class Tab:
         self.answered, self.note = message.get("number", 0), ""
         file = ""
         try:
-            if message["do"] == "save":
-                file = self.session.mechanism_file()
-            else:
-                self._asked_for(message)
+            file = self._done(message)
         except MechidError as error:
             self.note = str(error)
-        if message["do"] in REDRAWN:
+        except (KeyError, TypeError, ValueError):
+            self.note = f"the page asks for what is not understood: {new}"
+        self.tell(file=file)
+
+    def _done(self, message: Message) -> str:
+        """Do what a message asks for, and draw what it changes; return the file where one is to be saved."""
+        what = message["do"]
+        if what == "save":
+            return self.session.mechanism_file()
+        self._asked_for(message)
+        if what in REDRAWN:
             self.redraw()
-        elif message["do"] in DRAGGED:
+        elif what in DRAGGED:
             self._simulate()
             self._draw_curves()
-        self.tell(file=file)
+        return ""
 
     def _asked_for(self, message: Message) -> None:
         action = ACTIONS.get(message["do"])
@@ -117,9 +123,7 @@ class Tab:
             return
         self.framed = None
         for slot, name in zip(self.slots, session.shown, strict=False):
-            scene = session.scenes[name]
-            orders = [order * scene.largest_rate for order in ORDERS] if scene.is_steady else []
-            slot.frame(self.pictures[name], scene, orders)
+            slot.frame(self.pictures[name], session.scenes[name])
         self.framed = session.shown, session.seconds
 
     def _draw_curves(self) -> None:
