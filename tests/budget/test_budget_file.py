@@ -53,7 +53,7 @@ def test_files_that_are_there_stay(folder):
         ("count = 26", "count = 1", "mode[0].rate_range: found 10 to 60 in 1"),
         ("microsteps = 16 }", "microsteps = 16, rate = 5.0 }", "mode[0]: found 2 of command.rate, rates, rate_range"),
         ("rate = 92.0", "rate = -92.0", "mode[1]: found -92; a steady rate is above 0"),
-        ("rate = 92.0", "rate_profile = [[0, 1]]", "command.rate_profile: a budget is made of steady rates"),
+        ("rate = 92.0", "rate_profile = [[0, 1]]", "mode[1].duration_s: found 0; write a number above 0 in s"),
         ("rate = 92.0", "rat = 92.0", "mode[1]: found 0 of command.rate"),
         ('index = "RPE"', 'index = "RPEE"', 'requirement[0].index: found "RPEE"; did you mean "RPE"'),
         ("window_s = 0.1\n", "", "requirement[0].window_s: found 0; RPE needs window_s"),
