@@ -95,7 +95,7 @@ def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, with
     for draw in rng.multivariate_normal(nominal, flying.covariance, draws):
         moved = flying.mechanism.with_values(dict(zip(flying.names, draw, strict=True)))
         response = respond(steady_state(moved, MODE, 37.3, (), 2), structure)
-        levels.append(nominal_level(REQUIREMENT, response))
+        levels.append(nominal_level(REQUIREMENT, [(1.0, response)]))
     assert band.sigma == pytest.approx(np.std(levels), rel=within)
     assert band.value == pytest.approx(np.mean(levels), abs=3.0 * band.sigma / np.sqrt(draws) + 0.1 * band.sigma)
     assert sum(band.shares.values()) == pytest.approx(1.0)
@@ -126,9 +126,9 @@ def test_a_spread_makes_an_ensemble(flying):
     for draw in (units.draws.min(), units.draws.max()):
         moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})
         unit = respond(steady_state(moved, MODE, 37.3, (), SUBSTEPS), structure)
-        levels.append(nominal_level(REQUIREMENT, unit))
+        levels.append(nominal_level(REQUIREMENT, [(1.0, unit)]))
     assert worst.level.value == pytest.approx(max(levels), rel=2e-3)
-    assert worst.level.value > worst.nominal_rad == nominal_level(REQUIREMENT, respond(state, structure))
+    assert worst.level.value > worst.nominal_rad == nominal_level(REQUIREMENT, [(1.0, respond(state, structure))])
     assert worst.spread_shares[name] > 0.9
 
 

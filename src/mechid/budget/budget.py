@@ -31,17 +31,23 @@ Listener = Callable[[str], None]
 
 CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
 """Lines a full step whose crossings with modes are listed."""
+BESIDE = (-0.01, -0.003, 0.0, 0.003, 0.01)
+"""Rates added at a crossing, relative to it: a mode of 0.5 % damping is 1 % wide."""
 BY_DUTY = "all modes, by duty"
 
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run."""
+    """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
+
+    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement.
+    """
 
     file: BudgetFile
     estimate: Estimate
     modes: tuple[ModeBudget, ...]
     by_duty: tuple[Standing, ...]
+    two_way_by_duty: dict[str, float]
     crossings: tuple[Crossing, ...]
     warnings: tuple[str, ...]
 
@@ -77,9 +83,9 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
     maker = _Maker(file, estimate, ensemble, workers, listener or _silent)
     with one_core_algebra():
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
-        by_duty = maker.by_duty(modes)
+        by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
     told = tuple(findings(file, estimate, modes))
-    return Budget(file, estimate, modes, by_duty, tuple(_crossings(file, estimate)), told)
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told)
 
 
 def _silent(line: str) -> None:
@@ -103,7 +109,7 @@ class _Maker:
 
     def steady(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with steady rates."""
-        file = self.file
+        file, mode = self.file, _refined(mode, self.file, self.estimate)
         self.listener(f'mode "{mode.name}": {mode.rates.size} rates')
         responses = self._responses(self.estimate.mechanism, mode, self.names)
         levels = {r.name: level_curve(r, responses, self.estimate, file.errors, file.seed) for r in file.requirements}
@@ -143,11 +149,12 @@ class _Maker:
         made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
         return self._with_standings(made)
 
-    def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, float]:
-        if not responses:
-            return {}
-        errors = self.file.errors
-        return {r.name: max(nominal_level(r, one, errors) for one in responses) for r in self.file.requirements}
+    def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, tuple[int, float]]:
+        out = {}
+        for r in self.file.requirements if responses else ():
+            levels = [nominal_level(r, [(1.0, one)], self.file.errors) for one in responses]
+            out[r.name] = (int(np.argmax(levels)), max(levels))
+        return out
 
     def _with_standings(self, made: ModeBudget) -> ModeBudget:
         self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
@@ -159,7 +166,7 @@ class _Maker:
 
     def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:
         """Return how all modes together, each at its worst rate for its share of the time, stand; none without duty."""
-        if any(made.mode.duty is None for made in modes):
+        if _without_duty(modes):
             return ()
         self.listener("all modes by duty")
         return tuple(
@@ -168,9 +175,33 @@ class _Maker:
             for r in self.file.requirements
         )  # fmt: skip
 
+    def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
+        """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""
+        out: dict[str, float] = {}
+        for r in () if _without_duty(modes) else self.file.requirements:
+            parts = [(made.mode.duty or 0.0, worst) for made in modes if (worst := made.two_way_worst_for(r))]
+            if len(parts) == len(modes):
+                out[r.name] = nominal_level(r, parts, self.file.errors)
+        return out
+
+
+def _without_duty(modes: Sequence[ModeBudget]) -> bool:
+    return any(made.mode.duty is None for made in modes)
+
 
 def _steady(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, rate: float) -> SteadyState:
     return steady_state(mechanism, mode, rate, names, substeps)
+
+
+def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:
+    """Return a mode with rates added around each crossing of an order and a mode of the structure or the mechanism."""
+    if not mode.refined:
+        return mode
+    ends = (float(mode.rates[0]), float(mode.rates[-1]))
+    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), ends)
+    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
+    inside = near[(near >= ends[0]) & (near <= ends[1])]
+    return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
 
 
 def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:

@@ -30,8 +30,8 @@ FloatArray = NDArray[np.float64]
 
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"
-ENSEMBLE_POINTS = 512
-"""Instants of each member where all are looked at together."""
+ENSEMBLE_POINTS = 2048
+"""Instants of each member where there are several."""
 CONE_DRAWS = 16
 """Draws of the random part for each instant of the periodic one."""
 
@@ -81,10 +81,12 @@ def ensemble_level(
     UsageError
         The interpretation is unknown.
     """
+    points = ENSEMBLE_POINTS if len(members) > 1 else POINTS
     if interpretation == "mixed":
-        return mixed_level(members, index, confidence, axis, points=ENSEMBLE_POINTS if len(members) > 1 else POINTS)
+        return mixed_level(members, index, confidence, axis, points)
     if interpretation == "temporal":
-        return max(mixed_level([member], index, confidence, axis) for member in members)
+        levels = [mixed_level([member], index, confidence, axis, points) for member in members]
+        return mixed_level([members[int(np.argmax(levels))]], index, confidence, axis)
     if interpretation == "ensemble":
         worst = [max(worst_time(e, index, confidence, axis) for w, e in m if w > 0.0) for m in members]
         return float(np.quantile(worst, confidence))

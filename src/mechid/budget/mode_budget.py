@@ -41,8 +41,8 @@ class ModeBudget:
         frequency that counts; NaN where not known.
     levels : mapping of requirement to LevelCurve
         Over the rates; of a steady mode.
-    two_way_levels : mapping of requirement to level
-        Of the nominal unit over time, rad, at the worst rate of the two-way response.
+    two_way_levels : mapping of requirement to (position, level)
+        Of the nominal unit over time, rad, at the worst rate of the two-way responses.
     standings : tuple of Standing
         At the worst rate of each requirement.
     avoid : mapping of requirement to ranges
@@ -58,7 +58,7 @@ class ModeBudget:
     two_way_course: ProfileResponse | None = None
     loop_gain: float = float("nan")
     levels: dict[str, LevelCurve] = field(default_factory=dict)
-    two_way_levels: dict[str, float] = field(default_factory=dict)
+    two_way_levels: dict[str, tuple[int, float]] = field(default_factory=dict)
     standings: tuple[Standing, ...] = ()
     avoid: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
 
@@ -76,3 +76,9 @@ class ModeBudget:
         if self.course is not None:
             return self.course
         return self.responses[int(self.levels[requirement.name].level.argmax())]
+
+    def two_way_worst_for(self, requirement: Requirement) -> LineOfSight | None:
+        """Return the same of the two-way responses; None where there are none."""
+        if self.two_way_course is not None:
+            return self.two_way_course
+        return self.two_way[self.two_way_levels[requirement.name][0]] if self.two_way else None

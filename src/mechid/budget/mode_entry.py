@@ -77,9 +77,10 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
     highest_hz = _positive(entry, "highest_hz", HIGHEST_HZ, place, "Hz")
     if profile:
         driven = Command.from_table(command, str(place.key("command")), folder)
-        times = _profile_times(entry, driven, place)
+        duration, window = _profile_times(entry, driven, place)
         return OperatingMode(
-            name=name, command=driven, rates=np.zeros(0), highest_hz=highest_hz, duty=duty, **times
+            name=name, command=driven, rates=np.zeros(0), highest_hz=highest_hz, duty=duty, duration_s=duration,
+            rms_window_s=window,
         )  # fmt: skip
     rates = _rates(entry, command, place)
     steady = {k: v for k, v in command.items() if k not in RATE_KEYS} | {"rate": float(rates[0])}
@@ -87,13 +88,14 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
         name=name,
         command=Command.from_table(steady, str(place.key("command")), folder),
         rates=rates,
+        refined="rate_range" in entry,
         settle_s=_positive(entry, "settle_s", SETTLE_S, place, "s"),
         highest_hz=highest_hz,
         duty=duty,
     )
 
 
-def _profile_times(entry: Mapping[str, Any], command: Command, place: Place) -> dict[str, float]:
+def _profile_times(entry: Mapping[str, Any], command: Command, place: Place) -> tuple[float, float]:
     last = command.rate.times_s[-1]
     duration = _positive(entry, "duration_s", last, place, "s")
     if duration > LONGEST_S:
@@ -101,7 +103,7 @@ def _profile_times(entry: Mapping[str, Any], command: Command, place: Place) -> 
     window = _positive(entry, "rms_window_s", min(RMS_WINDOW_S, duration), place, "s")
     if window > duration:
         raise place.key("rms_window_s").error(f"found {window:.9g}; the profile takes {duration:.9g} s")
-    return {"duration_s": duration, "rms_window_s": window}
+    return duration, window
 
 
 def _rates(entry: Mapping[str, Any], command: Mapping[str, Any], place: Place) -> FloatArray:

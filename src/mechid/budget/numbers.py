@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget import CAMPBELL_ORDERS, Budget, named_modes
+from mechid.budget.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
 from mechid.budget.coupling import SUFFICES, loop_gain
 from mechid.budget.hdf5 import line_of_sight_series
 from mechid.budget.line_of_sight import Response
@@ -94,7 +94,7 @@ def _mode(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "duty": mode.duty,
         "rates": mode.rates.tolist(),
         "loop_gain": made.loop_gain,
-        "two_way_level_rad": dict(made.two_way_levels),
+        "two_way_level_rad": {name: level for name, (_, level) in made.two_way_levels.items()},
         "avoid": {name: [list(r) for r in ranges] for name, ranges in made.avoid.items()},
         **(_course(budget, made, made.course) if made.course is not None else _steady(budget, made)),
     }
@@ -253,7 +253,9 @@ def _extremes(course: ProfileResponse) -> dict[str, Any]:
 
 def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     r = s.requirement
-    two_way = next((m.two_way_levels.get(r.name) for m in budget.modes if m.mode.name == s.mode), None)
+    two_way = budget.two_way_by_duty.get(r.name)
+    if s.mode != BY_DUTY:
+        two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
     return {
         "requirement": r.name, "mode": s.mode, "index": r.index.kind, "window_s": r.index.window_s,
         "separation_s": r.index.separation_s, "axis": r.axis, "interpretation": r.interpretation,
@@ -261,10 +263,28 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
         "level_rad": s.level.value, "nominal_rad": s.nominal_rad, "others_rad": s.others_rad,
         "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95), "ecss_summation_rad": s.ecss_rad,
         "two_way_rad": two_way, "at_rate": _rate(budget, s),
-        "margin": s.margin, "margin95": list(s.margin95), "met": s.met,
+        "margin": s.margin, "margin95": list(s.margin95), "met": s.met, "decided": _decided(budget, s, two_way),
         "variance_shares": dict(sorted(s.level.shares.items(), key=lambda item: -abs(item[1]))),
         "spread_shares": dict(sorted(s.spread_shares.items(), key=lambda item: -item[1])),
     }  # fmt: skip
+
+
+def _decided(budget: Budget, s: Standing, two_way: float | None) -> dict[str, Any]:
+    """Return the margin that decides: two-way where it is known and one-way does not suffice.
+
+    The one-way level and its band are then scaled as the nominal unit's level is.
+    """
+    gains = [m.loop_gain for m in budget.modes if s.mode in (m.mode.name, BY_DUTY)]
+    joined = two_way is not None and max(gains) > SUFFICES and s.nominal_rad > 0.0
+    scale = two_way / s.nominal_rad if joined and two_way is not None else 1.0
+    low, high = (1.0 - scale * (1.0 - margin) for margin in s.margin95)
+    return {
+        "coupling": "two-way" if joined else "one-way",
+        "level_rad": scale * s.level.value,
+        "margin": 1.0 - scale * (1.0 - s.margin),
+        "margin95": [low, high],
+        "met": low >= 0.0,
+    }
 
 
 def _rate(budget: Budget, s: Standing) -> float | None:

@@ -25,6 +25,8 @@ class OperatingMode:
         Of a steady mode the rate is replaced by each of `rates`.
     rates : (r,)
         Full steps/s, ascending, not zero; none of a profile.
+    refined : bool
+        Whether rates are added where orders cross modes: of a range, whose steps may miss a narrow resonance.
     settle_s : float
         Time from the start until a steady motion counts as such.
     highest_hz : float
@@ -40,6 +42,7 @@ class OperatingMode:
     name: str
     command: Command
     rates: FloatArray
+    refined: bool = False
     settle_s: float = SETTLE_S
     highest_hz: float = HIGHEST_HZ
     duration_s: float = 0.0

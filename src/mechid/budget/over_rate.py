@@ -76,7 +76,7 @@ def level_curve(
     """
     levels, bands = [], []
     for response in responses:
-        value, axis = nominal_level(requirement, response, errors), axis_of(requirement, response)
+        value, axis = nominal_level(requirement, [(1.0, response)], errors), axis_of(requirement, response)
         weight = requirement.index.weight(response.state.frequency_hz)
         axes = slice(None) if axis is None else slice(axis, axis + 1)
         square = np.abs(sampled_phasors(response, estimate, seed)[:, :, axes]) ** 2

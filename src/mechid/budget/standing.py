@@ -13,7 +13,7 @@ from mechid.budget.indices import Index
 from mechid.budget.levels import CONE, Mixture, ensemble_level, mixed_level
 from mechid.budget.line_of_sight import LineOfSight, Moved
 from mechid.budget.other_errors import OtherError
-from mechid.budget.pointing_error import PointingError
+from mechid.budget.pointing_error import POINTS, PointingError
 from mechid.budget.requirement import Requirement, Standing
 from mechid.budget.shares import Band, drawn, line_shares
 from mechid.budget.summation import Contribution, total
@@ -24,7 +24,9 @@ MEMBERS = 100
 """Draws of the ensemble that [flight.spread] and the spread of other errors describe."""
 MISSED_DRAWS = 128
 """Of what the model misses."""
-DISCREPANCY, OTHERS = "model discrepancy", "other errors"
+DISCREPANCY = "model discrepancy"
+QUICK_POINTS = 1024
+"""Instants of a level where many are compared; all have the same, so that what they differ by is good."""
 Parts = Sequence[tuple[float, LineOfSight]]
 """Lines of sight by the share of the time in which each is there; what is left to 1, the mechanism rests."""
 
@@ -63,26 +65,25 @@ def make_ensemble(names: Sequence[str], spread: FloatArray, errors: Sequence[Oth
 def standing(requirement: Requirement, mode: str, parts: Parts, estimate: Estimate, ensemble: Ensemble) -> Standing:
     """Return how a mode, or several by their share of the time, stands against a requirement."""
     at = _View(requirement, parts, estimate, ensemble)
-    nominal, nobody = at.level(at.member()), np.zeros(len(estimate.names))
+    nominal, quick = at.level(at.member()), at.quick(at.member())
     members = [at.member(draw=draw) for draw in ensemble.draws]
     one = len(members) == 1 and requirement.interpretation != "ensemble"
     worst = nominal if one else at.ensemble_level(members)
-    scale = worst / nominal if nominal > 0.0 else 1.0
-    known = drawn(worst, lambda by: scale * at.level(at.member(by)), estimate.covariance, estimate.names)
-    band = _with_missed(known, scale * at.missed_sigma())
-    rests = at.rests()
+    scale = worst / quick if quick > 0.0 else 1.0
+    known = drawn(worst, lambda by: scale * at.quick(at.member(by)), estimate.covariance, estimate.names)
     return Standing(
-        requirement=requirement, mode=mode, level=band, nominal_rad=nominal, ecss_rad=at.by_ecss(),
-        others_rad=at.level(rests) if ensemble.errors else 0.0,
-        spread_shares=_spread_shares(at, ensemble, nobody) if len(members) > 1 else {},
+        requirement=requirement, mode=mode, level=_with_missed(known, scale * at.missed_sigma()),
+        nominal_rad=nominal, ecss_rad=at.by_ecss(), others_rad=at.level(at.rests()) if ensemble.errors else 0.0,
+        spread_shares=_spread_shares(at, members) if len(members) > 1 else {},
     )  # fmt: skip
 
 
-def nominal_level(requirement: Requirement, line_of_sight: LineOfSight, errors: Sequence[OtherError] = ()) -> float:
+def nominal_level(requirement: Requirement, parts: Parts, errors: Sequence[OtherError] = ()) -> float:
     """Return the level in rad over time of the nominal member, errors of other sources with it."""
-    error = line_of_sight.under(requirement.index)(np.zeros(line_of_sight.columns))
-    both = _added(error, errors, np.zeros(len(errors)), requirement.index)
-    return mixed_level([((1.0, both),)], requirement.index, requirement.confidence, axis_of(requirement, line_of_sight))
+    index = requirement.index
+    own = [(share, part.under(index)(np.zeros(part.columns))) for share, part in parts]
+    member = _together(own, len(parts[0][1].axes), errors, np.zeros(len(errors)), index)
+    return mixed_level([member], index, requirement.confidence, axis_of(requirement, parts[0][1]))
 
 
 def axis_of(requirement: Requirement, line_of_sight: LineOfSight) -> int | None:
@@ -90,10 +91,20 @@ def axis_of(requirement: Requirement, line_of_sight: LineOfSight) -> int | None:
     return None if requirement.axis == CONE else line_of_sight.axes.index(requirement.axis)
 
 
-def _added(error: PointingError, errors: Sequence[OtherError], draws: FloatArray, index: Index) -> PointingError:
-    for other, draw in zip(errors, draws, strict=True):
-        error = other.added(error, float(draw), index.longest_s)
-    return error
+def _together(
+    own: list[tuple[float, PointingError]], axes: int, errors: Sequence[OtherError], draws: FloatArray, index: Index
+) -> Mixture:
+    """Return a member: its errors by their share of the time, rest for what is left of it, other sources on top."""
+    rest = 1.0 - sum(share for share, _ in own)
+    if rest > 1e-9:
+        own = [*own, (rest, PointingError(np.zeros(axes)))]
+    member = []
+    for share, error in own:
+        whole = error
+        for other, draw in zip(errors, draws, strict=True):
+            whole = other.added(whole, float(draw), index.longest_s)
+        member.append((share, whole))
+    return member
 
 
 class _View:
@@ -117,16 +128,17 @@ class _View:
         return self._with_rest([], np.zeros(len(self.ensemble.errors)))
 
     def _with_rest(self, own: list[tuple[float, PointingError]], draw: FloatArray) -> Mixture:
-        rest = 1.0 - sum(share for share, _ in own)
-        if rest > 1e-9:
-            own = [*own, (rest, PointingError(np.zeros(len(self.parts[0][1].axes))))]
-        errors, index = self.ensemble.errors, self.requirement.index
-        return [(share, _added(error, errors, draw, index)) for share, error in own]
+        axes = len(self.parts[0][1].axes)
+        return _together(own, axes, self.ensemble.errors, draw, self.requirement.index)
 
-    def level(self, member: Mixture) -> float:
+    def level(self, member: Mixture, points: int = POINTS) -> float:
         """Return the level over time of one member."""
         r = self.requirement
-        return mixed_level([member], r.index, r.confidence, self.axis)
+        return mixed_level([member], r.index, r.confidence, self.axis, points)
+
+    def quick(self, member: Mixture) -> float:
+        """Return the same at fewer instants."""
+        return self.level(member, QUICK_POINTS)
 
     def ensemble_level(self, members: Sequence[Mixture]) -> float:
         """Return the level by the requirement's interpretation."""
@@ -142,7 +154,7 @@ class _View:
         for _ in range(MISSED_DRAWS):
             drawn_parts = [(share, part.missed(missed, rng)) for share, part in self.parts]
             own = [(share, part.under(index)(np.zeros(part.columns))) for share, part in drawn_parts]
-            levels.append(self.level(self._with_rest(own, np.zeros(len(self.ensemble.errors)))))
+            levels.append(self.quick(self._with_rest(own, np.zeros(len(self.ensemble.errors)))))
         return float(np.std(levels))
 
     def by_ecss(self) -> float:
@@ -159,7 +171,7 @@ class _View:
         for draw in self.ensemble.draws:
             off = np.concatenate([np.zeros(len(self.estimate.names)), draw[:s] * self.ensemble.spread])
             errors = [(share, moved(off)) for share, moved in self.moved if share > 0.0]
-            peaks.append(max((np.abs(e.waveforms(index)[:, axis]).max() for _, e in errors), default=0.0))
+            peaks.append(max((np.abs(e.waveforms(index, QUICK_POINTS)[:, axis]).max() for _, e in errors), default=0.0))
             squares.append(sum(share * e.parts[0].square(index)[axis] for share, e in errors))
             noise = float(np.sqrt(sum(share * e.sigma(index)[axis] ** 2 for share, e in errors)))
         size = float(np.mean(peaks))
@@ -179,8 +191,8 @@ def _with_missed(band: Band, missed: float) -> Band:
     return Band(band.value, float(np.sqrt(variance)), {**shares, DISCREPANCY: missed**2 / variance})
 
 
-def _spread_shares(at: _View, ensemble: Ensemble, nobody: FloatArray) -> dict[str, float]:
+def _spread_shares(at: _View, members: Sequence[Mixture]) -> dict[str, float]:
     """Return the share of each thing that spreads in the variance of the members' levels, by a straight line."""
-    levels = np.array([at.level(at.member(nobody, draw)) for draw in ensemble.draws])
-    own = [f"error {e.name}" for e in ensemble.errors]
-    return line_shares(ensemble.draws, levels, (*ensemble.names, *own))
+    own = [f"error {e.name}" for e in at.ensemble.errors]
+    levels = np.array([at.quick(member) for member in members])
+    return line_shares(at.ensemble.draws, levels, (*at.ensemble.names, *own))

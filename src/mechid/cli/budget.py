@@ -19,8 +19,10 @@ def budget(
     from mechid.budget.hand_off import write_budget
     from mechid.budget.numbers import budget_data
     from mechid.report.budget import print_budget
+    from mechid.report.budget_writing import write_budget_report
     from mechid.report.terminal import console_on
 
     made = make_budget(read_budget_file(file), workers, lambda line: typer.echo(line, err=True))
     data = budget_data(made)
-    print_budget(data, console_on(), write_budget(made, out, data))
+    files = write_budget(made, out, data)
+    print_budget(data, console_on(), [*files, *write_budget_report(data, out)])

@@ -39,7 +39,7 @@ def report_page(
         In MathML.
     """
     drawn = [payload(one, data["resonances"]) for one in curves]
-    return _environment().get_template("report.html").render(
+    return environment().get_template("report.html").render(
         data={**data, "curves": [one.name for one in curves]},
         swept={one.name for one in curves if one.spectrogram},
         zooms={one["name"]: one["zooms"] for one in drawn},
@@ -50,12 +50,13 @@ def report_page(
         library=pack_text(library()),
         kinds=plot_items(),
         curves=drawn,
-        style=_asset("report.css"),
-        script=_asset("report.js"),
+        style=asset("report.css"),
+        script=asset("report.js"),
     )  # fmt: skip
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Return the environment of the pages' templates; texts are escaped."""
     environment = Environment(
         loader=PackageLoader("mechid.report"),
         autoescape=True,
@@ -90,5 +91,6 @@ def opacity(value: float, most: float) -> str:
     return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file beside the templates."""
     return files("mechid.report").joinpath("templates", name).read_text(encoding="utf-8")
