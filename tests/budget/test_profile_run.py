@@ -86,7 +86,7 @@ def test_levels_are_those_of_the_definitions_over_all_instants(index):
     values = {
         "APE": lambda: e,
         "MPE": lambda: mean,
-        "RPE": lambda: (windows - mean[:, None]).ravel(),
+        "RPE": (windows - mean[:, None]).ravel,
         "PDE": lambda: mean[apart:] - mean[:-apart],
     }[index.kind]()
     error = made.under(index)(np.zeros(0))
