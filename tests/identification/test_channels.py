@@ -5,6 +5,7 @@ import pytest
 
 from freed import assert_found, freed
 from layouts import mechanism_of, paper_table
+from mechid.analysis.validation import validate
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.identification.identify import identify
 from paper import constant
@@ -18,8 +19,12 @@ FREE = ("stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_co
         "gear.damping", "friction.viscous")  # fmt: skip
 
 
-def written(folder, m, truth, keys=lambda quantity: "", seed=31, seconds=0.3, quantities=tuple(NOISE)):
-    """Write a campaign whose records have several channels, with three stages; `keys` adds to a channel's table."""
+def written(folder, m, truth, *, quantities=tuple(NOISE), keys=lambda quantity: "", more="",
+            change=lambda y, quantity: None, seed=31, seconds=0.3):  # fmt: skip
+    """Write a campaign whose records have several channels, with three stages.
+
+    `keys` adds to a channel's table, `more` to a record's, `change` its samples in place.
+    """
     rng, time_base = np.random.default_rng(seed), base(seconds)
     plant = m.plant.measuring(quantities)
     lines = ['mechanism = "mechanism.toml"']
@@ -28,10 +33,11 @@ def written(folder, m, truth, keys=lambda quantity: "", seed=31, seconds=0.3, qu
         columns = [time_base.times]
         for k, quantity in enumerate(quantities):
             columns.append(y[:, k] + OFFSET[quantity] + rng.normal(0.0, NOISE[quantity], len(y)))
+            change(columns[-1], quantity)
         header = ",".join(["time_s", *(f"{quantity}_{UNIT[quantity]}" for quantity in quantities)])
         np.savetxt(folder / f"{name}.csv", np.stack(columns, axis=1), delimiter=",", header=header, comments="")
         entries = ", ".join(f'{{ quantity = "{q}", column = {k}{keys(q)} }}' for k, q in enumerate(quantities, 1))
-        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"channels = [{entries}]",
+        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"channels = [{entries}]", more,
                   f'command = {{ stepping = "full", rate = {rate}, start_angle_deg = 45.0 }}']  # fmt: skip
     names = ", ".join(f'"{name}"' for name in truth)
     for window in ("window_s = [0.0, 0.03]", "window_s = [0.0, 0.1]", ""):
@@ -55,3 +61,29 @@ def test_all_channels_together_are_identified_from(tmp_path):
             assert channel.residual_rms == pytest.approx(NOISE[quantity], rel=0.1), quantity
             assert channel.offset == pytest.approx(OFFSET[quantity], abs=0.5 * NOISE[quantity] + 1e-3)
             assert (channel.drift is None) == (quantity != "torque")
+
+
+def test_lost_samples_count_for_nothing(tmp_path):
+    """A fifth of the torque lost in bursts: the noise found is that of the others, estimates within their errors."""
+    m = mechanism_of(paper_table())
+    truth = {name: m.value(name) for name in FREE}
+    rng = np.random.default_rng(37)
+
+    def lose(y, quantity):
+        for start in rng.integers(300, y.size - 200, 40) if quantity == "torque" else ():
+            y[start : start + rng.integers(5, 25)] = np.nan
+
+    more = "conditioning = { max_gap_s = 0.1 }"
+    campaign = written(tmp_path, m, truth, quantities=("torque", "current_phase_a"), more=more, change=lose)
+    fit = identify(campaign)
+    assert_found(fit, truth)
+    validation = validate(campaign, fit)
+    for name, record in fit.records.items():
+        torque, current = record.channels["torque"], record.channels["current_phase_a"]
+        assert 0.1 < torque.rejected / record.samples < 0.3
+        assert current.rejected == 0
+        assert torque.noise_sigma == pytest.approx(NOISE["torque"], rel=0.1)
+        judged = validation[name].channels["torque"]
+        for found in (torque.residual_rms, judged.residual_rms):
+            assert found == pytest.approx(NOISE["torque"], rel=0.05)
+        assert judged.whiteness.p_value > 1e-3

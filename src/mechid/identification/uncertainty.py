@@ -46,7 +46,7 @@ def uncertainty(
     used = [t for t in problem.targets if t.name in windows]
     inverse = np.zeros((problem.size, problem.size))
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
-    colour = {t.name: tuple(map(fit_autoregression, _whitened(problem, t, q, windows[t.name]))) for t in used}
+    colour = {t.name: _colours(problem, t, q, windows[t.name]) for t in used}
     _, known = problem.prior_rows(q)
     score = known.T @ known
     for t in used:
@@ -62,6 +62,15 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
         fit_line(r, channel.linear, rejected).take_from(r)
         r[rejected] = 0.0
     return series
+
+
+def _colours(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Return the model of what stands behind each channel's prefilter."""
+    series = _whitened(problem, target, q, window)
+    return tuple(
+        fit_autoregression(r, rejected=channel.rejected_within(window))
+        for channel, r in zip(target.channels, series, strict=True)
+    )
 
 
 def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[FloatArray]:

@@ -47,7 +47,7 @@ def autocorrelation(series: FloatArray, lags: int) -> FloatArray:
     return np.asarray(covariance / covariance[0], dtype=np.float64)
 
 
-def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
+def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.int64] | None = None) -> Autoregression:
     """Return the Yule-Walker model whose order, up to `most`, minimises the Bayesian criterion.
 
     Parameters
@@ -56,15 +56,34 @@ def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
         Residual without offset and drift.
     most : int
         Highest order tried.
+    rejected : (s,) of int or None
+        Samples that do not count, 0 in the series: the autocovariance is that of the pairs without them.
     """
     most = min(most, max(series.size // 20, 0))
-    covariance = autocovariance(series, most, float(series.mean()))
+    if rejected is not None and rejected.size:
+        n, covariance = autocovariance_among(series, most, rejected)
+    else:
+        n, covariance = series.size, autocovariance(series, most, float(series.mean()))
     if covariance[0] <= 0.0:
         return Autoregression(np.ones(1), 0.0)
     orders = [0, 1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 40]
     models = [_yule_walker(covariance, order) for order in orders if order <= most]
-    n = series.size
+    models = [model for model in models if model.sigma > 0.0] or models[:1]
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
+
+
+def autocovariance_among(series: FloatArray, lags: int, rejected: NDArray[np.int64]) -> tuple[int, FloatArray]:
+    """Return how many samples count, and the autocovariance about their mean over the pairs of which both do.
+
+    Biased like that of a whole series, so that it stays the covariance of something where few are missing.
+    """
+    counted = np.ones(series.size)
+    counted[rejected] = 0.0
+    n = int(counted.sum())
+    mean = float(series @ counted) / max(n, 1)
+    pairs = autocovariance(counted, lags)
+    expected = 1.0 - np.arange(pairs.size) / series.size
+    return n, autocovariance((series - mean) * counted, lags) * expected / np.maximum(pairs, 1e-300)
 
 
 def _yule_walker(covariance: FloatArray, order: int) -> Autoregression:
