@@ -60,6 +60,11 @@ class TargetChannel:
         return self.prefilter.sigma if self.prefilter else self.sigma
 
     @property
+    def rounded(self) -> float:
+        """Share of the noise's variance that is rounding; none of it behind a prefilter, which takes it for colour."""
+        return 0.0 if self.prefilter else min((self.rounding / self.sigma) ** 2, 1.0)
+
+    @property
     def order(self) -> int:
         """Number of past samples that the prefilter remembers."""
         return self.prefilter.order if self.prefilter else 0
