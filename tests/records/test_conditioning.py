@@ -90,6 +90,16 @@ def test_a_quiet_stretch_gives_the_offset(tmp_path):
     np.testing.assert_array_equal(record.channel("rotor_angle").data, np.cos(TIME))
 
 
+@pytest.mark.parametrize(("factor", "left"), [(1, 1.0), (5, 0.2)])
+def test_a_quiet_stretch_tells_the_noise_of_the_record(factor, left, tmp_path):
+    """Truth: white noise, of which the low-pass of a decimation leaves its share of the band."""
+    noise = 0.01 * np.random.default_rng(5).standard_normal(TIME.size)
+    how = Conditioning(quiet_s={"torque": ((0.0, 1.9),)}, window_s=(2.0, 3.9), decimate=factor)
+    record = read(tmp_path, how, torque=noise + np.where(TIME < 2.0, 0.3, np.sin(40.0 * TIME)))
+    assert record.quiet_rms("torque") == pytest.approx(0.01 * np.sqrt(left), rel=0.1)
+    assert record.quiet_rms("rotor_angle") is None
+
+
 def test_two_quiet_stretches_give_offset_and_drift(tmp_path):
     moving = np.where((TIME > 0.5) & (TIME < 3.5), np.sin(TIME), 0.0)
     how = Conditioning(quiet_s={"torque": ((0.0, 0.5), (3.5, 3.999))})

@@ -15,6 +15,7 @@ from mechid.command.waveform import WAVEFORMS
 from mechid.identification.agreement import explaining_start
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import Growth, grow
+from mechid.identification.journal import Journal
 from mechid.identification.problem import Problem
 from mechid.identification.target import Target
 from mechid.simulation.simulator import excitation_over
@@ -27,14 +28,17 @@ SIGN = (
 )
 
 
-def common_readings(problem: Problem, growth: Growth, seed: int) -> list[str]:
-    """Return what follows all records much further than their declaration did, one line each."""
+def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journal | None = None) -> list[str]:
+    """Return what follows all records much further than their declaration did, one line each.
+
+    The growths are noted in `journal`, where a run is to be resumed.
+    """
     lines: list[str] = []
     for words, other in _readings(problem):
         start = explaining_start(other, seed)
         if start is None:
             continue
-        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))))
+        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))), journal=journal)
         before, after = growth.reached(problem), grown.reached(other)
         if after >= FURTHER * before or (grown.complete and not growth.complete):
             lines.append(

@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
+QUIETER = 0.99
+"""Share of a prefilter's noise below which another one is much better."""
 MOST_REJECTED = 0.01
 """Share of a record beyond which what is far off is no spike."""
 
@@ -69,6 +71,34 @@ def _released_channel(
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found
+
+
+def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+    """Return the problem with prefilters of what `q` leaves; the same one where none is much better than before.
+
+    Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
+    """
+    targets = tuple(
+        _whitened_again(problem, t, q, windows[t.name]) if t.name in windows else t for t in problem.targets
+    )
+    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
+    return replace(problem, targets=targets) if changed else problem
+
+
+def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
+    if not any(c.prefilter for c in target.channels):
+        return target
+    series = residual(problem, target, q, window)
+    found = [
+        replace(c, prefilter=fit_autoregression(r, rejected=c.rejected_within(window))) if c.prefilter else c
+        for c, r in zip(target.channels, series, strict=True)
+    ]
+    quieter = any(
+        new.prefilter.sigma < QUIETER * old.prefilter.sigma
+        for old, new in zip(target.channels, found, strict=True)
+        if old.prefilter and new.prefilter
+    )
+    return replace(target, channels=tuple(found)) if quieter else target
 
 
 def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:

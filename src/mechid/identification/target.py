@@ -167,7 +167,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
 
 
 def noise_sigma(record: CampaignRecord, match: Match) -> float:
-    """Return the noise of a channel in its SI unit: the one declared, or its high-frequency floor, or hardly anything.
+    """Return the noise of a channel in its SI unit: the one declared, that of its quiet stretches, or its floor.
 
     A floor is never below that of the resolution that is declared: where a signal stands still or runs slowly, its
     rounding has no high frequencies, and is there all the same.
@@ -177,6 +177,9 @@ def noise_sigma(record: CampaignRecord, match: Match) -> float:
     least = max(1e-6 * float(np.std(channel.data)), _rounding(record, match))
     if match.noise_sigma is not None:
         return max(abs(channel.scale) * match.noise_sigma, least)
+    quiet = record.data.quiet_rms(match.quantity)
+    if quiet is not None:
+        return max(quiet, least)
     return max(noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged), least)
 
 

@@ -155,13 +155,22 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
             raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
         drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
         np.subtract(values, offset + drift * np.arange(values.size) / samples.clock.rate_hz, out=values)
+        rms = _noise(np.concatenate([values[part] for part in parts]), how.decimate)
         at = f"{samples.clock.start_s:.9g} s"
-        text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted"
+        text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
         samples = samples.after(
             "quiet", text, samples.data, channel=column.quantity, stretches_s=[list(stretch) for stretch in stretches],
             offset=float(offset), drift=float(drift), at_s=samples.clock.start_s, quiet_samples=int(quiet.size),
+            rms=rms,
         )  # fmt: skip
     return samples
+
+
+def _noise(quiet: FloatArray, factor: int) -> float:
+    """Return the RMS that quiet samples have in the record, behind its decimation where they are enough for that."""
+    if factor > 1 and quiet.size > anti_alias_filter(factor).size:
+        quiet = decimate(quiet, factor)
+    return float(np.sqrt(np.mean(quiet**2)))
 
 
 def _windowed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:

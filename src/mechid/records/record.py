@@ -140,6 +140,11 @@ class Record:
             raise RecordError(f'{self.name}: no channel "{quantity}"{near}')
         return found[quantity]
 
+    def quiet_rms(self, quantity: str) -> float | None:
+        """Return the RMS of a channel in its quiet stretches, SI, with all colour; None where none are declared."""
+        found = [t["rms"] for t in self.treatments if t["step"] == "quiet" and t["channel"] == quantity]
+        return float(found[0]) if found else None
+
     def blocks(self, size: int) -> Iterator[tuple[int, int]]:
         """Yield (start, stop) of consecutive blocks of at most `size` samples."""
         for start in range(0, self.samples, size):
