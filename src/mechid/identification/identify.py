@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.errors import FitError, InputFileError
+from mechid.errors import FitError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.agreement import Agreement, agreement, explains
 from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.ambiguity import refuse_free_voltage
 from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
 from mechid.identification.departure import departure
@@ -112,7 +113,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
             "give those to be estimated as { value, min, max }"
         )
-    _refuse_free_voltage(campaign)
+    refuse_free_voltage(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
         targets = tuple(map(without_spikes, targets))
@@ -127,17 +128,6 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
     """Return value and standard deviation of what the mechanism file knows beforehand."""
     return {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
-
-
-def _refuse_free_voltage(campaign: Campaign) -> None:
-    """Refuse a free supply voltage beside R, L and k_m: torque alone cannot tell them apart."""
-    scaled = ("stepper.peak_voltage", "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
-    free = {q.name for q in campaign.mechanism.free}
-    if free.issuperset(scaled):
-        raise InputFileError(
-            f"{campaign.mechanism_path}: stepper.peak_voltage: free together with R, L and k_m, which torque records "
-            "cannot tell apart (U -> c U, k_m -> c k_m, R and L -> c^2 gives the same torque); give it as a number"
-        )
 
 
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:

@@ -69,7 +69,7 @@ def _released_channel(
     found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
     if options.colour == "none" or (options.colour == "auto" and not fits):
         return found
-    colour = fit_autoregression(r)
+    colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found
 
 
@@ -90,7 +90,7 @@ def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tup
         return target
     series = residual(problem, target, q, window)
     found = [
-        replace(c, prefilter=fit_autoregression(r)) if c.prefilter else c
+        replace(c, prefilter=fit_autoregression(r, rejected=c.rejected_within(window))) if c.prefilter else c
         for c, r in zip(target.channels, series, strict=True)
     ]
     quieter = any(
@@ -132,7 +132,8 @@ def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) ->
 
     def own(channel: TargetChannel) -> TargetChannel:
         r = series[channel.quantity]
-        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(r.size)))
+        counted = max(r.size - channel.rejected.size, 1)
+        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(counted)))
 
     return target.each(own)
 
@@ -178,10 +179,11 @@ def rejection_warnings(problem: Problem) -> list[str]:
     lines = []
     for t in problem.targets:
         for c in t.channels:
-            if not c.rejected.size:
+            spikes = np.setdiff1d(c.rejected, c.bridged)
+            if not spikes.size:
                 continue
-            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in c.rejected[:5].tolist())
-            more = ", ..." if c.rejected.size > 5 else ""
+            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in spikes[:5].tolist())
+            more = ", ..." if spikes.size > 5 else ""
             what = "samples" if len(t.channels) == 1 else f"samples of {c.quantity}"
-            lines.append(f"record {t.name}: {c.rejected.size} {what} rejected as spikes, at {instants}{more} s")
+            lines.append(f"record {t.name}: {spikes.size} {what} rejected as spikes, at {instants}{more} s")
     return lines
