@@ -50,21 +50,39 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a column is sampled: clock and number of samples as far as they are known, and why they are not."""
+    """How a column is sampled.
+
+    Parameters
+    ----------
+    clock : Clock or None
+        The regular clock, where there is one and it is known.
+    samples : int or None
+    irregular_hz : float or None
+        One over the median interval of stamps that are no regular clock.
+    fault : str or None
+        Why there is no regular clock, or why the column cannot be read.
+    """
 
     clock: Clock | None = None
     samples: int | None = None
+    irregular_hz: float | None = None
     fault: str | None = None
 
 
 def samplings(table: Table) -> list[Sampling]:
-    """Return how each column of a file is sampled: by its own clock, else by the time column beside it."""
+    """Return how each column of a file is sampled: by its own clock, else by the time column beside it.
+
+    Raises
+    ------
+    RecordError
+        Samples of a column have to be counted and it cannot be read.
+    """
     by_time: dict[int, Sampling] = {}
     found = []
     for index, column in enumerate(table.columns):
         time = None if column.fault or column.clock else time_beside(table, index)
         if time is None:
-            found.append(Sampling(column.clock, column.samples))
+            found.append(_clocked_by_itself(table, index))
             continue
         if time.index not in by_time:
             by_time[time.index] = _stamped(table, time)
@@ -72,14 +90,33 @@ def samplings(table: Table) -> list[Sampling]:
     return found
 
 
+def _clocked_by_itself(table: Table, index: int) -> Sampling:
+    """Return the sampling of a column without stamps; its first sample shows that it can be read."""
+    column = table.columns[index]
+    if column.fault:
+        return Sampling(column.clock, column.samples)
+    if column.samples is None:
+        return Sampling(column.clock, table.read([index])[0].size)
+    try:
+        table.read([index], slice(0, 1))
+    except RecordError as error:
+        return Sampling(column.clock, column.samples, fault=str(error))
+    return Sampling(column.clock, column.samples)
+
+
 def _stamped(table: Table, time: ChosenColumn) -> Sampling:
-    samples = table.columns[time.index].samples
+    samples, rate_hz = table.columns[time.index].samples, None
     try:
         stamps = _scaled(table, time, table.read([time.index])[0], 0, finite=True)
-        samples = stamps.size
+        samples, rate_hz = stamps.size, _median_rate(stamps)
         return Sampling(read_clock(table, stamps), samples)
     except RecordError as error:
-        return Sampling(None, samples, str(error))
+        return Sampling(None, samples, rate_hz, str(error))
+
+
+def _median_rate(stamps: FloatArray) -> float | None:
+    interval = float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
+    return 1.0 / interval if interval > 0.0 else None
 
 
 def _refuse_empty(table: Table, data: FloatArray) -> None:
