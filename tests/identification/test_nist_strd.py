@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from mechid.identification.solve import covariance, descend, solve
 from measured_data import data_folder
+from mechid.identification.solve import covariance, descend, solve
 from nist_strd import NAMES, digits, read
 
 pytestmark = pytest.mark.data

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechid.records.clock import read_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
+from mechid.records.memory import GIB, memory_bytes
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
@@ -128,11 +128,11 @@ def _refuse_too_large(table: Table, layout: Layout, rows: slice) -> None:
     """Refuse what cannot be in memory at once, before the machine stands still."""
     samples = len(range(table.columns[layout.channels[0].index].samples or 0)[rows])
     needed = 8 * COPIES * samples * len(layout.chosen)
-    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
-    if needed > there:
+    there = memory_bytes()
+    if there is not None and needed > there:
         raise table.error(
-            f"{samples} samples of {len(layout.chosen)} columns need {needed / 2**30:.3g} GiB of memory, there are "
-            f"{there / 2**30:.3g} GiB; read a part with window_s"
+            f"{samples} samples of {len(layout.chosen)} columns need {needed / GIB:.3g} GiB of memory, there are "
+            f"{there / GIB:.3g} GiB; read a part with window_s"
         )
 
 
