@@ -81,9 +81,8 @@ def print_file(data: Mapping[str, Any], console: Console) -> None:
     say(console, data["file"], "bold")
     if data["columns"]:
         print_tables(console, FILE_LAYOUTS, data["columns"])
-    print_lines(
-        console, "no channel", (f"{one['index']} {one['column']}: {one['fault']}" for one in data["no_channels"])
-    )
+    others = (f"{row['index']} {row['column']}: {row['fault']}" for row in data["no_channels"])
+    print_lines(console, "no channel", others)
     shown = list(data["metadata"].items())[:MOST_FACTS]
     print_lines(console, "says", (f"{key} = {value}" for key, value in shown), "dim")
     if len(data["metadata"]) > len(shown):
