@@ -120,8 +120,8 @@ def open_csv(path: Path, label: str) -> CsvTable:
 def _is_written_shorter(cell: str, others: Sequence[str]) -> bool:
     """Whether a number may be the beginning of one written as the others: what is lost would matter.
 
-    So it is, if no other is the same, where it is the shortest; where its exponent is missing, or shorter than all others; where it has
-    fewer decimals than others mostly have; and for an integer with fewer digits than another.
+    So it is, if no other is the same, where it is the shortest; where its exponent is missing, or shorter than all
+    others; where it has fewer decimals than others mostly have; and for an integer with fewer digits than another.
     """
     if cell in others:
         return False
