@@ -77,10 +77,10 @@ def test_what_the_reader_found_odd(folder):
 
 
 def test_a_channel_that_is_not_used(changed):
-    channels = '[{ quantity = "torque", column = 1 }, { quantity = "output_angle", column = 0, unit = "rad" }]'
+    channels = '[{ quantity = "torque", column = 1 }, { quantity = "force", column = 0, unit = "N" }]'
     path = changed("campaign.toml", 'file = "full_46.csv"', f'file = "full_46.csv"\nchannels = {channels}')
     campaign = load_campaign(path, read_records=False)
-    assert campaign.warnings == (f"{FULL}output_angle: not used at present, only the torque is identified from",)
+    assert campaign.warnings == (f"{FULL}force: not used, the mechanism does not give it",)
 
 
 def test_a_frequency_in_hertz(changed, folder):

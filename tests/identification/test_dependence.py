@@ -168,7 +168,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
 
     def torque(values):
         at = replace(problem, space=SearchSpace(made.mechanism.with_values(values)))
-        return at.predict(target, at.start, target.samples)
+        return at.predict(target, at.start, target.samples)[0]
 
     columns, phi = [], np.vander(np.linspace(-1.0, 1.0, target.samples), 2)
     for name in (*names, held):
@@ -176,7 +176,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
         h = 1e-6 * value
         columns.append((torque({name: value + h}) - torque({name: value - h})) / (2.0 * h))
     J = np.column_stack(columns)
-    J = (J - phi @ np.linalg.lstsq(phi, J, rcond=None)[0]) / target.sigma
+    J = (J - phi @ np.linalg.lstsq(phi, J, rcond=None)[0]) / target.leading.sigma
     J, J_c = J[:, :2], J[:, 2]
     moved = np.linalg.solve(J.T @ J, J.T @ J_c) * sigma
     np.testing.assert_allclose(found, np.outer(moved, moved), rtol=2e-3)

@@ -10,7 +10,7 @@ from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
-from synthetic import COMMANDS, displaced, measured, record, truth
+from synthetic import COMMANDS, displaced, measured, measuring, record, truth
 
 FREE = {
     "stepper.coil_resistance": 1.03, "stepper.detent.1.amplitude": 1.1, "stepper.detent.1.phase_deg": 1.05,
@@ -50,9 +50,9 @@ def dense(problem, target, q, window):
     J[:, : space.size] = run.jacobian["torque"] @ chain[moved]
     if target.name in problem.delayed_targets:
         J[:, space.size + problem.delayed_targets.index(target.name)] = -run.rate["torque"]
-    rows = np.column_stack([run.torque - target.measured, J])[slice(*window)] / target.sigma
-    phi = np.vander(np.arange(len(rows), dtype=float), target.linear)
-    rows = rows - phi @ np.linalg.lstsq(phi, rows, rcond=None)[0] if target.linear else rows
+    rows = np.column_stack([run.torque - target.leading.measured, J])[slice(*window)] / target.leading.sigma
+    phi = np.vander(np.arange(len(rows), dtype=float), target.leading.linear)
+    rows = rows - phi @ np.linalg.lstsq(phi, rows, rcond=None)[0] if target.leading.linear else rows
     return rows[:, 0], rows[:, 1:]
 
 
@@ -74,7 +74,7 @@ def test_one_record_reduces_to_its_dense_problem(problem, name, window):
     target = next(t for t in problem.targets if t.name == name)
     window = window or WINDOWS[name]
     r, J = dense(problem, target, problem.start, window)
-    if window == (0, 1) and target.linear:
+    if window == (0, 1) and target.leading.linear:
         assert problem.triangle(target, problem.start, window).norm <= 1e-9
         return
     assert_same(problem.triangle(target, problem.start, window), r, J)
@@ -112,7 +112,7 @@ def test_the_gradient_is_that_of_the_cost(problem):
 def test_offset_and_drift_change_nothing(problem):
     """Truth: what is projected out has no effect; where nothing is projected out it has."""
     shifted = replace(problem, targets=tuple(
-        replace(t, measured=t.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets
+        measuring(t, t.leading.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets
     ))  # fmt: skip
     before, after = problem.norms(problem.start, WINDOWS), shifted.norms(problem.start, WINDOWS)
     assert after[0] == pytest.approx(before[0], rel=1e-9)
@@ -123,9 +123,9 @@ def test_offset_and_drift_change_nothing(problem):
 def test_a_shorter_window_is_the_beginning_of_the_whole(problem):
     """Truth: causality, bit for bit: a run of the first samples is that of all, cut off."""
     for target in problem.targets:
-        whole = problem.predict(target, problem.start, target.samples)
+        (whole,) = problem.predict(target, problem.start, target.samples)
         for stop in (1, 700, 1024, 1025, 2500):
-            np.testing.assert_array_equal(problem.predict(target, problem.start, stop), whole[:stop])
+            np.testing.assert_array_equal(problem.predict(target, problem.start, stop)[0], whole[:stop])
 
 
 def test_a_detent_beyond_its_disc_goes_on_by_amplitude_and_phase(problem):

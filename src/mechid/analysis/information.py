@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit
+from mechid.identification.fit import Fit, RecordFit
 from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
+from mechid.identification.target import Target, target_of
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
@@ -73,8 +73,8 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         target, delay = target_of(record), fit.parameters.get(record.time_offset.name)
         bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
         offset = delay.value if delay else target.time_offset_s
-        sigma = fit.records[record.name].residual_rms
-        targets.append(replace(target, sigma=sigma, time_offset_s=offset, time_offset_bounds=bounds))
+        target = _as_left(target, fit.records[record.name])
+        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds))
     substeps = fit.provenance.get("substeps")
     return Problem(
         SearchSpace(mechanism),
@@ -82,6 +82,11 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         substeps=substeps if isinstance(substeps, int) else 1,
         workers=os.cpu_count() or 1,
     )
+
+
+def _as_left(target: Target, own: RecordFit) -> Target:
+    """Return a target whose noise is what the fit leaves of its channels."""
+    return target.each(lambda channel: replace(channel, sigma=own.residual_of(channel.quantity)))
 
 
 def _to_search(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:

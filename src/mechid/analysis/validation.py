@@ -35,7 +35,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class BandError:
-    """A third-octave band: RMS of measured torque and of residual within it, N m."""
+    """A third-octave band: RMS of the measured channel and of its residual within it, in its unit."""
 
     centre_hz: float
     measured_rms: float
@@ -145,7 +145,7 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
                 name=record.name,
                 use=as_fitted(record, fit).use,
                 command=_stepping(as_fitted(record, fit).command),
-                channels={q: channel_validation(q, SI_UNIT[q], predict(record, fit)) for q in (record.quantity,)},
+                channels={q: channel_validation(q, SI_UNIT[q], p) for q, p in predict(record, fit).items()},
             )
             for record in campaign.records
             if record.data is not None

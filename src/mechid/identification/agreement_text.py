@@ -25,7 +25,8 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     samples = first_moments(target)
     seconds = (samples - 1) / target.base.sample_rate_hz
     what, remedy = _words(record, found.taken)
-    before, after = (target.sigma * math.sqrt(j.cost / samples) for j in (declared, found))
+    counted = samples * len(target.channels)
+    before, after = (target.leading.sigma * math.sqrt(j.cost / counted) for j in (declared, found))
     return (
         f"record {record.name}: not followed as declared, but with {what}, and so taken: under the model of the other "
         f"records the residual of its first {seconds:.3g} s is {before:.3g} N m RMS as declared and {after:.3g} as "

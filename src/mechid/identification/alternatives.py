@@ -19,7 +19,8 @@ from mechid.command import Command
 from mechid.command.edges import steps_travelled
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import followed
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -46,12 +47,6 @@ def first_moments(target: Target) -> int:
     travelled = steps_travelled(target.command.rate, target.base.times - target.time_offset_s)
     after = round(AFTER_S * target.base.sample_rate_hz)
     return min(int(np.searchsorted(travelled, STEPS)) + after, target.samples)
-
-
-def beginning(target: Target, samples: int) -> Target:
-    """Return the first samples of a target."""
-    base = target.base.first(samples)
-    return replace(target, measured=target.measured[: base.samples], base=base)
 
 
 def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
@@ -118,7 +113,7 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
         The record to be judged.
     """
     orders = detent_orders(problem.space.mechanism)
-    start = beginning(target, first_moments(target))
+    start = target.beginning(first_moments(target))
     here = np.asarray(q[: problem.space.size])
     known = replace(start, time_offset_bounds=None)
     options = variants(target.command, orders)
@@ -187,10 +182,10 @@ def _reach(target: Target) -> int:
 
 
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
-    """Return by how many samples the model's torque, moved, fits best; before its beginning it rests."""
+    """Return by how many samples the model's leading channel, moved, fits best; before its beginning it rests."""
     longer = replace(target, base=replace(target.base, samples=target.samples + reach))
-    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)
+    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)[0]
     y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
     n = target.samples
-    spread = [float(np.var(y[reach - k : reach - k + n] - target.measured)) for k in range(-reach, reach + 1)]
+    spread = [float(np.var(y[reach - k : reach - k + n] - target.leading.measured)) for k in range(-reach, reach + 1)]
     return int(np.argmin(spread)) - reach

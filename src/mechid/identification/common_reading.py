@@ -14,7 +14,8 @@ from mechid.command.waveform import WAVEFORMS
 from mechid.identification.agreement import explaining_start
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import Growth, grow
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.simulation.simulator import excitation_over
 
 FURTHER = 2.0

@@ -11,7 +11,8 @@ from scipy.signal import argrelmax
 from mechid.command.edges import steps_travelled
 from mechid.identification.alternatives import detent_orders
 from mechid.identification.gates import WINDOW_S
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.simulator import Simulator, simulate_run
@@ -81,7 +82,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
     reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
-    r = problem.misfit(target, q, window)
+    r = problem.misfit(target, q, window)[0]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)

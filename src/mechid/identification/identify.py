@@ -26,7 +26,14 @@ from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.journal import Journal
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
-from mechid.identification.noise import by_own_residuals, rejection_warnings, released, without_outliers, without_spikes
+from mechid.identification.noise import (
+    at_least_their_residuals,
+    by_own_residuals,
+    rejection_warnings,
+    released,
+    without_outliers,
+    without_spikes,
+)
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
@@ -35,7 +42,6 @@ from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
 from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
-from mechid.identification.uncertainty import residual
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -189,9 +195,7 @@ def _vouched(trail: Trail, near: Mapping[str, float]) -> Growth:
     the high-frequency floor is none.
     """
     problem, q = trail.problem, trail.problem.point(near)
-    left = {t.name: residual(problem, t, q, (0, t.samples)) for t in problem.targets}
-    rms = {name: float(np.linalg.norm(r)) / math.sqrt(r.size) for name, r in left.items()}
-    trail.problem = problem.with_sigmas({t.name: max(t.sigma, rms[t.name]) for t in problem.targets})
+    trail.problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
     return Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 

@@ -131,6 +131,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: FloatArray) -> Channel:
         role=chosen.role,
         column=column.key or str(chosen.index),
         metadata=column.metadata,
+        scale=chosen.scale,
     )
 
 

@@ -32,6 +32,8 @@ class Channel:
         The column it was read from, as its header names it.
     metadata : Mapping
         What the file says of it: serial number, sensitivity, ...
+    scale : float
+        What the file's numbers were multiplied by.
     """
 
     quantity: str
@@ -40,6 +42,7 @@ class Channel:
     role: Role
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

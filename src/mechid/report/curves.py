@@ -87,8 +87,8 @@ class Curves:
 
 def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValidation) -> Curves:
     """Return the curves of a record; where its simulation failed, those of prediction and residual are NaN."""
-    record, noise = campaign.record(name), fit.records[name].noise_sigma
-    p = predict(record, fit)
+    record, noise = campaign.record(name), fit.records[name].noise_of(channel.quantity)
+    p = predict(record, fit)[channel.quantity]
     removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
     frequency, measured = _spectrum(p.measured - removed, rate_hz)
