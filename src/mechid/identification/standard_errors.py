@@ -45,10 +45,15 @@ class StandardErrors:
     warnings: tuple[str, ...] = ()
 
     def of(self, name: str) -> tuple[float | None, float | None]:
-        """Return the standard error of a parameter, robust and white, or None twice."""
+        """Return the standard error of a parameter, robust and white.
+
+        None twice where it has none, or where a direction that the records do not see leaves nothing but rounding.
+        """
         if name not in self.names:
             return None, None
         i = self.names.index(name)
+        if not min(self.robust[i, i], self.white[i, i]) >= 0.0:
+            return None, None
         return math.sqrt(self.robust[i, i]), math.sqrt(self.white[i, i])
 
     def of_records_alone(self, name: str) -> float | None:
@@ -60,7 +65,7 @@ class StandardErrors:
     @property
     def correlation(self) -> FloatArray:
         """Correlation matrix, (n, n)."""
-        scale = np.sqrt(np.diag(self.robust))
+        scale = np.sqrt(np.maximum(np.diag(self.robust), 0.0))
         scale[scale == 0.0] = 1.0
         return np.asarray(self.robust / np.outer(scale, scale), dtype=np.float64)
 

@@ -138,7 +138,7 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
                 inertia=inertia,
                 start_rate=start_rate,
                 unbalance=unbalance if turning else None,
-            ),  # fmt: skip
+            ),
             *laws[layout.law("friction", tuple(laws))](site),
         ]
         return blocks, {}, dict(zip(names, ("rotor.alpha", "rotor.omega"), strict=True))
