@@ -36,7 +36,7 @@ def fit(fits):
 
 
 def test_forty_transients_together(fit, figure):
-    """41 steps of 100 ms; if all that is left fell in the first half of each, it would be sqrt(2) times as much there."""
+    """41 steps of 100 ms; what is left would be sqrt(2) times as much if it all fell in the first half of each."""
     reached = fit.records["full"].residual_rms / COUNT
     figure("stepper: 41 full steps together, whole record", reached, most=2.4, unit="counts RMS")
     figure("stepper: the same, bound on the first 50 ms of each", math.sqrt(2.0) * reached, most=2.4, unit="counts RMS")
@@ -44,10 +44,8 @@ def test_forty_transients_together(fit, figure):
 
 
 def test_the_natural_frequency(fit, figure):
-    value = {
-        name: fit.parameters[f"stepper.{name}"].value for name in ("torque_constant", "peak_current", "rotor_inertia")
-    }
-    omega = math.sqrt(50.0 * value["torque_constant"] * value["peak_current"] / value["rotor_inertia"])
+    k_m, J_rot = (fit.parameters[f"stepper.{name}"].value for name in ("torque_constant", "rotor_inertia"))
+    omega = math.sqrt(50.0 * k_m * 1.0 / J_rot)
     figure("stepper: natural frequency", omega, least=1008.0, most=1048.0, unit="rad/s")
 
 
