@@ -99,6 +99,16 @@ def test_a_quiet_stretch_gives_the_offset(tmp_path):
     np.testing.assert_array_equal(record.channel("rotor_angle").data, np.cos(TIME))
 
 
+@pytest.mark.parametrize(("factor", "left"), [(1, 1.0), (5, 0.2)])
+def test_a_quiet_stretch_tells_the_noise_of_the_record(factor, left, tmp_path):
+    """Truth: white noise, of which the low-pass of a decimation leaves its share of the band."""
+    noise = 0.01 * np.random.default_rng(5).standard_normal(TIME.size)
+    how = Conditioning(quiet_s={"torque": ((0.0, 1.9),)}, window_s=(2.0, 3.9), decimate=factor)
+    record = read(tmp_path, how, torque=noise + np.where(TIME < 2.0, 0.3, np.sin(40.0 * TIME)))
+    assert record.quiet_rms("torque") == pytest.approx(0.01 * np.sqrt(left), rel=0.1)
+    assert record.quiet_rms("rotor_angle") is None
+
+
 def test_two_quiet_stretches_give_offset_and_drift(tmp_path):
     moving = np.where((TIME > 0.5) & (TIME < 3.5), np.sin(TIME), 0.0)
     how = Conditioning(quiet_s={"torque": ((0.0, 0.5), (3.5, 3.999))})
@@ -127,6 +137,28 @@ def test_a_gap_is_bridged_by_a_straight_line_and_told(tmp_path):
     assert (done["step"], done["samples"], done["gaps"]) == ("gaps", 10, 1)
     assert done["longest_s"] == pytest.approx(0.010)
     assert done["first_at_s"] == [0.7]
+    np.testing.assert_array_equal(record.channel("torque").bridged, np.arange(700, 710))
+    assert record.channel("rotor_angle").bridged.size == 0
+
+
+def test_bridged_samples_keep_their_places_in_a_window(tmp_path):
+    how = Conditioning(max_gap_s=0.010, quiet_s={"torque": ((0.1, 0.2),)}, window_s=(0.705, 1.0))
+    record = read(tmp_path, how, torque=with_gap(700, 706))
+    np.testing.assert_array_equal(record.channel("torque").bridged, [0])
+
+
+def test_decimated_samples_in_which_bridged_ones_have_a_part_are_none_either(tmp_path):
+    """Truth: two records that differ within the gap alone differ nowhere else by more than that share of it."""
+    how = Conditioning(max_gap_s=0.020, decimate=4)
+    missing = read(tmp_path, how, torque=with_gap(2000, 2020)).channel("torque")
+    other = 2.0 * TIME
+    other[2000:2020] += 1.0
+    moved = np.abs(read(tmp_path, Conditioning(decimate=4), torque=other).channel("torque").data - missing.data)
+    kept = np.ones(moved.size, dtype=bool)
+    kept[missing.bridged] = False
+    assert set(range(500, 505)) <= set(missing.bridged.tolist())
+    assert 5 <= missing.bridged.size < 60
+    assert moved[kept].max() < 0.03 < moved[500:505].min()
 
 
 @pytest.mark.parametrize(

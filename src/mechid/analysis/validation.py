@@ -161,7 +161,8 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
 
 def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValidation:
     """Return the judgement on one predicted channel."""
-    measured, r = p.measured - p.removed, p.residual
+    measured, r, modelled = p.measured - p.removed, p.residual, p.modelled
+    counted = np.delete(np.arange(r.size), p.rejected) if p.rejected.size else slice(None)
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]
     return ChannelValidation(
@@ -169,11 +170,11 @@ def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValida
         unit=unit,
         samples=r.size,
         samples_sha256=_digest(p),
-        fit_percent=fit_percent(measured, r) if p.finite else math.nan,
-        residual_rms=float(np.sqrt(np.mean(r**2))),
-        theil=theil_inequality(measured, p.modelled),
-        whiteness=ljung_box(r),
-        effective_samples=effective_samples(r),
+        fit_percent=fit_percent(measured[counted], r[counted]) if p.finite else math.nan,
+        residual_rms=float(np.sqrt(np.mean(r[counted] ** 2))),
+        theil=theil_inequality(measured[counted], modelled[counted]),
+        whiteness=ljung_box(r, rejected=p.rejected),
+        effective_samples=effective_samples(r) * (1.0 - p.rejected.size / r.size),
         spectrum_hz=frequency,
         measured_density=measured_density,
         residual_density=residual_density,

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
 from mechid.identification.target import Target, TargetChannel
@@ -62,7 +63,7 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
     used = [t for t in problem.targets if t.name in windows]
     triangles = problem.triangles(q, windows)
     points = _drawn(problem, q, covariance, seed)
-    excess = np.array([_excess(problem, q, windows, triangles, point) for point in points])
+    excess = _excess(problem, q, windows, triangles, points)
     total = np.abs(excess.sum(axis=1)) > DEPARTURE
     found = []
     for k, target in enumerate(used):
@@ -115,11 +116,15 @@ def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -
 
 
 def _excess(
-    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], point: FloatArray
+    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], points: FloatArray
 ) -> FloatArray:
-    """Return by how much each record's cost at a point exceeds the quadratic, in sigmas squared."""
-    promised = [float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles]
-    found = np.square(problem.norms(point, windows))
+    """Return how far each record's cost at each point exceeds the quadratic, (points, records) in sigmas squared."""
+    used = [t for t in problem.targets if t.name in windows]
+    promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
+    tasks = [(point, t) for t in sorted(used, key=lambda t: -windows[t.name][1]) for point in points]
+    norms = mapped(lambda task: problem.norm(task[1], task[0], windows[task[1].name]), tasks, problem.workers)
+    of_record = dict(zip((t.name for _, t in tasks[:: len(points)]), np.reshape(norms, (len(used), -1)), strict=True))
+    found = np.square([of_record[t.name] for t in used]).T
     return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
 
 

@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
+QUIETER = 0.99
+"""Share of a prefilter's noise below which another one is much better."""
 MOST_REJECTED = 0.01
 """Share of a record beyond which what is far off is no spike."""
 
@@ -67,8 +69,36 @@ def _released_channel(
     found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
     if options.colour == "none" or (options.colour == "auto" and not fits):
         return found
-    colour = fit_autoregression(r)
+    colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found
+
+
+def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+    """Return the problem with prefilters of what `q` leaves; the same one where none is much better than before.
+
+    Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
+    """
+    targets = tuple(
+        _whitened_again(problem, t, q, windows[t.name]) if t.name in windows else t for t in problem.targets
+    )
+    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
+    return replace(problem, targets=targets) if changed else problem
+
+
+def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
+    if not any(c.prefilter for c in target.channels):
+        return target
+    series = residual(problem, target, q, window)
+    found = [
+        replace(c, prefilter=fit_autoregression(r, rejected=c.rejected_within(window))) if c.prefilter else c
+        for c, r in zip(target.channels, series, strict=True)
+    ]
+    quieter = any(
+        new.prefilter.sigma < QUIETER * old.prefilter.sigma
+        for old, new in zip(target.channels, found, strict=True)
+        if old.prefilter and new.prefilter
+    )
+    return replace(target, channels=tuple(found)) if quieter else target
 
 
 def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
@@ -102,7 +132,8 @@ def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) ->
 
     def own(channel: TargetChannel) -> TargetChannel:
         r = series[channel.quantity]
-        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(r.size)))
+        counted = max(r.size - channel.rejected.size, 1)
+        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(counted)))
 
     return target.each(own)
 
@@ -148,10 +179,11 @@ def rejection_warnings(problem: Problem) -> list[str]:
     lines = []
     for t in problem.targets:
         for c in t.channels:
-            if not c.rejected.size:
+            spikes = np.setdiff1d(c.rejected, c.bridged)
+            if not spikes.size:
                 continue
-            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in c.rejected[:5].tolist())
-            more = ", ..." if c.rejected.size > 5 else ""
+            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in spikes[:5].tolist())
+            more = ", ..." if spikes.size > 5 else ""
             what = "samples" if len(t.channels) == 1 else f"samples of {c.quantity}"
-            lines.append(f"record {t.name}: {c.rejected.size} {what} rejected as spikes, at {instants}{more} s")
+            lines.append(f"record {t.name}: {spikes.size} {what} rejected as spikes, at {instants}{more} s")
     return lines

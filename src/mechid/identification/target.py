@@ -12,16 +12,13 @@ from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import Command, Excitation
+from mechid.records.record import no_samples
 from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 FloatArray = NDArray[np.float64]
 Samples = NDArray[np.int64]
-
-
-def _none() -> Samples:
-    return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +38,9 @@ class TargetChannel:
     prefilter : Autoregression or None
         Model of its noise where that is whitened before it is weighted.
     rejected : (s,) of int
-        Samples that do not count, ascending.
+        Samples that do not count, ascending: those bridged, and spikes.
+    bridged : (b,) of int
+        Those among them that were never measured.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
     """
@@ -51,13 +50,19 @@ class TargetChannel:
     sigma: float
     linear: int = 2
     prefilter: Autoregression | None = None
-    rejected: Samples = field(default_factory=_none)
+    rejected: Samples = field(default_factory=no_samples)
     rounding: float = 0.0
+    bridged: Samples = field(default_factory=no_samples)
 
     @property
     def scale(self) -> float:
         """Standard deviation of what is left of the noise behind the prefilter."""
         return self.prefilter.sigma if self.prefilter else self.sigma
+
+    @property
+    def rounded(self) -> float:
+        """Share of the noise's variance that is rounding; none of it behind a prefilter, which takes it for colour."""
+        return 0.0 if self.prefilter else min((self.rounding / self.sigma) ** 2, 1.0)
 
     @property
     def order(self) -> int:
@@ -70,7 +75,8 @@ class TargetChannel:
 
     def first(self, samples: int) -> TargetChannel:
         """Return the first samples alone."""
-        return replace(self, measured=self.measured[:samples], rejected=self.rejected[self.rejected < samples])
+        rejected, bridged = (some[some < samples] for some in (self.rejected, self.bridged))
+        return replace(self, measured=self.measured[:samples], rejected=rejected, bridged=bridged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,11 +161,13 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         sigma=noise_sigma(record, match),
         linear=(2 if match.drift else 1) if match.offset else 0,
         rounding=_rounding(record, match),
+        rejected=channel.bridged,
+        bridged=channel.bridged,
     )
 
 
 def noise_sigma(record: CampaignRecord, match: Match) -> float:
-    """Return the noise of a channel in its SI unit: the one declared, or its high-frequency floor, or hardly anything.
+    """Return the noise of a channel in its SI unit: the one declared, that of its quiet stretches, or its floor.
 
     A floor is never below that of the resolution that is declared: where a signal stands still or runs slowly, its
     rounding has no high frequencies, and is there all the same.
@@ -169,7 +177,10 @@ def noise_sigma(record: CampaignRecord, match: Match) -> float:
     least = max(1e-6 * float(np.std(channel.data)), _rounding(record, match))
     if match.noise_sigma is not None:
         return max(abs(channel.scale) * match.noise_sigma, least)
-    return max(noise_floor(channel.data, record.data.sample_rate_hz), least)
+    quiet = record.data.quiet_rms(match.quantity)
+    if quiet is not None:
+        return max(quiet, least)
+    return max(noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged), least)
 
 
 def _rounding(record: CampaignRecord, match: Match) -> float:
