@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
-from mechid.campaign import Campaign
+from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.fit import Fit
 from mechid.identification.parallel import one_core_algebra
@@ -67,6 +67,8 @@ class ChannelValidation:
         The same in third octaves; empty where the simulation failed.
     orders : tuple of OrderError
         Empty where the command travels less than four full steps, or the simulation failed.
+    use : str
+        ``"validate"`` where the channel is only compared in a record that is estimated from; else empty.
     """
 
     quantity: str
@@ -83,6 +85,7 @@ class ChannelValidation:
     residual_density: FloatArray
     bands: tuple[BandError, ...]
     orders: tuple[OrderError, ...]
+    use: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what estimate.json holds of it: all but the fine spectra."""
@@ -145,11 +148,19 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
                 name=record.name,
                 use=as_fitted(record, fit).use,
                 command=_stepping(as_fitted(record, fit).command),
-                channels={q: channel_validation(q, SI_UNIT[q], p) for q, p in predict(record, fit).items()},
+                channels={
+                    q: replace(channel_validation(q, SI_UNIT[q], p), use=_only_compared(record, q))
+                    for q, p in predict(record, fit).items()
+                },
             )
             for record in campaign.records
             if record.data is not None
         }
+
+
+def _only_compared(record: CampaignRecord, quantity: str) -> str:
+    """Return ``"validate"`` for a channel that is not fitted, else nothing."""
+    return "" if any(match.quantity == quantity for match in record.estimated) else "validate"
 
 
 def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordValidation]) -> dict[str, Any]:

@@ -189,13 +189,19 @@ class Problem:
 
     def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
         """Return the reduced problem of a target in a window, of all its channels together."""
-        samples = window[1] - window[0]
+        each = self.channel_triangles(target, q, window)
+        if each is None:
+            lost = np.full((1 + self.size, self.size), np.nan)
+            return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
+        return each[0] if len(each) == 1 else combined(each)
+
+    def channel_triangles(self, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Triangle] | None:
+        """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
         triangles, succeeded = self.reduced(target, q, window, jacobian=True)
         if not succeeded:
-            lost = np.full((1 + self.size, self.size), np.nan)
-            return Triangle(np.inf, lost, samples * len(target.channels))
-        each = [finished(R, c.linear, samples) for c, R in zip(target.channels, triangles, strict=True)]
-        return each[0] if len(each) == 1 else combined(each)
+            return None
+        n = window[1] - window[0]
+        return [finished(R, c.linear, n) for c, R in zip(target.channels, triangles, strict=True)]
 
     def reduced(
         self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
