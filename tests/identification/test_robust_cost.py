@@ -19,9 +19,9 @@ def test_large_residuals_count_by_their_size():
     assert robust_cost(r) == pytest.approx(2.0 * ROBUST_SIGMAS * 1e9, rel=1e-6)
 
 
-def test_a_variance_that_is_rounding_is_no_error():
+def test_a_variance_that_is_rounding_is_infinite():
     """Truth: along a direction that no record sees the variance is infinite; rounding may leave it below zero."""
     errors = StandardErrors(names=("a", "b"), robust=np.diag([-1e9, 4.0]), white=np.diag([1.0, 1.0]))
-    assert errors.of("a") == (None, None)
+    assert errors.of("a") == (np.inf, 1.0)
     assert errors.of("b") == (2.0, 1.0)
     assert np.all(np.isfinite(errors.correlation))

@@ -37,7 +37,8 @@ def identified():
 
     def run(folder, *options, out="fit"):
         result = CliRunner().invoke(app, ["identify", str(folder), "--out", str(folder / out), *options])
-        assert result.exit_code in (0, 5), result.stderr
+        if result.exit_code not in (0, 5):
+            pytest.fail(result.stderr or repr(result.exception))
         return read_fit(folder / out / "estimate.json", load_campaign(folder)), folder / out
 
     return run

@@ -45,16 +45,11 @@ class StandardErrors:
     warnings: tuple[str, ...] = ()
 
     def of(self, name: str) -> tuple[float | None, float | None]:
-        """Return the standard error of a parameter, robust and white.
-
-        None twice where it has none, or where a direction that the records do not see leaves nothing but rounding.
-        """
+        """Return the standard error of a parameter, robust and white, or None twice."""
         if name not in self.names:
             return None, None
         i = self.names.index(name)
-        if not min(self.robust[i, i], self.white[i, i]) >= 0.0:
-            return None, None
-        return math.sqrt(self.robust[i, i]), math.sqrt(self.white[i, i])
+        return _root(self.robust[i, i]), _root(self.white[i, i])
 
     def of_records_alone(self, name: str) -> float | None:
         """Return the white standard error of a parameter without any prior, None where no prior counts."""
@@ -95,6 +90,11 @@ def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> Sta
         local_only=_concerned(ending, q, verdict, local),
         warnings=(*map(_warning, local), *map(str, grazing)),
     )
+
+
+def _root(variance: float) -> float:
+    """Return the square root of a variance; infinite where rounding has left none, in a direction that is not seen."""
+    return math.sqrt(variance) if variance >= 0.0 else math.inf
 
 
 def _without_priors(ending: Ending, q: FloatArray, verdict: Verdict, maps: FloatArray) -> FloatArray:
