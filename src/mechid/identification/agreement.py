@@ -130,7 +130,8 @@ def agreement(
 
 def explains(problem: Problem, start: Candidate) -> bool:
     """Tell whether a refined start explains the first window of all records."""
-    return start.cost <= GOOD * sum(min(t.samples, round(WINDOW_S * t.base.sample_rate_hz)) for t in problem.targets)
+    firsts = (min(t.samples, round(WINDOW_S * t.base.sample_rate_hz)) * len(t.channels) for t in problem.targets)
+    return start.cost <= GOOD * sum(firsts)
 
 
 def carried(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:

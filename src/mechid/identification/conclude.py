@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.ambiguity import ambiguity_notes
 from mechid.identification.declaration import DECLARED, taken_campaign
 from mechid.identification.ending import Ending
 from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
@@ -55,7 +56,7 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
         stages=ending.stages,
         outcome=ending.outcome,
         warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),
-        notes=_notes(campaign),
+        notes=ambiguity_notes(campaign),
         provenance=_provenance(campaign, ending),
     )
 
@@ -137,35 +138,6 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
         for p in parameters.values()
         if p.prior and p.prior.dominates
     ]
-
-
-def _notes(campaign: Campaign) -> tuple[str, ...]:
-    """Say what no record of this kind can tell."""
-    if "stepper.peak_voltage" not in campaign.mechanism.parameters:
-        return (_frame(campaign),) if "stepper.poles" in campaign.mechanism.parameters else ()
-    voltage = (
-        "stepper.peak_voltage is taken as known: without a current or voltage channel a relative error e of it "
-        "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
-    )
-    return voltage, _frame(campaign)
-
-
-def _frame(campaign: Campaign) -> str:
-    """Say which turns, reversals and moves give the same records."""
-    mechanism = campaign.mechanism
-    period = 720.0 / mechanism.value("stepper.poles")
-    orders = [
-        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg"))
-        for p in mechanism.plant.polar_pairs
-        if p.amplitude.startswith("stepper.detent.")
-    ]
-    turned = " and ".join(f"-{order:g} delta" for order in orders)
-    phases = f" with the detent phases turned by {turned}" if orders else ""
-    return (
-        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come from "
-        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg), from all signs "
-        "reversed with those of the phases, and from a move by whole teeth."
-    )
 
 
 def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:

@@ -10,8 +10,8 @@ from mechid.campaign import Campaign, Stage
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.fit import FitOutcome
 from mechid.identification.noise import released
-from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
+from mechid.identification.target import Target
 from mechid.identification.trail import Trail, cliff_warnings, joint_fit
 
 Window = tuple[int, int]

@@ -19,7 +19,7 @@ from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
-from mechid.units import SI_UNIT
+from mechid.units import unit_words
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
 COLUMNS = (
@@ -126,7 +126,7 @@ def _record(record: CampaignRecord) -> dict[str, Any]:
 
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
-    torque = data.channel(record.quantity).data
+    torque = data.channel(record.leading).data
     end = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
     return {
         "samples": data.samples,
@@ -135,8 +135,8 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "duration_s": data.duration_s,
         "edges": record.command.excitation(end).times.size,
         "stepped": not isinstance(record.command, MeasuredCommand),
-        "quantity": record.quantity,
-        "unit": SI_UNIT[record.quantity].replace("*", " "),
+        "quantity": record.leading,
+        "unit": unit_words(record.leading),
         "torque_min": float(torque.min()),
         "torque_max": float(torque.max()),
         "torque_rms": math.sqrt(float(np.mean(torque**2))),

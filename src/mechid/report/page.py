@@ -17,6 +17,8 @@ from mechid.report.curves import Curves
 from mechid.report.packing import pack_text
 from mechid.report.payload import payload
 from mechid.report.plots import library, plot_items
+from mechid.report.quantities import quantity_words
+from mechid.units import unit_words
 
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
@@ -40,7 +42,7 @@ def report_page(
     """
     drawn = [payload(one, data["resonances"]) for one in curves]
     return environment().get_template("report.html").render(
-        data={**data, "curves": [one.name for one in curves]},
+        data={**data, "curves": [_shown(one) for one in curves]},
         swept={one.name for one in curves if one.spectrogram},
         zooms={one["name"]: one["zooms"] for one in drawn},
         pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
@@ -53,6 +55,15 @@ def report_page(
         style=asset("report.css"),
         script=asset("report.js"),
     )  # fmt: skip
+
+
+def _shown(one: Curves) -> dict[str, str]:
+    """Return which channel a set of curves is of; `leading` is empty where it is not the first of its record."""
+    return {
+        "key": one.name, "trace": one.trace_name, "record": one.record,
+        "leading": one.record if one.name == one.record else "",
+        "quantity": one.quantity, "words": quantity_words(one.quantity), "unit": unit_words(one.quantity),
+    }  # fmt: skip
 
 
 def environment() -> Environment:
