@@ -68,7 +68,7 @@ def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str
     curves : sequence of Curves
     """
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {name: _made(draw, height) for name, height, draw in _drawings(data, curves)}
+        return {name: made(draw, height) for name, height, draw in _drawings(data, curves)}
 
 
 def write_figures(figures: Mapping[str, Figure], folder: Path) -> dict[str, str]:
@@ -103,7 +103,8 @@ def _write(path: Path, content: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _made(draw: Drawing, height: float) -> Figure:
+def made(draw: Drawing, height: float) -> Figure:
+    """Return a figure of two columns' width and a height in inches, drawn on."""
     figure = Figure(figsize=(WIDTH_IN, height))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(

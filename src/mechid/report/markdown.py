@@ -18,18 +18,18 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     if data["synthetic"]:
         parts.append("**Synthetic**: the records were simulated; nothing of this was measured.")
     for each in summary["questions"]:
-        parts += [f"## {each['question']}", _list(each["answers"])]
-    parts += ["## Parameters", _table(PARAMETER, map(_parameter, _estimated(data)))]
-    parts += ["## Known values", _table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+        parts += [f"## {each['question']}", bullets(each["answers"])]
+    parts += ["## Parameters", markdown_table(PARAMETER, map(_parameter, _estimated(data)))]
+    parts += ["## Known values", markdown_table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
     parts += ["## Records", _records(data["record_table"])]
     if data["orders"]:
-        parts += ["## Orders of the step rate", _table(ORDER, map(_order, data["orders"]))]
-    parts += ["## Stages", _table(STAGE, map(_stage, data["stages"]))]
+        parts += ["## Orders of the step rate", markdown_table(ORDER, map(_order, data["orders"]))]
+    parts += ["## Stages", markdown_table(STAGE, map(_stage, data["stages"]))]
     for title, lines in (("Warnings", data["warnings"]), ("Notes", data["notes"])):
         if lines:
-            parts += [f"## {title}", _list(lines)]
+            parts += [f"## {title}", bullets(lines)]
     inputs = data["provenance"].get("inputs_sha256", {}).items()
-    parts += ["## Provenance", _table(("", ""), data["origin"]), _table(("input", "SHA-256"), inputs)]
+    parts += ["## Provenance", markdown_table(("", ""), data["origin"]), markdown_table(("input", "SHA-256"), inputs)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -74,13 +74,17 @@ def _stage(row: Mapping[str, Any]) -> Row:
 
 def _records(rows: Sequence[Mapping[str, Any]]) -> str:
     labels = [label for label, _ in rows[0]["cells"]] if rows else []
-    return _table(["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows))
+    return markdown_table(
+        ["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows)
+    )
 
 
-def _table(header: Sequence[str], rows: Iterable[Row]) -> str:
+def markdown_table(header: Sequence[str], rows: Iterable[Row]) -> str:
+    """Return a table."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(t if t == "---" else cell(t) for t in line) + " |" for line in lines)
 
 
-def _list(lines: Iterable[str]) -> str:
+def bullets(lines: Iterable[str]) -> str:
+    """Return a list of lines."""
     return "\n".join(f"- {cell(line)}" for line in lines)

@@ -1,0 +1,67 @@
+"""How good a design is: one number, the logarithm of a standard error, the smaller the better.
+
+D is the geometric mean of the standard errors along the axes of the confidence ellipsoid, A their root mean square
+over the parameters, E the largest in any direction; or the standard error of one parameter (Pukelsheim, Optimal Design
+of Experiments, 2006, chapters 6 and 9; Atkinson, Donev, Tobias 2007). All are of coordinates over their size, so that a
+difference of 0.1 is some 10 % of a standard error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+KINDS = ("D", "A", "E")
+OVER = ("mean", "low")
+LOW_SHARE = 0.8
+"""Quantile over the mechanisms that `low` judges by: four of five fare better."""
+
+
+@dataclass(frozen=True, eq=False)
+class Criterion:
+    """What a design is judged by.
+
+    Parameters
+    ----------
+    kind : str
+        ``"D"``, ``"A"``, ``"E"``, or the name of a parameter.
+    size : (n,)
+        Of each coordinate.
+    directions : (points, n) or None
+        Derivative of the one parameter at each point, over its size.
+    over : {"mean", "low"}
+        How the mechanisms count: on average, or by one that fares badly.
+    """
+
+    kind: str
+    size: FloatArray
+    directions: FloatArray | None = None
+    over: str = "mean"
+
+    def at_points(self, information: FloatArray) -> FloatArray:
+        """Return the logarithm of the standard error, (points, ...), of informations (points, ..., n, n)."""
+        scaled = information * np.outer(self.size, self.size)
+        if self.kind == "D":
+            _, logdet = np.linalg.slogdet(scaled)
+            return np.asarray(-0.5 * logdet / self.size.size, dtype=np.float64)
+        if self.kind == "E":
+            return np.asarray(-0.5 * np.log(np.maximum(np.linalg.eigvalsh(scaled)[..., 0], 1e-300)))
+        if self.kind == "A":
+            spread = np.trace(np.linalg.inv(scaled), axis1=-2, axis2=-1) / self.size.size
+            return np.asarray(0.5 * np.log(np.maximum(spread, 1e-300)))
+        assert self.directions is not None
+        g = self.directions * self.size
+        g = g.reshape(g.shape[0], *([1] * (scaled.ndim - 3)), g.shape[1], 1)
+        along = np.linalg.solve(scaled, np.broadcast_to(g, (*scaled.shape[:-1], 1)))
+        variance = np.sum(along * g, axis=(-2, -1))
+        return np.asarray(0.5 * np.log(np.maximum(variance, 1e-300)))
+
+    def of(self, information: FloatArray) -> FloatArray:
+        """Return the criterion, (...), of informations (points, ..., n, n)."""
+        each = self.at_points(information)
+        if self.over == "mean":
+            return np.asarray(each.mean(axis=0))
+        return np.asarray(np.quantile(each, LOW_SHARE, axis=0))
