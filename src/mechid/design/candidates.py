@@ -43,7 +43,7 @@ class CandidateChoice:
     rates: tuple[float, ...] = ()
     start_angles_deg: tuple[float, ...] = (0.0, 45.0)
     durations_s: tuple[float, ...] = (1.0,)
-    sweeps_s: tuple[float, ...] = (10.0, 30.0)
+    sweeps_s: tuple[float, ...] = (5.0, 10.0, 20.0)
     sweep_to: float | None = None
 
 

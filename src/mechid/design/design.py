@@ -23,6 +23,7 @@ from mechid.design.screening import Screening, screening
 from mechid.design.selection import Choice, Pool, select
 from mechid.design.standpoint import Standpoint, after_fit, before_test
 from mechid.design.step_loss import Margins, is_stepper, margins
+from mechid.design.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
 from mechid.identification.parallel import mapped, one_core_algebra
 from mechid.identification.reopened import Optimum
@@ -79,6 +80,8 @@ class Design:
         Why a candidate cannot be driven, empty where it can.
     peaks : (candidates,)
         Expected peak torque, N m.
+    departing : (candidates,)
+        Share of draws in which a stick/slip falls the other way, so that the record tells less than it promises.
     maps : tuple of RateMap
     losses : tuple of LossRow
     margins : mapping of str to Margins
@@ -95,6 +98,7 @@ class Design:
     candidates: tuple[PlannedRecord, ...]
     objections: tuple[str, ...]
     peaks: FloatArray
+    departing: FloatArray
     maps: tuple[RateMap, ...]
     losses: tuple[LossRow, ...]
     margins: dict[str, Margins]
@@ -171,25 +175,32 @@ class _Making:
         self.told("what each record would tell")
         information = informations(self.here.space, pool, self.here.points, self.workers)
         information[screened.lost] = 0.0
+        first = len(self.own)
+        planned = [] if self.here.known is not None else list(range(first))
+        self.told("which records keep what they promise")
+        departing = self._departing(pool, information, planned)
+        objections = [
+            o or _objection(share, self.options.limits.risk) for o, share in zip(objections, departing, strict=True)
+        ]
         criterion = self._criterion()
-        choice = self._chosen(pool, information, objections, criterion)
+        worth = information * (1.0 - departing)[:, None, None]
+        choice = self._chosen(pool, worth, objections, criterion)
         chosen = [pool[k] for k in choice.chosen]
         self.told("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), loss_table(self.mechanisms[0], self._commands(), self.workers)
-        first = len(self.own)
-        planned = [] if self.here.known is not None else list(range(first))
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
         kept_off = mapped(lambda r: margins(self.mechanisms[0], r.command, r.duration_s), records, self.workers)
         return Design(
             campaign=self.campaign,
             options=self.options,
             standpoint=self.here,
-            planned=self._set([pool[k] for k in planned], information[:, planned], criterion),
-            chosen=self._set(_named_apart(chosen), information[:, list(choice.chosen)], criterion),
+            planned=self._set([pool[k] for k in planned], worth[:, planned], criterion),
+            chosen=self._set(_named_apart(chosen), worth[:, list(choice.chosen)], criterion),
             trail=choice.trail,
             candidates=tuple(pool),
             objections=tuple(objections),
             peaks=screened.peak[0],
+            departing=departing,
             maps=maps,
             losses=losses,
             margins=dict(zip((r.name for r in records), kept_off, strict=True)),
@@ -203,6 +214,12 @@ class _Making:
         others = [replace(r, name=f"{r.name}_new") if r.name in mine else r for r in made]
         same = {(r.command, r.duration_s) for r in self.own}
         return [*self.own, *(r for r in others if (r.command, r.duration_s) not in same)]
+
+    def _departing(self, pool: Sequence[PlannedRecord], information: FloatArray, planned: Sequence[int]) -> FloatArray:
+        """Return the share of draws, (records,), in which a record departs from its promise."""
+        reference = self.here.before + information[:, planned].sum(axis=1)
+        return departing_share(self.here.space, pool, self.here.points, information, reference,
+                               seed=self.options.seed, workers=self.workers)  # fmt: skip
 
     def _criterion(self) -> Criterion:
         kind, space, points = self.options.criterion, self.here.space, self.here.points
@@ -296,6 +313,10 @@ class _Making:
                     f"true, {believed}"
                 )
         return lines
+
+
+def _objection(departing: float, most: float) -> str:
+    return f"a stick/slip hangs by a thread in {100.0 * departing:.0f} % of draws" if departing > most else ""
 
 
 def _named_apart(records: Sequence[PlannedRecord]) -> list[PlannedRecord]:

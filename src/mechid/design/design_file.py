@@ -27,7 +27,7 @@ CANDIDATE_KEYS = (
     "sweeps_s",
     "sweep_to",
 )
-LIMIT_KEYS = ("total_s", "between_s", "torque_Nm", "most_of_one", "keep", "risk")
+LIMIT_KEYS = ("total_s", "between_s", "torque_Nm", "most_of_one", "keep", "risk", "departing")
 CRITERION_KEYS = ("kind", "over")
 PRIOR_KEYS = ("mechanisms",)
 NUMBERS_REMEDY = "write numbers, as [23.0, 46.0]"
@@ -52,6 +52,9 @@ class Limits:
         Records of the campaign that are taken whatever they tell.
     risk : float
         Share of the prior's mechanisms that may lose steps in a record, or exceed the range.
+    departing : float
+        Share of draws in which a record may tell less than its derivatives promise, because a stick/slip falls the
+        other way.
     """
 
     total_s: float | None = None
@@ -60,6 +63,7 @@ class Limits:
     most_of_one: int = 1
     keep: tuple[str, ...] = ()
     risk: float = 0.2
+    departing: float = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -157,11 +161,8 @@ def _steppings(entry: Any, place: Place) -> tuple[Stepping, ...]:
 def _limits(table: Mapping[str, Any], place: Place) -> Limits:
     plain = Limits()
     between = number(table.get("between_s", plain.between_s), place.key("between_s"), "s")
-    risk = number(table.get("risk", plain.risk), place.key("risk"), "1")
     if between < 0.0:
         raise place.key("between_s").error(f"found {between:.9g}; write a time of 0 s or more")
-    if not 0.0 <= risk < 1.0:
-        raise place.key("risk").error(f"found {risk:.9g}; write a share from 0 to below 1")
     kept = table.get("keep", [])
     return Limits(
         total_s=_positive_or_none(table, "total_s", place, "s"),
@@ -169,8 +170,16 @@ def _limits(table: Mapping[str, Any], place: Place) -> Limits:
         torque_Nm=_positive_or_none(table, "torque_Nm", place, "N m"),
         most_of_one=_whole(table, "most_of_one", plain.most_of_one, place, least=1, most=100),
         keep=texts(kept, place.key("keep"), 'write names of records, as ["full_46"]') if kept else (),
-        risk=risk,
+        risk=_share(table, "risk", plain.risk, place),
+        departing=_share(table, "departing", plain.departing, place),
     )
+
+
+def _share(table: Mapping[str, Any], key: str, default: float, place: Place) -> float:
+    value = number(table.get(key, default), place.key(key), "1")
+    if not 0.0 <= value <= 1.0:
+        raise place.key(key).error(f"found {value:.9g}; write a share from 0 to 1")
+    return value
 
 
 def _table(table: Mapping[str, Any], key: str, known: Sequence[str], place: Place) -> tuple[Mapping[str, Any], Place]:

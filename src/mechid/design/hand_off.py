@@ -35,6 +35,7 @@ def design_data(design: Design) -> dict[str, Any]:
             "most_of_one": limits.most_of_one,
             "keep": list(limits.keep),
             "risk": limits.risk,
+            "departing": limits.departing,
         },
         "planned": _set(design, design.planned),
         "chosen": _set(design, design.chosen),
@@ -42,8 +43,10 @@ def design_data(design: Design) -> dict[str, Any]:
         "trail": list(design.trail),
         "parameters": _parameters(design),
         "candidates": [
-            {**_record(design, r), "peak_torque_Nm": float(peak), "objection": objection}
-            for r, peak, objection in zip(design.candidates, design.peaks, design.objections, strict=True)
+            {**_record(design, r), "peak_torque_Nm": float(peak), "departing": float(share), "objection": objection}
+            for r, peak, share, objection in zip(
+                design.candidates, design.peaks, design.departing, design.objections, strict=True
+            )
         ],
         "torque_over_rate": [_map(m) for m in design.maps],
         "step_loss": [_loss(row) for row in design.losses],

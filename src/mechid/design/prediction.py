@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 HALF_TURN = 180.0
 UNSEEN = "no record sees it"
 ON_BOUND = "on the bound of the mechanism file"
-NO_PHASE = "the phase of a torque that is zero here"
+NO_PHASE = "zero torque, no phase"
 
 
 @dataclass(frozen=True, eq=False)

@@ -171,7 +171,7 @@ def _record_row(name: str, seconds: float, peak: float | None, gain: float, marg
         "name": name,
         "seconds": f"{seconds:g}",
         "peak": plain(peak, 2),
-        "gain": f"{100.0 * -math.expm1(-gain):.2g} %",
+        "gain": f"{-100.0 * math.expm1(-gain):.1f} %",
         "voltage": "-" if voltage is None else f"{100.0 * voltage:.0f}",
         "torque": plain(margin.get("torque_Nm"), 2),
     }
