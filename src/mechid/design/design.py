@@ -17,8 +17,8 @@ from mechid.design.design_file import DesignOptions
 from mechid.design.information import informations, sizes
 from mechid.design.loss_table import LossRow, loss_table
 from mechid.design.planned import PlannedRecord, planned_records
-from mechid.design.prediction import PredictedErrors, planned_problem, predicted_errors
 from mechid.design.rate_map import RateMap, rate_map
+from mechid.design.record_set import RecordSet, record_set
 from mechid.design.screening import Screening, screening
 from mechid.design.selection import Choice, Pool, select
 from mechid.design.standpoint import Standpoint, after_fit, before_test
@@ -34,30 +34,6 @@ NEXT_S = 120.0
 """Test time after a fit, where none is given."""
 RATE_MARGIN = 1.2
 """The amplitude is shown to so much beyond the highest candidate rate."""
-
-
-@dataclass(frozen=True, eq=False)
-class RecordSet:
-    """Records, what they would tell, and what they take.
-
-    Attributes
-    ----------
-    records : tuple of PlannedRecord
-    errors : PredictedErrors
-        At the values believed, together with what a fit knows.
-    spread : mapping of str to (float, float)
-        Median and 90 % quantile of each standard error over the mechanisms that may be true.
-    criterion : float
-        Logarithm of a standard error.
-    seconds : float
-        Test time, what is between records included.
-    """
-
-    records: tuple[PlannedRecord, ...]
-    errors: PredictedErrors
-    spread: dict[str, tuple[float, float]]
-    criterion: float
-    seconds: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,7 +163,7 @@ class _Making:
         choice = self._chosen(pool, worth, objections, criterion)
         chosen = [pool[k] for k in choice.chosen]
         self.told("rates that lose steps, amplitude over the rate")
-        maps, losses = self._maps(), loss_table(self.mechanisms[0], self._commands(), self.workers)
+        maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
         kept_off = mapped(lambda r: margins(self.mechanisms[0], r.command, r.duration_s), records, self.workers)
         return Design(
@@ -259,30 +235,11 @@ class _Making:
         return names.index(name)
 
     def _set(self, records: Sequence[PlannedRecord], information: FloatArray, criterion: Criterion) -> RecordSet:
-        """Return what records would tell; `information` is theirs, (points, records, n, n)."""
-        total = self.here.before + information.sum(axis=1)
-        seconds = sum(r.duration_s + self.options.limits.between_s for r in records)
-        return RecordSet(
-            tuple(records), self._errors(records), self._spread(total), float(criterion.of(total)), seconds
-        )
-
-    def _errors(self, records: Sequence[PlannedRecord]) -> PredictedErrors:
-        problem = planned_problem(self.here.space, records, priors=self.here.priors, workers=self.workers)
-        offsets = [t.time_offset_s for t in problem.targets if t.time_offset_bounds]
-        q = np.concatenate([self.here.points[0], offsets])
+        between_s = self.options.limits.between_s
         try:
-            return predicted_errors(problem, q, self.here.known)
+            return record_set(self.here, records, information, criterion, between_s=between_s, workers=self.workers)
         except ArithmeticError as error:
             raise FitError(f"{self.campaign.path}: {error}") from error
-
-    def _spread(self, total: FloatArray) -> dict[str, tuple[float, float]]:
-        """Return median and 90 % quantile of each parameter's standard error over the mechanisms."""
-        rows = []
-        for q, information in zip(self.here.points, total, strict=True):
-            names, slopes = self.here.space.value_jacobian(q)
-            rows.append(np.sqrt(np.einsum("ij,jk,ik->i", slopes, np.linalg.inv(information), slopes).clip(min=0.0)))
-        middle, high = np.quantile(rows, (0.5, 0.9), axis=0)
-        return {name: (float(a), float(b)) for name, a, b in zip(names, middle, high, strict=True)}
 
     def _commands(self) -> list[Command]:
         """Return a command of each stepping, to be driven at other rates."""
@@ -300,6 +257,10 @@ class _Making:
             return rate_map(self.mechanisms[0], self.mechanisms, command, highest)
 
         return tuple(mapped(one, self._commands(), self.workers))
+
+    def _losses(self) -> tuple[LossRow, ...]:
+        commands = [c for c in self._commands() if c.stepping in self.options.candidates.steppings]
+        return loss_table(self.mechanisms[0], commands, self.workers)
 
     def _told_of_own(self, screened: Screening, planned: Sequence[int]) -> list[str]:
         """Warn of the campaign's own records that lose steps."""

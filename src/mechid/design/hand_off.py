@@ -7,10 +7,11 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from mechid.design.criterion import KINDS
-from mechid.design.design import Design, RecordSet
+from mechid.design.design import Design
 from mechid.design.loss_table import LossRow
 from mechid.design.planned import PlannedRecord
 from mechid.design.rate_map import RateMap
+from mechid.design.record_set import RecordSet
 from mechid.design.step_loss import Margins, RateLimit
 
 FORMAT = "mechid-design/1"

@@ -96,10 +96,12 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
     Raises
     ------
     UsageError
-        A record is driven by measured channels.
+        There is no record to be estimated from, or one is driven by measured channels.
     RecordError
         A file that is there cannot be used.
     """
+    if not campaign.estimated:
+        raise UsageError(f'{campaign.path}: no record has use = "estimate"; write down what is planned')
     seen = {r.name: _measured(r) for r in campaign.estimated}
     sigmas = [sigma for _, _, sigma in filter(None, seen.values())]
     noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else NOISE_NM)

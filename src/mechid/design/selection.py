@@ -1,7 +1,7 @@
 """The records that tell most in a given test time: greedy, then exchanged until none is better.
 
-The best set is a knapsack problem; greedy choice by gain per second, then taking each record out and filling anew, is
-Fedorov's exchange with unequal costs (Fedorov 1972; Atkinson, Donev, Tobias 2007, chapter 12).
+The best set is a knapsack problem. Greedy choice, then one record after another taken out, others tried in its place
+and the time filled anew, is Fedorov's exchange with unequal costs (Fedorov 1972; Atkinson, Donev, Tobias 2007, chapter 12).
 """
 
 from __future__ import annotations
@@ -17,6 +17,8 @@ from mechid.design.criterion import Criterion
 FloatArray = NDArray[np.float64]
 LEAST_GAIN = 1e-6
 MOST_ROUNDS = 8
+TRIED = 3
+"""Records that are tried in place of one taken out, by each of two orders."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,54 +62,65 @@ class Choice:
 def select(pool: Pool, criterion: Criterion, kept: Sequence[int] = ()) -> Choice:
     """Return the best records; `kept` ones are among them whatever they tell.
 
-    The last record of a round is exchanged first. Equal input gives equal output: nothing is drawn.
+    Filled by gain per second and by gain alone, each exchanged, the better taken. Equal input gives equal output.
     """
-    best = _filled(pool, criterion, list(kept))
-    for _ in range(MOST_ROUNDS):
-        better = _exchanged(pool, criterion, best, len(kept))
-        if better is best:
-            break
-        best = better
-    return Choice(tuple(best), _trail(pool, criterion, best))
+    best: list[int] | None = None
+    for per_second in (True, False):
+        found = _filled(pool, criterion, list(kept), per_second=per_second)
+        for _ in range(MOST_ROUNDS):
+            better = _exchanged(pool, criterion, found, len(kept))
+            if better is found:
+                break
+            found = better
+        if best is None or _value(pool, criterion, found) < _value(pool, criterion, best):
+            best = found
+    assert best is not None
+    ordered = _ordered(pool, criterion, best)
+    return Choice(tuple(ordered), _trail(pool, criterion, ordered))
 
 
 def _exchanged(pool: Pool, criterion: Criterion, chosen: list[int], fixed: int) -> list[int]:
-    """Return the set after one round of taking each record out and filling the time anew."""
+    """Return the best set after one round of taking each record out and filling the time anew, or the same."""
     best, value = chosen, _value(pool, criterion, chosen)
-    for k in sorted(set(chosen[fixed:]), reverse=True):
-        rest = best.copy()
-        if k not in rest[fixed:]:
-            continue
-        rest.reverse()
-        rest.remove(k)
-        rest.reverse()
-        tried = _filled(pool, criterion, rest, without=k)
-        found = _value(pool, criterion, tried)
-        if found < value - LEAST_GAIN:
-            best, value = tried, found
+    for at in range(fixed, len(chosen)):
+        rest = chosen[:at] + chosen[at + 1 :]
+        for first in _promising(pool, criterion, rest, chosen[at]):
+            tried = _filled(pool, criterion, [*rest, first])
+            found = _value(pool, criterion, tried)
+            if found < value - LEAST_GAIN:
+                best, value = tried, found
     return best
 
 
-def _filled(pool: Pool, criterion: Criterion, chosen: list[int], without: int | None = None) -> list[int]:
-    """Add records by gain per second until none fits; the first of them is not `without`."""
+def _promising(pool: Pool, criterion: Criterion, rest: Sequence[int], out: int) -> list[int]:
+    """Return what may come in place of a record that was taken out: the best by gain per second, and by gain."""
+    fits = _fitting(pool, rest)
+    fits = fits[fits != out]
+    if not fits.size:
+        return []
+    gains = _gains(pool, criterion, _sum(pool, rest), fits)
+    ranked = (np.argsort(-gains / pool.seconds[fits], kind="stable"), np.argsort(-gains, kind="stable"))
+    return list(dict.fromkeys(int(fits[k]) for order in ranked for k in order[:TRIED]))
+
+
+def _filled(pool: Pool, criterion: Criterion, chosen: list[int], *, per_second: bool = True) -> list[int]:
+    """Add the record of the largest gain, or gain per second, until none fits."""
     chosen = chosen.copy()
     information = _sum(pool, chosen)
-    now = float(criterion.of(information))
-    first = True
-    while True:
-        fits = _fitting(pool, chosen)
-        if first and without is not None:
-            fits = fits[fits != without]
-        if not fits.size:
-            return chosen
-        gains = now - criterion.of(information[:, None] + pool.information[:, fits])
-        at = int(np.argmax(gains / pool.seconds[fits]))
+    while (fits := _fitting(pool, chosen)).size:
+        gains = _gains(pool, criterion, information, fits)
+        at = int(np.argmax(gains / pool.seconds[fits] if per_second else gains))
         if gains[at] < LEAST_GAIN:
-            return chosen
-        first, k = False, int(fits[at])
-        chosen.append(k)
-        information = information + pool.information[:, k]
-        now -= float(gains[at])
+            break
+        chosen.append(int(fits[at]))
+        information = information + pool.information[:, fits[at]]
+    return chosen
+
+
+def _gains(pool: Pool, criterion: Criterion, information: FloatArray, records: NDArray[np.int64]) -> FloatArray:
+    """Return by how much each record lowers the criterion, (records,)."""
+    after = criterion.guided(information[:, None] + pool.information[:, records])
+    return np.asarray(float(criterion.guided(information)) - after, dtype=np.float64)
 
 
 def _fitting(pool: Pool, chosen: Sequence[int]) -> NDArray[np.int64]:
@@ -122,8 +135,17 @@ def _sum(pool: Pool, chosen: Sequence[int]) -> FloatArray:
 
 
 def _value(pool: Pool, criterion: Criterion, chosen: Sequence[int]) -> float:
-    return float(criterion.of(_sum(pool, chosen)))
+    return float(criterion.guided(_sum(pool, chosen)))
+
+
+def _ordered(pool: Pool, criterion: Criterion, chosen: Sequence[int]) -> list[int]:
+    """Return the records with those first that tell most."""
+    left, out = list(chosen), list[int]()
+    while left:
+        gains = _gains(pool, criterion, _sum(pool, out), np.asarray(left, dtype=np.int64))
+        out.append(left.pop(int(np.argmax(gains))))
+    return out
 
 
 def _trail(pool: Pool, criterion: Criterion, chosen: Sequence[int]) -> tuple[float, ...]:
-    return tuple(_value(pool, criterion, chosen[:k]) for k in range(len(chosen) + 1))
+    return tuple(float(criterion.of(_sum(pool, chosen[:k]))) for k in range(len(chosen) + 1))

@@ -30,10 +30,12 @@ from mechid.simulation.trajectory import SimulationOutcome
 SAMPLE_RATE_HZ = 10_000.0
 HOLD_S, AT_REST_SHARE = 0.4, 0.25
 """Held after the command, and the last part of it over which the rotor's angle is averaged."""
-STARTED_S, RAMP_S = 0.5, 1.5
+STARTED_S, RAMP_S = 0.5, 1.0
 """Time at the rate, and from zero to it where that is slow."""
-LOWEST, HIGHEST, RATIO = 4.0, 4000.0, 1.15
-"""Full steps/s that are looked at, and the ratio of neighbours on the way up."""
+LOWEST, HIGHEST = 4.0, 4000.0
+"""Full steps/s that are looked at."""
+AT_ONCE_RATIO, SLOW_RATIO = 1.15, 2.0
+"""Ratio of neighbours on the way up; what is brought to a rate slowly has passed all that are lower."""
 RESOLUTION = 0.005
 POLES, VOLTAGE, INERTIA = "stepper.poles", "stepper.peak_voltage", "load.inertia"
 COULOMB, STATIC = "friction.coulomb", "friction.static"
@@ -126,7 +128,7 @@ class RateLimit:
 
 def pull_in(mechanism: Mechanism, command: Command) -> RateLimit:
     """Return the highest rate up to which the motor starts and stops at once without loss."""
-    return _limit(lambda rate: not driven(mechanism, _at(command, rate), STARTED_S, torque=False).lost)
+    return _limit(lambda rate: not driven(mechanism, _at(command, rate), STARTED_S, torque=False).lost, AT_ONCE_RATIO)
 
 
 def pull_out(mechanism: Mechanism, command: Command) -> RateLimit:
@@ -137,21 +139,21 @@ def pull_out(mechanism: Mechanism, command: Command) -> RateLimit:
         slow = RateProfile.through([(0.0, 0.0), (RAMP_S, rate), (up, rate), (down, 0.0)])
         return not driven(mechanism, replace(command, rate=slow), down, torque=False).lost
 
-    return _limit(holds)
+    return _limit(holds, SLOW_RATIO)
 
 
 def _at(command: Command, rate: float) -> Command:
     return replace(command, rate=RateProfile.constant(rate))
 
 
-def _limit(holds: Callable[[float], bool]) -> RateLimit:
-    """Go up until a rate does not hold, bisect there, and see whether the next two hold again."""
+def _limit(holds: Callable[[float], bool], ratio: float) -> RateLimit:
+    """Go up until a rate does not hold, bisect there, and see whether any of three further up holds again."""
     good, rate = 0.0, LOWEST
     while holds(rate):
-        good, rate = rate, RATIO * rate
+        good, rate = rate, ratio * rate
         if rate > HIGHEST:
             return RateLimit(None, False)
-    again = any(holds(rate * RATIO**k) for k in (1, 2, 4))
+    again = any(holds(rate * AT_ONCE_RATIO**k) for k in (1, 2, 4))
     bad = rate
     while good and bad / good > 1.0 + RESOLUTION:
         middle = math.sqrt(good * bad)

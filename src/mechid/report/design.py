@@ -29,16 +29,6 @@ JSON, MARKDOWN, CAMPAIGN, OPTIONS, RATES = (
     "design.toml",
     "torque_over_rate.csv",
 )
-PARAMETERS = (
-    Column("parameter", "name", words=True),
-    Column("value", "value"),
-    Column("unit", "unit", words=True),
-    Column("sigma planned", "planned"),
-    Column("chosen", "chosen"),
-    Column("better by", "gain"),
-    Column("over the prior: planned", "planned_spread"),
-    Column("chosen", "chosen_spread"),
-)
 RECORDS = (
     Column("chosen record", "name", words=True),
     Column("s", "seconds"),
@@ -89,8 +79,8 @@ def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> Non
     """Print what `design_data` made, and where the files are."""
     say(console, headline(data), "bold")
     console.print()
-    say(console, "Standard errors; over the prior: median of the mechanisms that may be true", "bold")
-    print_table(console, PARAMETERS, [{"text": {}, **row} for row in _parameter_rows(data)])
+    say(console, "Standard errors: at the values believed, and the median over the mechanisms that may be true", "bold")
+    print_table(console, _columns(data), [{"text": {}, **row} for row in _parameter_rows(data)])
     print_table(console, RECORDS, [{"text": {}, **row} for row in _record_rows(data)])
     say(console, "Step loss; > is beyond what was looked at, * holds again further up: a loss of resonance", "bold")
     print_table(console, LOSSES, [{"text": {}, **row} for row in _loss_rows(data)])
@@ -98,6 +88,21 @@ def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> Non
     print_lines(console, "left out", _left_out(data))
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _columns(data: Row) -> tuple[Column, ...]:
+    """Return the columns of the parameters; after a fit they are compared with what is known now."""
+    before, many = ("now", "of its draws") if data["after_fit"] else ("planned", "over the prior")
+    return (
+        Column("parameter", "name", words=True),
+        Column("value", "value"),
+        Column("unit", "unit", words=True),
+        Column(f"sigma {before}", "planned"),
+        Column("chosen", "chosen"),
+        Column("better by", "gain"),
+        Column(f"{many}: {before}", "planned_spread"),
+        Column("chosen", "chosen_spread"),
+    )
 
 
 def headline(data: Row) -> str:
@@ -119,7 +124,7 @@ def design_markdown(data: Row) -> str:
     """Return the design's tables as Markdown."""
     parts = ["# Design of the next test", f"**{headline(data)}**", "## Standard errors"]
     for title, columns, rows in (
-        ("", PARAMETERS, _parameter_rows(data)),
+        ("", _columns(data), _parameter_rows(data)),
         ("## Records, in order of choice", RECORDS, _record_rows(data)),
         ("## Step loss", LOSSES, _loss_rows(data)),
     ):

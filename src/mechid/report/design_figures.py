@@ -9,6 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 from mechid.report.figures import MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, made
 
@@ -22,25 +23,28 @@ def design_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
     rows = len(data["parameters"])
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
         return {
-            "torque_over_rate": made(partial(_torque_over_rate, data), 3.0),
+            "torque_over_rate": made(partial(_torque_over_rate, data), 4.4),
             "standard_errors": made(partial(_standard_errors, data), 0.22 * rows + 0.9),
             "step_loss": made(partial(_step_loss, data), 2.8),
         }
 
 
 def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
-    axes = figure.subplots()
-    for m in data["torque_over_rate"]:
+    """Draw a panel for each stepping: the curve of the values believed over the band of those that may be true."""
+    axes = figure.subplots(3, 1, sharex=True, gridspec_kw={"hspace": 0.12})
+    for ax, m in zip(axes, data["torque_over_rate"], strict=True):
         colour, style = STEPPINGS[m["stepping"]]
         rate, amplitude = np.array(m["rate"]), np.array(m["amplitude_Nm"], dtype=np.float64)
-        axes.fill_between(rate, m["low_Nm"], m["high_Nm"], color=colour, alpha=0.12, linewidth=0.0)
-        axes.plot(rate, amplitude, color=colour, linestyle=style, label=f"{m['stepping']} stepping")
-        for p in m["peaks"][:3]:
-            axes.annotate(f"{p['rate']:.0f}", (p["rate"], p["amplitude_Nm"]), xytext=(0, 2), ha="center",
-                          textcoords="offset points", fontsize=7.0, color=colour)  # fmt: skip
-    highest = max(max(m["amplitude_Nm"]) for m in data["torque_over_rate"])
-    axes.set(xlabel=RATE, ylabel=AMPLITUDE, xlim=(0.0, rate[-1]), ylim=(0.0, 1.15 * highest))
-    axes.legend(ncols=3, loc="lower right", bbox_to_anchor=(1.0, 0.99), borderpad=0.1)
+        ax.fill_between(rate, m["low_Nm"], m["high_Nm"], color=colour, alpha=0.15, linewidth=0.0)
+        ax.plot(rate, amplitude, color=colour, linestyle=style, linewidth=1.2)
+        for p in m["peaks"][:4]:
+            ax.annotate(f"{p['rate']:.0f}", (p["rate"], p["amplitude_Nm"]), xytext=(0, 2), ha="center",
+                        textcoords="offset points", fontsize=7.0, color=colour)  # fmt: skip
+        highest = max(float(np.nanmax(amplitude)), float(np.median(m["high_Nm"])))
+        ax.set(ylim=(0.0, 1.2 * highest), xlim=(0.0, rate[-1]))
+        ax.text(0.99, 0.9, f"{m['stepping']} stepping", transform=ax.transAxes, ha="right", va="top")
+    axes[1].set_ylabel(AMPLITUDE)
+    axes[-1].set_xlabel(RATE)
 
 
 def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
@@ -56,7 +60,7 @@ def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:
     axes.set_xscale("log")
     axes.set_yticks(at, [p["name"] for p in rows])
     axes.invert_yaxis()
-    axes.set_xlabel("standard error over value (phases: rad); median to 90 % over the mechanisms that may be true")
+    axes.set_xlabel("standard error over value (phases: rad); median and 90 % of mechanisms")
     axes.legend(ncols=2, loc="lower right", bbox_to_anchor=(1.0, 0.99), borderpad=0.1)
 
 
@@ -93,6 +97,7 @@ def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
         ax.axvline(unchanged, color=MARK, linewidth=0.8, linestyle=":")
         ax.set_xlabel(label)
     axes[0].set_xscale("log", base=2)
+    axes[0].xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
     axes[0].set_ylabel(RATE)
     axes[0].set_ylim(bottom=0.0)
     axes[0].legend(fontsize=6.0, loc="lower left")
