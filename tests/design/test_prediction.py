@@ -43,14 +43,13 @@ def scatter(problem, draws, seed, workers=1):
     q, whole = problem.start, problem.whole()
     torque = {t.name: problem.predict(t, q, t.samples) for t in problem.targets}
 
+    def measured(target, rng):
+        noise = target.sigma * rng.standard_normal(target.samples) + 0.01 * rng.standard_normal()
+        return replace(target, measured=torque[target.name] + noise)
+
     def refit(number):
         rng = np.random.default_rng((seed, number))
-        targets = tuple(
-            replace(
-                t, measured=torque[t.name] + t.sigma * rng.standard_normal(t.samples) + 0.01 * rng.standard_normal()
-            )
-            for t in problem.targets
-        )
+        targets = tuple(measured(t, rng) for t in problem.targets)
         found = solve(replace(problem, targets=targets), q, whole)
         assert found.converged
         values = problem.space.values(found.q)

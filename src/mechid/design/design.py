@@ -154,7 +154,7 @@ class _Making:
         first = len(self.own)
         planned = [] if self.here.known is not None else list(range(first))
         self.told("which records keep what they promise")
-        departing = self._departing(pool, information, planned)
+        departing = self._departing(pool, information)
         objections = [
             o or _objection(share, self.options.limits.risk) for o, share in zip(objections, departing, strict=True)
         ]
@@ -191,11 +191,23 @@ class _Making:
         same = {(r.command, r.duration_s) for r in self.own}
         return [*self.own, *(r for r in others if (r.command, r.duration_s) not in same)]
 
-    def _departing(self, pool: Sequence[PlannedRecord], information: FloatArray, planned: Sequence[int]) -> FloatArray:
-        """Return the share of draws, (records,), in which a record departs from its promise."""
-        reference = self.here.before + information[:, planned].sum(axis=1)
+    def _departing(self, pool: Sequence[PlannedRecord], information: FloatArray) -> FloatArray:
+        """Return the share of draws, (records,), in which a record departs from its promise.
+
+        Draws are as far off as errors are once the time there is has been spent on all records alike.
+        """
+        seconds = self._seconds(pool)
+        spent = self._total_s(seconds) / float(seconds.sum())
+        reference = self.here.before + spent * information.sum(axis=1)
         return departing_share(self.here.space, pool, self.here.points, information, reference,
                                seed=self.options.seed, workers=self.workers)  # fmt: skip
+
+    def _seconds(self, pool: Sequence[PlannedRecord]) -> FloatArray:
+        return np.array([r.duration_s + self.options.limits.between_s for r in pool])
+
+    def _total_s(self, seconds: FloatArray) -> float:
+        usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
+        return self.options.limits.total_s or usual
 
     def _criterion(self) -> Criterion:
         kind, space, points = self.options.criterion, self.here.space, self.here.points
@@ -218,14 +230,15 @@ class _Making:
     def _chosen(
         self, pool: Sequence[PlannedRecord], information: FloatArray, objections: Sequence[str], criterion: Criterion
     ) -> Choice:
-        limits = self.options.limits
-        seconds = np.array([r.duration_s + limits.between_s for r in pool])
-        usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
+        limits, seconds = self.options.limits, self._seconds(pool)
         kept = [self._index(name) for name in limits.keep]
         before = np.broadcast_to(self.here.before, (len(self.here.points), *self.here.before.shape))
-        allowed = np.array([not o for o in objections])
-        total = limits.total_s or usual
-        return select(Pool(information, before, seconds, total, allowed, limits.most_of_one), criterion, kept)
+        allowed, total_s = np.array([not o for o in objections]), self._total_s(seconds)
+        choice = select(Pool(information, before, seconds, total_s, allowed, limits.most_of_one), criterion, kept)
+        if not choice.chosen:
+            why = next((f"{r.name} {o}" for r, o in zip(pool, objections, strict=True) if o), "they take too long")
+            raise UsageError(f"limits: no record can be taken in {total_s:g} s within them, as {why}; widen them")
+        return choice
 
     def _index(self, name: str) -> int:
         names = [r.name for r in self.own]

@@ -93,7 +93,7 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
         rows = np.zeros((before.shape[0], problem.size))
         rows[:, : before.shape[0]] = (vectors * np.sqrt(np.maximum(values, 0.0))).T
         parts.append(of_rows(np.zeros(before.shape[0]), rows))
-    triangle = combined(parts)
+    triangle = combined(parts or [of_rows(np.zeros(1), np.zeros((1, problem.size)))])
     if not np.all(np.isfinite(triangle.jacobian)):
         raise ArithmeticError("a record cannot be simulated at the values of the mechanism file")
     on, seen = problem.on_bound(q), seen_coordinates(problem, triangle)

@@ -1,7 +1,8 @@
 """The records that tell most in a given test time: greedy, then exchanged until none is better.
 
 The best set is a knapsack problem. Greedy choice, then one record after another taken out, others tried in its place
-and the time filled anew, is Fedorov's exchange with unequal costs (Fedorov 1972; Atkinson, Donev, Tobias 2007, chapter 12).
+and the time filled anew, is Fedorov's exchange with unequal costs (Fedorov 1972; Atkinson, Donev, Tobias 2007,
+chapter 12).
 """
 
 from __future__ import annotations

@@ -44,7 +44,7 @@ def departing_share(
         Mechanisms, of which the first 8 are looked at.
     information : (s, records, n, n)
     reference : (s, n, n)
-        Information whose inverse the draws are from.
+        Information whose inverse the draws are from: that of a whole test.
     seed : int
     workers : int
         Threads.
