@@ -10,9 +10,8 @@ from mechid.campaign.bench import TRUTH
 from mechid.design.planned import PlannedRecord
 from mechid.design.prediction import NO_PHASE, ON_BOUND, UNSEEN, planned_problem, predicted_errors
 from mechid.identification.identify import identify
-from mechid.identification.parallel import mapped
-from mechid.identification.solve import solve
 from mechid.identification.space import SearchSpace
+from refits import normalised
 from synthetic import COMMANDS, bench, truth
 
 SECONDS = 0.3
@@ -36,37 +35,6 @@ def test_the_prediction_is_what_identify_reports():
     assert not errors.reasons
     for name in errors.names:
         assert errors.std_error(name) == pytest.approx(fit.parameters[name].std_error_white, rel=0.04), name
-
-
-def scatter(problem, draws, seed, workers=1):
-    """Return the refits of draws, (draws, k) values of the file; each begins at the values that made the records."""
-    q, whole = problem.start, problem.whole()
-    torque = {t.name: problem.predict(t, q, t.samples) for t in problem.targets}
-
-    def measured(target, rng):
-        noise = target.sigma * rng.standard_normal(target.samples) + 0.01 * rng.standard_normal()
-        return replace(target, measured=torque[target.name] + noise)
-
-    def refit(number):
-        rng = np.random.default_rng((seed, number))
-        targets = tuple(measured(t, rng) for t in problem.targets)
-        found = solve(replace(problem, targets=targets), q, whole)
-        assert found.converged
-        values = problem.space.values(found.q)
-        return [values[name] for name in sorted(values)]
-
-    return np.array(mapped(refit, range(draws), workers))
-
-
-def normalised(problem, draws, seed, workers=1):
-    """Return deviations from the truth over the predicted errors, (draws, k), and their squared distance, (draws,)."""
-    errors = predicted_errors(problem, problem.start)
-    order = np.argsort(errors.names)
-    off = scatter(problem, draws, seed, workers) - errors.values[order]
-    covariance = errors.covariance[np.ix_(order, order)]
-    sigma = np.sqrt(np.diag(covariance))
-    scaled = covariance / np.outer(sigma, sigma)
-    return off / sigma, np.einsum("di,ij,dj->d", off / sigma, np.linalg.inv(scaled), off / sigma)
 
 
 def test_the_scatter_of_refits_is_as_predicted():
