@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from mechid.design.criterion import Criterion
+from mechid.design.criterion import Criterion, criterion_at, sizes
+from mechid.identification.space import SearchSpace
+from synthetic import truth
 
 SIGMA = np.array([0.1, 0.5, 2.0])
 SIZE = np.array([1.0, 2.0, 10.0])
@@ -43,3 +45,23 @@ def test_one_parameter_is_its_own_variance():
     for s in range(2):
         for c in range(5):
             assert found[s, c] == pytest.approx(0.5 * np.log(g[s] @ np.linalg.inv(M[s, c]) @ g[s]))
+
+
+def test_sizes_make_errors_relative():
+    """Truth: one for a logarithm, the amplitude for both parts of a detent, the value for a linear coordinate."""
+    space = SearchSpace(truth())
+    found = dict(zip([(c.name, c.kind) for c in space.coordinates], sizes(space, space.start[None]), strict=True))
+    assert found[("gear.stiffness", "log")] == 1.0
+    for kind in ("cosine", "sine"):
+        assert found[("stepper.detent.1.amplitude", kind)] == pytest.approx(0.0231)
+    assert found[("friction.coulomb", "linear")] == pytest.approx(0.0013)
+    assert found[("friction.static", "excess")] == pytest.approx(0.0067)
+
+
+def test_the_criterion_of_a_parameter_is_its_relative_error():
+    """Truth: static friction is its excess plus Coulomb friction: both variances add, over the value."""
+    space = SearchSpace(truth().with_free(("friction.static", "friction.coulomb")))
+    criterion = criterion_at(space, space.start[None], "friction.static", "mean")
+    information = np.diag([1e8, 4e8])[None]
+    expected = 0.5 * np.log(1e-8 + 0.25e-8) - np.log(0.008)
+    assert criterion.of(information) == pytest.approx(expected)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.design.information import informations, prior_points, range_information, sizes
+from mechid.design.information import informations, prior_points, range_information
 from mechid.design.planned import PlannedRecord
 from mechid.identification.space import SearchSpace
 from mechid.simulation.simulator import Simulator, TimeBase
@@ -73,14 +73,3 @@ def test_a_prior_draws_the_points_together_and_tells_beforehand():
     assert np.std(points) == pytest.approx(0.1, rel=0.1)
     plain, told = range_information(SearchSpace(mechanism)), range_information(SearchSpace(known))
     assert told[0, 0] - plain[0, 0] == pytest.approx(100.0)
-
-
-def test_sizes_make_errors_relative():
-    """Truth: one for a logarithm, the amplitude for both parts of a detent, the value for a linear coordinate."""
-    space = SearchSpace(truth())
-    found = dict(zip([(c.name, c.kind) for c in space.coordinates], sizes(space, space.start[None]), strict=True))
-    assert found[("gear.stiffness", "log")] == 1.0
-    for kind in ("cosine", "sine"):
-        assert found[("stepper.detent.1.amplitude", kind)] == pytest.approx(0.0231)
-    assert found[("friction.coulomb", "linear")] == pytest.approx(0.0013)
-    assert found[("friction.static", "excess")] == pytest.approx(0.0067)

@@ -13,6 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.errors import UsageError, did_you_mean
+from mechid.identification.space import SearchSpace
+
 FloatArray = NDArray[np.float64]
 KINDS = ("D", "A", "E")
 OVER = ("mean", "low")
@@ -74,3 +77,47 @@ class Criterion:
         """
         found = self.of(information)
         return found if self.kind == "D" else found + GUIDE * replace(self, kind="D").of(information)
+
+
+def criterion_at(space: SearchSpace, points: FloatArray, kind: str, over: str) -> Criterion:
+    """Return the criterion of a kind over mechanisms, (points, n) in search coordinates.
+
+    Raises
+    ------
+    UsageError
+        The kind is neither a letter nor a parameter that is to be estimated.
+    """
+    if kind in KINDS:
+        return Criterion(kind, sizes(space, points), None, over)
+    names, _ = space.value_jacobian(points[0])
+    if kind not in names:
+        near = did_you_mean(kind, names) or f"; write D, A, E or one of {', '.join(names)}"
+        raise UsageError(f'criterion: "{kind}" is no parameter to be estimated{near}')
+    directions = np.array([_direction(space, q, names.index(kind)) for q in points])
+    return Criterion(kind, sizes(space, points), directions, over)
+
+
+def _direction(space: SearchSpace, q: FloatArray, row: int) -> FloatArray:
+    """Return the derivative of a parameter over its value; of an angle to degrees as it is."""
+    names, slopes = space.value_jacobian(q)
+    value = abs(space.values(q)[names[row]])
+    is_angle = space.mechanism.parameters[names[row]].is_periodic
+    return np.asarray(slopes[row] / (1.0 if is_angle or value == 0.0 else value), dtype=np.float64)
+
+
+def sizes(space: SearchSpace, points: FloatArray) -> FloatArray:
+    """Return what counts as the size of each search coordinate, (n,): 1 for a logarithm, so that errors are relative.
+
+    For others it is the root mean square over the points; both parts of a detent have that of its amplitude, an angle
+    has a radian.
+    """
+    out = np.ones(space.size)
+    root = np.sqrt(np.mean(points**2, axis=0))
+    for j, c in enumerate(space.coordinates):
+        if c.kind == "cosine":
+            out[j] = out[j + 1] = np.hypot(root[j], root[j + 1])
+        elif space.is_turning(c):
+            out[j] = np.degrees(1.0)
+        elif c.kind in ("linear", "excess"):
+            out[j] = root[j]
+    return np.where(out > 0.0, out, 1.0)

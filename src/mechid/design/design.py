@@ -12,9 +12,9 @@ from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS
 from mechid.design.candidates import candidates, usual_rates
-from mechid.design.criterion import KINDS, Criterion
+from mechid.design.criterion import Criterion, criterion_at
 from mechid.design.design_file import DesignOptions
-from mechid.design.information import informations, sizes
+from mechid.design.information import informations
 from mechid.design.loss_table import LossRow, loss_table
 from mechid.design.planned import PlannedRecord, planned_records
 from mechid.design.rate_map import RateMap, rate_map
@@ -155,10 +155,9 @@ class _Making:
         planned = [] if self.here.known is not None else list(range(first))
         self.told("which records keep what they promise")
         departing = self._departing(pool, information)
-        objections = [
-            o or _objection(share, self.options.limits.risk) for o, share in zip(objections, departing, strict=True)
-        ]
-        criterion = self._criterion()
+        hanging = [_objection(share, self.options.limits.departing) for share in departing]
+        objections = [o or h for o, h in zip(objections, hanging, strict=True)]
+        criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         worth = information * (1.0 - departing)[:, None, None]
         choice = self._chosen(pool, worth, objections, criterion)
         chosen = [pool[k] for k in choice.chosen]
@@ -208,24 +207,6 @@ class _Making:
     def _total_s(self, seconds: FloatArray) -> float:
         usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
         return self.options.limits.total_s or usual
-
-    def _criterion(self) -> Criterion:
-        kind, space, points = self.options.criterion, self.here.space, self.here.points
-        size, directions = sizes(space, points), None
-        if kind not in KINDS:
-            names, _ = space.value_jacobian(points[0])
-            if kind not in names:
-                near = did_you_mean(kind, names) or f"; write D, A, E or one of {', '.join(names)}"
-                raise UsageError(f'criterion: "{kind}" is no parameter to be estimated{near}')
-            directions = np.array([self._direction(q, names.index(kind)) for q in points])
-        return Criterion(kind, size, directions, self.options.over)
-
-    def _direction(self, q: FloatArray, row: int) -> FloatArray:
-        """Return the derivative of a parameter over its value; of an angle to degrees as it is."""
-        names, slopes = self.here.space.value_jacobian(q)
-        value = abs(self.here.space.values(q)[names[row]])
-        is_angle = self.here.space.mechanism.parameters[names[row]].is_periodic
-        return np.asarray(slopes[row] / (1.0 if is_angle or value == 0.0 else value))
 
     def _chosen(
         self, pool: Sequence[PlannedRecord], information: FloatArray, objections: Sequence[str], criterion: Criterion

@@ -108,21 +108,3 @@ def range_information(space: SearchSpace) -> FloatArray:
         if sigma := space.mechanism.parameters[name].sigma:
             told += np.outer(row, row) / sigma**2
     return told
-
-
-def sizes(space: SearchSpace, points: FloatArray) -> FloatArray:
-    """Return what counts as the size of each search coordinate, (n,): 1 for a logarithm, so that errors are relative.
-
-    For others it is the root mean square over the points; both parts of a detent have that of its amplitude, an angle
-    has a radian.
-    """
-    out = np.ones(space.size)
-    root = np.sqrt(np.mean(points**2, axis=0))
-    for j, c in enumerate(space.coordinates):
-        if c.kind == "cosine":
-            out[j] = out[j + 1] = np.hypot(root[j], root[j + 1])
-        elif space.is_turning(c):
-            out[j] = np.degrees(1.0)
-        elif c.kind in ("linear", "excess"):
-            out[j] = root[j]
-    return np.where(out > 0.0, out, 1.0)
