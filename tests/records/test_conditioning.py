@@ -82,6 +82,15 @@ def test_a_record_too_short_to_decimate_is_refused(tmp_path):
     assert "too few to decimate by 40" in refused(tmp_path, Conditioning(decimate=40))
 
 
+def test_increments_are_summed_up_and_told(tmp_path):
+    """Truth: the tone, which the test takes apart into increments."""
+    increments = np.diff(tone(TIME), prepend=0.0)
+    record = read(tmp_path, Conditioning(cumulate=("torque",), window_s=(1.0, 2.0)), torque=increments)
+    np.testing.assert_allclose(torque_of(record) - torque_of(record)[0], tone(TIME[1000:2001]) - tone(1.0), atol=1e-12)
+    assert steps(record) == ["cumulate", "window"]
+    np.testing.assert_array_equal(record.channel("rotor_angle").data, np.cos(TIME[1000:2001]))
+
+
 def test_a_quiet_stretch_gives_the_offset(tmp_path):
     torque = np.where(TIME < 0.5, 0.0, np.sin(TIME)) + 0.25
     record = read(tmp_path, Conditioning(quiet_s={"torque": ((0.0, 0.499),)}), torque=torque)

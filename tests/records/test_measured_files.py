@@ -7,6 +7,8 @@ import scipy.io
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, Conditioning, RecordSpec, TimeStamps, open_table, read_record
 
+pytestmark = pytest.mark.data
+
 
 def table(folder, name):
     return open_table(folder / name, name)

@@ -9,8 +9,7 @@ import pytest
 from mechid.errors import InputFileError
 from mechid.structure import Location, Selection, read_structure
 
-with np.printoptions():  # importing pyYeti changes how NumPy prints
-    pytest.importorskip("pyyeti.nastran")
+pytestmark = pytest.mark.data
 
 PUBLISHED_HZ = [1.6965, 1.7661, 1.8551, 3.3886, 6.880, 6.881, 10.610]
 OUTBOARD_HZ = [10.789, 10.791, 13.940]

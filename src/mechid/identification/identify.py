@@ -98,7 +98,7 @@ def identify(
                 follow_stages(trail, campaign)
             else:
                 _follow_plan(trail, campaign, seed, near)
-            if trail.outcome.good:
+            if trail.outcome.good or trail.outcome in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED):
                 freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED

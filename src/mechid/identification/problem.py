@@ -209,7 +209,18 @@ class Problem:
         return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
 
     def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
-        """Return the reduced problem of a target in a window, of all its channels together."""
+        """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""
+        key = (target, q.tobytes(), window)
+        if target.name not in self._last or self._last[target.name][0] != key:
+            self._last[target.name] = key, self._triangle(target, q, window)
+        return self._last[target.name][1]
+
+    @cached_property
+    def _last(self) -> dict[str, tuple[tuple[Target, bytes, tuple[int, int]], Triangle]]:
+        """Where each target was last reduced, and what came of it: an end is looked at from several sides."""
+        return {}
+
+    def _triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
         each = self.channel_triangles(target, q, window)
         if each is None:
             lost = np.full((1 + self.size, self.size), np.nan)

@@ -87,7 +87,8 @@ class SearchSpace:
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
         if q.name == COULOMB and STATIC in self.mechanism.parameters:
             static = self.mechanism.parameters[STATIC]
-            most = min(q.max, static.max if static.is_free else static.value)
+            above = math.inf if static.tied_to else static.max if static.is_free else static.value
+            most = min(q.max, above)
             return Coordinate(q.name, "linear", q.min, max(most, q.min + 1e-12))
         if q.is_periodic:
             return Coordinate(q.name, "linear", -720.0, 720.0)

@@ -60,7 +60,7 @@ class StandardErrors:
     @property
     def correlation(self) -> FloatArray:
         """Correlation matrix, (n, n)."""
-        scale = np.sqrt(np.diag(self.robust))
+        scale = np.sqrt(np.maximum(np.diag(self.robust), 0.0))
         scale[scale == 0.0] = 1.0
         return np.asarray(self.robust / np.outer(scale, scale), dtype=np.float64)
 

@@ -101,6 +101,8 @@ def _score_variance(
     for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits.
     """
     triangles, _ = problem.reduced(target, q, window, jacobian=True)
+    if not any(own.order or c.rounded for own, c in zip(colour, target.channels, strict=True)):
+        return sum(map(_white_score, triangles, target.channels, colour), np.zeros((problem.size, problem.size)))
     projections = [_projection(R, c.linear) for R, c in zip(triangles, target.channels, strict=True)]
     memories = [np.zeros((own.order, problem.size)) for own in colour]
     totals = np.zeros((len(colour), problem.size, problem.size))
@@ -118,6 +120,12 @@ def _score_variance(
         score += total * (1.0 - channel.rounded) * (own.sigma / channel.scale) ** 2
         score += steps.total * channel.rounded if steps else 0.0
     return score
+
+
+def _white_score(R: FloatArray, channel: TargetChannel, own: Autoregression) -> FloatArray:
+    """Return what `_score_variance` is for a white channel: the triangle holds all of it."""
+    J = R[channel.linear :, channel.linear + 1 :]
+    return np.asarray(J.T @ J * (own.sigma / channel.scale) ** 2, dtype=np.float64)
 
 
 def _projection(R: FloatArray, linear: int) -> FloatArray:

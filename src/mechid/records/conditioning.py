@@ -62,7 +62,7 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
     RecordError
         Samples are missing for too long, or a step cannot be done.
     """
-    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _zeroed, _windowed, _decimated)
+    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _summed_up, _zeroed, _windowed, _decimated)
     for step in steps:
         samples = step(table, layout, how, samples)
     return samples
@@ -139,6 +139,17 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             longest_s=float(lengths[longest]), first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
         )  # fmt: skip
         samples = replace(samples, bridged={**samples.bridged, k: missing})
+    return samples
+
+
+def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
+    for column, values in zip(layout.channels, samples.data, strict=True):
+        if column.quantity in how.cumulate:
+            np.cumsum(values, out=values)
+            text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
+            samples = samples.after("cumulate", text, samples.data, channel=column.quantity,
+                                    from_s=samples.clock.start_s)  # fmt: skip
     return samples
 
 

@@ -69,7 +69,7 @@ def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str
     curves : sequence of Curves
     """
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {name: _made(draw, height) for name, height, draw in _drawings(data, curves)}
+        return {name: made(draw, height) for name, height, draw in _drawings(data, curves)}
 
 
 def write_figures(figures: Mapping[str, Figure], folder: Path) -> dict[str, str]:
@@ -104,7 +104,8 @@ def _write(path: Path, content: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _made(draw: Drawing, height: float) -> Figure:
+def made(draw: Drawing, height: float) -> Figure:
+    """Return a figure of a height in inches, two columns wide, with what `draw` draws on it."""
     figure = Figure(figsize=(WIDTH_IN, height))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(
@@ -193,7 +194,7 @@ def _spectrum(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: Any)
     if floor > 0.0:
         axes.set_ylim(bottom=floor)
     axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[AMPLITUDE], xlim=(0.0, shown))
-    _in_powers(axes.yaxis)
+    in_powers(axes.yaxis)
     _legend(figure, axes, 3)
 
 
@@ -205,8 +206,8 @@ def _residual(one: Curves, figure: Any) -> None:
     if low > 0.0:
         left.set_ylim(min(low, one.noise_density) / 3.0, max(high, one.noise_density) * 3.0)
     left.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
-    _in_powers(left.xaxis)
-    _in_powers(left.yaxis)
+    in_powers(left.xaxis)
+    in_powers(left.yaxis)
     left.legend(loc="upper left", ncols=2)
     lags = np.arange(1, one.correlation.size + 1)
     right.vlines(lags, 0.0, one.correlation, color=RESIDUAL_COLOUR, linewidth=1.0)
@@ -236,7 +237,7 @@ def _spectrogram(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: A
         ax.grid(visible=False)
     axes[0].set_ylabel(FREQUENCY)
     bar = figure.colorbar(image, ax=list(axes), label=axis_labels(one.quantity)[AMPLITUDE], pad=0.02, fraction=0.06)
-    _in_powers(bar.ax.yaxis)
+    in_powers(bar.ax.yaxis)
 
 
 def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: str, figure: Any) -> None:
@@ -261,7 +262,7 @@ def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: st
     figure.colorbar(image, ax=axes, label=label, pad=0.02, fraction=0.05)
 
 
-def _in_powers(axis: Any) -> None:
+def in_powers(axis: Any) -> None:
     """Label a logarithmic axis with powers of ten, as plain text: a formula's layout takes a hundred times longer."""
     axis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.set_minor_locator(NullLocator())

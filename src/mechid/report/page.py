@@ -41,7 +41,7 @@ def report_page(
         In MathML.
     """
     drawn = [payload(one, data["resonances"]) for one in curves]
-    return _environment().get_template("report.html").render(
+    return environment().get_template("report.html").render(
         data={**data, "curves": [_shown(one) for one in curves]},
         swept={one.name for one in curves if one.spectrogram},
         zooms={one["name"]: one["zooms"] for one in drawn},
@@ -52,8 +52,8 @@ def report_page(
         library=pack_text(library()),
         kinds=plot_items(),
         curves=drawn,
-        style=_asset("report.css"),
-        script=_asset("report.js"),
+        style=asset("report.css"),
+        script=asset("report.js"),
     )  # fmt: skip
 
 
@@ -66,7 +66,8 @@ def _shown(one: Curves) -> dict[str, str]:
     }  # fmt: skip
 
 
-def _environment() -> Environment:
+def environment() -> Environment:
+    """Return the environment of the pages' templates; texts are escaped."""
     environment = Environment(
         loader=PackageLoader("mechid.report"),
         autoescape=True,
@@ -101,5 +102,6 @@ def opacity(value: float, most: float) -> str:
     return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
 
 
-def _asset(name: str) -> str:
+def asset(name: str) -> str:
+    """Return the text of a file beside the templates."""
     return files("mechid.report").joinpath("templates", name).read_text(encoding="utf-8")
