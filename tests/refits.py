@@ -12,11 +12,12 @@ from mechid.identification.solve import solve
 def scatter(problem, draws, seed, workers=1):
     """Return the refits of draws, (draws, k) values of the file; each begins at the values that made the records."""
     q, whole = problem.start, problem.whole()
-    torque = {t.name: problem.predict(t, q, t.samples) for t in problem.targets}
+    torques = {t.name: problem.predict(t, q, t.samples) for t in problem.targets}
 
     def measured(target, rng):
-        noise = target.sigma * rng.standard_normal(target.samples) + 0.01 * rng.standard_normal()
-        return replace(target, measured=torque[target.name] + noise)
+        channel, (torque,) = target.leading, torques[target.name]
+        noise = channel.sigma * rng.standard_normal(target.samples) + 0.01 * rng.standard_normal()
+        return replace(target, channels=(replace(channel, measured=torque + noise),))
 
     def refit(number):
         rng = np.random.default_rng((seed, number))

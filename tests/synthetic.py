@@ -7,10 +7,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from mechid.campaign import Campaign, CampaignRecord, Stage, catalogue_mechanism
+from mechid.campaign import Campaign, CampaignRecord, Match, Stage, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
 from mechid.command import Command
+from mechid.identification.target import Target
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record, RecordSpec
@@ -81,7 +82,7 @@ def record(
     data = Record(name=name, path=path, digest="", time_start_s=0.0, sample_rate_hz=rate_hz, channels=(channel,))
     return CampaignRecord(
         name=name, use=use, command=command, spec=RecordSpec(name=name, path=path.name), file=path,
-        offset=offset, drift=drift, parameters=(own,), data=data,
+        matches=(Match(offset=offset, drift=drift),), parameters=(own,), data=data,
     )  # fmt: skip
 
 
@@ -92,6 +93,16 @@ def measured(
     torque = torque_of(mechanism, command, round(seconds * RATE_HZ) + 1, time_offset_s=time_offset_s)
     noise = NOISE_NM * rng.standard_normal(torque.size)
     return torque + noise + OFFSET_NM + DRIFT_NM * np.linspace(0.0, 1.0, torque.size)
+
+
+def measuring(target: Target, y: np.ndarray) -> Target:
+    """Return a target whose leading channel measures something else."""
+    return with_leading(target, measured=y)
+
+
+def with_leading(target: Target, **changes) -> Target:
+    """Return a target whose leading channel is changed."""
+    return replace(target, channels=(replace(target.leading, **changes), *target.channels[1:]))
 
 
 def campaign(mechanism: Mechanism, *records: CampaignRecord, stages: tuple[Stage, ...] = ()) -> Campaign:

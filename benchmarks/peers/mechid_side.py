@@ -11,8 +11,8 @@ import numpy as np
 from mechid.campaign import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.problem import Problem as FitProblem
-from mechid.identification.problem import Target
 from mechid.identification.space import SearchSpace
+from mechid.identification.target import Target, TargetChannel
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase, excitation_over
 
@@ -56,7 +56,8 @@ def prepare_reduction(problem: Problem) -> Callable[[], object]:
     """Return a run that simulates with the Jacobian and reduces it to the triangle of [Phi r J], as a fit does."""
     mechanism, command = mechanism_of(problem), command_of(problem)
     base = TimeBase(1.0 / SAMPLE_TIME, problem.n_samples)
-    target = Target("sweep", np.zeros(problem.n_samples), base, command, excitation_over(command, base), 2e-3)
+    channel = TargetChannel("torque", np.zeros(problem.n_samples), 2e-3)
+    target = Target("sweep", (channel,), base, command, excitation_over(command, base))
     fit = FitProblem(SearchSpace(mechanism), (target,), substeps=SUBSTEPS)
     return partial(fit.triangle, target, fit.start, (0, problem.n_samples))
 

@@ -142,6 +142,17 @@ def si_unit(quantity: str) -> str:
     return SI_UNIT[quantity]
 
 
+def unit_words(quantity: str) -> str:
+    """Return the SI unit of a quantity as it is written in a sentence.
+
+    Examples
+    --------
+    >>> unit_words("torque")
+    'N m'
+    """
+    return si_unit(quantity).replace("*", " ")
+
+
 def split_header(column: str) -> tuple[str, str | None]:
     """Split a column's header into its name and its unit, None where it states none.
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
@@ -9,11 +10,11 @@ import pytest
 from mechid.budget.example import BUDGET, STRUCTURE
 from paper_estimate import write_estimate_of_paper
 
+WITHOUT_DUTY = re.sub(r"duty = .*\n", "", BUDGET)
+ALONE = WITHOUT_DUTY[: WITHOUT_DUTY.index('[[mode]]\nname = "slew"')] + BUDGET[BUDGET.index("[[requirement]]") :]
 SMALL = (
-    BUDGET.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
-    .replace("limit_rad = 6e-7", "limit_rad = 1e-7")
-    .replace('[[mode]]\nname = "slew"\ncommand = { stepping = "full", rate = 92.0, start_angle_deg = 45.0 }\n', "")
-)  # fmt: skip
+    ALONE.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
+    .replace("limit_rad = 6e-7", "limit_rad = 1e-7"))  # fmt: skip
 
 
 @pytest.fixture

@@ -3,36 +3,13 @@
 import numpy as np
 import pytest
 
+from freed import assert_found, freed
 from layouts import changed, mechanism_of, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import InputChannel, MeasuredCommand
 from mechid.identification.identify import identify
 from paper import constant
 from runs import base, run_twin
-
-FREE = "{{ value = {:.12g}, min = {:.12g}, max = {:.12g} }}"
-
-
-def freed(text, truth, off=1.04):
-    """Return a mechanism file's text in which the named parameters are free, from values that are off."""
-    lines, table = [], ""
-    for line in text.splitlines():
-        table = line.split("]")[0].lstrip("[") if line.startswith("[") else table
-        key = line.split(" = ")[0]
-        if (value := truth.get(f"{table}.{key}")) is not None:
-            low, high = sorted((0.5 * value, 2.0 * value))
-            lines.append(f"{key} = {FREE.format(off * value, low, high)}")
-        else:
-            lines.append(line)
-    return "\n".join(lines) + "\n"
-
-
-def assert_found(fit, truth, sigmas=4.0, largest=0.05):
-    for name, value in truth.items():
-        found = fit.parameters[name]
-        assert found.status == "free", (name, found)
-        assert 0.0 < found.std_error < largest * abs(value), (name, found.std_error)
-        assert abs(found.value - value) <= sigmas * found.std_error, (name, found.value, value, found.std_error)
 
 
 def test_a_direct_drive_is_found_from_force_and_position(tmp_path):

@@ -1,14 +1,12 @@
 """What is said of the place where a model leaves a record, on records whose misfit is known."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from mechid.identification.departure import departure
 from mechid.identification.identify import make_problem
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
-from synthetic import COMMANDS, RATE_HZ, bench, displaced, truth
+from synthetic import COMMANDS, RATE_HZ, bench, displaced, measuring, truth
 
 HORIZON = 4000
 SECONDS = 0.8
@@ -25,7 +23,7 @@ def said(problem, name, misfit):
     """Return what is said of a record that departs by a misfit from `HORIZON` on."""
     target = next(t for t in problem.targets if t.name == name)
     time = np.arange(target.samples) / RATE_HZ
-    wrong = replace(target, measured=target.measured + np.where(time > HORIZON / RATE_HZ, misfit(time), 0.0))
+    wrong = measuring(target, target.leading.measured + np.where(time > HORIZON / RATE_HZ, misfit(time), 0.0))
     return departure(problem, problem.start, wrong, HORIZON)
 
 

@@ -109,7 +109,7 @@ def free_voltage(sigma):
 def singular():
     """Return the fit of what torque cannot tell apart, past the refusal of such files; the prior is left out."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(identification, "_refuse_free_voltage", lambda _: None)
+        patch.setattr(identification, "refuse_free_voltage", lambda _: None)
         made = with_options(free_voltage(0.06), priors="none")
         return made, identify(made, workers=1)
 
@@ -141,7 +141,7 @@ def test_the_rest_is_what_the_ambiguity_makes_of_the_truth(singular):
 
 def test_a_prior_on_one_of_them_resolves_it(singular, monkeypatch):
     """Truth: nothing but the prior tells of U; the others' errors are those that consider it where U is held."""
-    monkeypatch.setattr(identification, "_refuse_free_voltage", lambda _: None)
+    monkeypatch.setattr(identification, "refuse_free_voltage", lambda _: None)
     fit = identify(free_voltage(0.06), workers=1)
     U = fit.parameters[VOLTAGE]
     assert U.std_error == pytest.approx(0.06, rel=1e-3)
@@ -168,7 +168,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
 
     def torque(values):
         at = replace(problem, space=SearchSpace(made.mechanism.with_values(values)))
-        return at.predict(target, at.start, target.samples)
+        return at.predict(target, at.start, target.samples)[0]
 
     columns, phi = [], np.vander(np.linspace(-1.0, 1.0, target.samples), 2)
     for name in (*names, held):
@@ -176,7 +176,7 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
         h = 1e-6 * value
         columns.append((torque({name: value + h}) - torque({name: value - h})) / (2.0 * h))
     J = np.column_stack(columns)
-    J = (J - phi @ np.linalg.lstsq(phi, J, rcond=None)[0]) / target.sigma
+    J = (J - phi @ np.linalg.lstsq(phi, J, rcond=None)[0]) / target.leading.sigma
     J, J_c = J[:, :2], J[:, 2]
     moved = np.linalg.solve(J.T @ J, J.T @ J_c) * sigma
     np.testing.assert_allclose(found, np.outer(moved, moved), rtol=2e-3)

@@ -1,7 +1,5 @@
 """Whether the likelihood around an estimate is what its derivatives say, and which switches graze."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,7 @@ from mechid.identification.problem import Problem
 from mechid.identification.solve import covariance
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
-from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth
+from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth, with_leading
 
 GEAR = ("gear.stiffness", "gear.damping")
 
@@ -21,7 +19,7 @@ def at_truth(names, *records, seconds, changes=None):
     rng, made_by = np.random.default_rng(81), truth(changes)
     targets = [target_of(record(n, measured(made_by, COMMANDS[n], rng, seconds=seconds), COMMANDS[n])) for n in records]
     space = SearchSpace(displaced(made_by, dict.fromkeys(names, 1.0)))
-    problem = Problem(space, tuple(replace(t, sigma=NOISE_NM) for t in targets), substeps=2)
+    problem = Problem(space, tuple(with_leading(t, sigma=NOISE_NM) for t in targets), substeps=2)
     q, windows = problem.start, problem.whole()
     return problem, q, windows, covariance(problem.joint(q, windows))
 

@@ -32,7 +32,7 @@ def squares(campaign, values):
     problem = make_problem(campaign, 1).with_sigmas({r.name: 2e-3 for r in campaign.records})
     problem = replace(problem, substeps=2)
     q = problem.space.from_values({**{p.name: p.value for p in campaign.mechanism.parameters.values()}, **values})
-    return sum(float(np.sum(residual(problem, t, q, (0, t.samples)) ** 2)) / 4e-6 for t in problem.targets)
+    return sum(float(np.sum(residual(problem, t, q, (0, t.samples))[0] ** 2)) / 4e-6 for t in problem.targets)
 
 
 def test_the_optimum_is_reached_from_the_catalogue(noisy, truth, fit):

@@ -15,7 +15,18 @@ from mechid.identification.solve import solve
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
 from mechid.identification.uncertainty import residual, uncertainty
-from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, torque_of, truth
+from synthetic import (
+    COMMANDS,
+    NOISE_NM,
+    campaign,
+    displaced,
+    measured,
+    measuring,
+    record,
+    torque_of,
+    truth,
+    with_leading,
+)
 
 GEAR = {"gear.stiffness": 1.1, "gear.damping": 0.8}
 SHORT_S = 0.12
@@ -69,16 +80,16 @@ def whitened(draws, seconds):
     names = ("gear.stiffness", "gear.damping", "stepper.torque_constant", "housing.frequency")
     space = SearchSpace(truth().with_free(names))
     torque = torque_of(truth(), COMMANDS["full_46"], round(seconds * 1e4) + 1)
-    target = replace(target_of(record("full_46", torque, COMMANDS["full_46"])), sigma=NOISE_NM)
+    target = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), sigma=NOISE_NM)
     found = []
     for rng in np.random.default_rng(73).spawn(draws):
-        noisy = replace(target, measured=torque + coloured(rng, torque.size))
+        noisy = measuring(target, torque + coloured(rng, torque.size))
         here = Problem(space, (noisy,), substeps=2)
         here = released(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"), [])
         solution = solve(here, here.start, here.whole())
         every = np.ones(here.size, dtype=bool)
         u = uncertainty(here, solution.q, here.whole(), solution.triangle, every)
-        found.append((solution.q - here.start, u.white, u.robust, here.targets[0].prefilter))
+        found.append((solution.q - here.start, u.white, u.robust, here.targets[0].leading.prefilter))
     return found
 
 
@@ -121,5 +132,5 @@ def test_a_record_that_fits_keeps_its_floor():
     target = target_of(record("full_46", torque, COMMANDS["full_46"]))
     problem = Problem(SearchSpace(displaced(truth(), dict.fromkeys(GEAR, 1.0))), (target,), substeps=2)
     assert by_own_residuals(problem, problem.start).targets[0] is target
-    r = residual(problem, target, problem.start, (0, target.samples))
+    (r,) = residual(problem, target, problem.start, (0, target.samples))
     assert float(np.std(r)) == pytest.approx(NOISE_NM, rel=0.1)

@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
+from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
-from synthetic import COMMANDS, displaced, measured, record, truth
+from synthetic import COMMANDS, displaced, measured, measuring, record, truth, with_leading
 
 FREE = {
     "stepper.coil_resistance": 1.03, "stepper.detent.1.amplitude": 1.1, "stepper.detent.1.phase_deg": 1.05,
@@ -50,9 +52,9 @@ def dense(problem, target, q, window):
     J[:, : space.size] = run.jacobian["torque"] @ chain[moved]
     if target.name in problem.delayed_targets:
         J[:, space.size + problem.delayed_targets.index(target.name)] = -run.rate["torque"]
-    rows = np.column_stack([run.torque - target.measured, J])[slice(*window)] / target.sigma
-    phi = np.vander(np.arange(len(rows), dtype=float), target.linear)
-    rows = rows - phi @ np.linalg.lstsq(phi, rows, rcond=None)[0] if target.linear else rows
+    rows = np.column_stack([run.torque - target.leading.measured, J])[slice(*window)] / target.leading.sigma
+    phi = np.vander(np.arange(len(rows), dtype=float), target.leading.linear)
+    rows = rows - phi @ np.linalg.lstsq(phi, rows, rcond=None)[0] if target.leading.linear else rows
     return rows[:, 0], rows[:, 1:]
 
 
@@ -74,7 +76,7 @@ def test_one_record_reduces_to_its_dense_problem(problem, name, window):
     target = next(t for t in problem.targets if t.name == name)
     window = window or WINDOWS[name]
     r, J = dense(problem, target, problem.start, window)
-    if window == (0, 1) and target.linear:
+    if window == (0, 1) and target.leading.linear:
         assert problem.triangle(target, problem.start, window).norm <= 1e-9
         return
     assert_same(problem.triangle(target, problem.start, window), r, J)
@@ -109,10 +111,40 @@ def test_the_gradient_is_that_of_the_cost(problem):
         assert gradient[j] / size == pytest.approx((8.0 * near - far) / (12.0 * h[j]) / size, rel=1e-5, abs=1e-3)
 
 
+MASKED = np.concatenate([[3, 4], np.arange(400, 460), [1023, 1024], np.arange(1500, 1505), [2480]])
+"""A gap at the beginning, a long one, one across two blocks of the simulator, a short one, a single sample."""
+
+
+@pytest.mark.parametrize("window", [(0, 2501), (402, 1502)])
+@pytest.mark.parametrize("taps", [(1.0,), (1.0, -0.7, 0.2, 0.1)])
+def test_samples_that_do_not_count_are_not_there(problem, window, taps):
+    """Truth: the dense problem of each stretch between gaps filtered by itself, its first samples left out."""
+    target = problem.targets[0]
+    colour, order = Autoregression(np.array(taps), 3e-3), len(taps) - 1
+    spoilt = target.leading.measured.copy()
+    spoilt[MASKED] = 7.0
+    masked = with_leading(target, measured=spoilt, rejected=MASKED, prefilter=colour if order else None, linear=0)
+    r, J = dense(problem, with_leading(target, linear=0), problem.start, (0, target.samples))
+    sigma = target.leading.sigma
+    rows = np.column_stack([np.vander(np.arange(len(r), dtype=float), 2), r * sigma, J * sigma])
+    counted = np.setdiff1d(np.arange(*window), MASKED)
+    stretches = [rows[part] for part in np.split(counted, np.flatnonzero(np.diff(counted) > 1) + 1)]
+    kept = np.vstack([lfilter(taps, [1.0], part, axis=0)[order:] for part in stretches])
+    kept /= colour.sigma if order else sigma
+    phi, rest = kept[:, :2], kept[:, 2:]
+    rest = rest - phi @ np.linalg.lstsq(phi, rest, rcond=None)[0]
+    triangle = problem.triangle(with_leading(masked, linear=2), problem.start, window)
+    assert triangle.cost == pytest.approx(rest[:, 0] @ rest[:, 0], rel=1e-9)
+    size = np.linalg.norm(rest[:, 1:], axis=0)
+    size[size == 0.0] = 1.0
+    reduced, scaled = triangle.jacobian / size, rest[:, 1:] / size
+    np.testing.assert_allclose(reduced.T @ reduced, scaled.T @ scaled, rtol=1e-8, atol=1e-8)
+
+
 def test_offset_and_drift_change_nothing(problem):
     """Truth: what is projected out has no effect; where nothing is projected out it has."""
     shifted = replace(problem, targets=tuple(
-        replace(t, measured=t.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets
+        measuring(t, t.leading.measured + 0.3 - 20.0 * t.base.times) for t in problem.targets
     ))  # fmt: skip
     before, after = problem.norms(problem.start, WINDOWS), shifted.norms(problem.start, WINDOWS)
     assert after[0] == pytest.approx(before[0], rel=1e-9)
@@ -123,9 +155,9 @@ def test_offset_and_drift_change_nothing(problem):
 def test_a_shorter_window_is_the_beginning_of_the_whole(problem):
     """Truth: causality, bit for bit: a run of the first samples is that of all, cut off."""
     for target in problem.targets:
-        whole = problem.predict(target, problem.start, target.samples)
+        (whole,) = problem.predict(target, problem.start, target.samples)
         for stop in (1, 700, 1024, 1025, 2500):
-            np.testing.assert_array_equal(problem.predict(target, problem.start, stop), whole[:stop])
+            np.testing.assert_array_equal(problem.predict(target, problem.start, stop)[0], whole[:stop])
 
 
 def test_a_detent_beyond_its_disc_goes_on_by_amplitude_and_phase(problem):

@@ -35,6 +35,25 @@ def test_random_mechanisms_are_recovered(tmp_path, family, seeds, variant):
         assert line["success"], line
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "outcome", "told"),
+    [
+        (113, "converged", "record full_half at 0.237"),
+        (158, "converged", "a stick/slip grazes: its instant is known to"),
+        (162, "cliff", "stopped where the cost should still fall by"),
+    ],
+)
+def test_a_stick_slip_that_hangs_by_a_thread_is_told(tmp_path, seed, outcome, told):
+    """Truth: mechanisms whose static friction is passed or not within the standard errors, by their own simulation."""
+    out = tmp_path / "out.jsonl"
+    recover(out, "--seeds", f"{seed}:{seed + 1}")
+    (line,) = map(json.loads, out.read_text().splitlines())
+    assert line["success"], line
+    assert line["outcome"] == outcome
+    assert [w for w in line["warnings"] if told in w]
+
+
 def test_what_is_in_the_file_is_not_run_again(tmp_path):
     """Truth: the file, whose second line a killed run left unfinished; 1 of 1 has the interval 2.5 % to 100 %."""
     line = {"family": 1, "seed": 7, "variant": "all", "success": True, "wall_s": 3.0}

@@ -11,9 +11,9 @@ from mechid.identification.problem import Problem
 from mechid.identification.solve import covariance, solve
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
-from mechid.identification.uncertainty import residual, uncertainty
-from mechid.signal.autoregression import autocovariance
-from synthetic import COMMANDS, NOISE_NM, displaced, record, torque_of, truth
+from mechid.identification.uncertainty import _score_variance, residual, uncertainty
+from mechid.signal.autoregression import Autoregression, autocovariance
+from synthetic import COMMANDS, NOISE_NM, displaced, measuring, record, torque_of, truth, with_leading
 
 FREE = {"gear.stiffness": 1.005, "gear.damping": 1.1, "stepper.torque_constant": 0.99}
 """Few parameters, started off their truth; over 0.1 s the torque is all but linear in them."""
@@ -60,13 +60,26 @@ def scatter(factors, names, noise, draws, *, seconds, seed):
     problem = problem.with_sigmas(dict.fromkeys(names, NOISE_NM))
     found = []
     for rng in np.random.default_rng(seed).spawn(draws):
-        targets = tuple(replace(t, measured=torque[t.name] + noise(rng, t.samples)) for t in problem.targets)
+        targets = tuple(measuring(t, torque[t.name] + noise(rng, t.samples)) for t in problem.targets)
         here = replace(problem, targets=targets)
         solution = solve(here, here.start, here.whole())
         assert solution.converged
         u = uncertainty(here, solution.q, here.whole(), solution.triangle, np.ones(here.size, dtype=bool))
         found.append((solution.q - exact, u.white, u.robust))
     return Scatter(*map(np.array, zip(*found, strict=True)))
+
+
+@pytest.mark.parametrize("linear", [0, 1, 2])
+def test_the_score_of_white_noise_is_in_the_triangle(linear):
+    """Truth: the streamed sum over samples, taken by a colour whose one coefficient is zero."""
+    torque = torque_of(truth(), COMMANDS["full_46"], 801)
+    target = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), linear=linear, sigma=NOISE_NM)
+    problem = Problem(SearchSpace(displaced(truth(), FREE)), (target,), substeps=2)
+    scores = [
+        _score_variance(problem, target, problem.start, (100, 801), (Autoregression(np.array(a), 0.003),))
+        for a in ([1.0], [1.0, 0.0])
+    ]
+    assert scores[0] == pytest.approx(scores[1], rel=1e-9)
 
 
 DRAWS = 100
@@ -120,7 +133,7 @@ def test_under_coloured_noise_the_white_error_is_far_too_small(under_coloured_no
 def one_fit():
     """Return a problem with one coloured record, its whole window, its triangle, at the truth."""
     torque = torque_of(truth(), COMMANDS["full_46"], 3001) + coloured(np.random.default_rng(23), 3001)
-    own = replace(target_of(record("full_46", torque, COMMANDS["full_46"])), sigma=NOISE_NM)
+    own = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), sigma=NOISE_NM)
     problem = Problem(SearchSpace(truth().with_free(tuple(FREE))), (own,), substeps=2)
     return problem, problem.whole(), problem.joint(problem.start, problem.whole())
 
@@ -134,10 +147,10 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
     for j in range(problem.size):
         h = np.zeros(problem.size)
         h[j] = 1e-6
-        J[:, j] = (problem.predict(target, q + h, n) - problem.predict(target, q - h, n)) / 2e-6
+        J[:, j] = (problem.predict(target, q + h, n)[0] - problem.predict(target, q - h, n)[0]) / 2e-6
     phi = np.vander(np.linspace(-1.0, 1.0, n), 2)
     J -= phi @ np.linalg.lstsq(phi, J, rcond=None)[0]
-    impulse = lfilter([u.colour["full_46"].sigma], u.colour["full_46"].coefficients, np.eye(1, 2000)[0])
+    impulse = lfilter([u.colour["full_46"][0].sigma], u.colour["full_46"][0].coefficients, np.eye(1, 2000)[0])
     C = toeplitz(np.pad(autocovariance(impulse, 400) * impulse.size, (0, n - 401)))
     inverse = np.linalg.inv(J.T @ J)
     sandwich = inverse @ J.T @ C @ J @ inverse
@@ -149,10 +162,12 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
 def test_the_colour_of_the_residual_is_that_of_the_noise(one_fit):
     """Truth: the AR(2) process that was added; the residual at the truth is that noise without offset and drift."""
     problem, windows, triangle = one_fit
-    model = uncertainty(problem, problem.start, windows, triangle, np.ones(problem.size, dtype=bool)).colour["full_46"]
+    model = uncertainty(problem, problem.start, windows, triangle, np.ones(problem.size, dtype=bool)).colour["full_46"][
+        0
+    ]
     assert model.order == 2
     assert model.coefficients == pytest.approx(AR, abs=0.06)
-    r = residual(problem, problem.targets[0], problem.start, windows["full_46"])
+    (r,) = residual(problem, problem.targets[0], problem.start, windows["full_46"])
     assert abs(r.mean()) < 1e-9
     assert float(np.sqrt(np.mean(r**2))) == pytest.approx(NOISE_NM, rel=0.1)
 

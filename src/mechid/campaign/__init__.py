@@ -3,7 +3,7 @@
 `load_campaign` makes a `Campaign`; `new_campaign` writes the files to start from.
 """
 
-from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
+from mechid.campaign.campaign import Campaign, CampaignRecord, Match, Stage
 from mechid.campaign.campaign_file import load_campaign
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
@@ -13,6 +13,7 @@ from mechid.campaign.templates import RecordDraft, campaign_text, new_campaign
 __all__ = [
     "Campaign",
     "CampaignRecord",
+    "Match",
     "RecordDraft",
     "Stage",
     "campaign_text",

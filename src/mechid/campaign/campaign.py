@@ -29,6 +29,31 @@ RECORD_DECLARATIONS = (TIME_OFFSET,)
 """The parameters that each record has of its own, ``record.<name>.<key>``."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Match:
+    """A measured channel that the model has to explain, and how it counts.
+
+    Parameters
+    ----------
+    quantity : str
+    use : {"estimate", "validate"}
+        Whether it is fitted, or only compared.
+    offset, drift : bool
+        Whether an offset and a linear drift are projected out.
+    quantisation : float
+        Resolution of the instrument in the file's numbers, 0 where none is declared.
+    noise_sigma : float or None
+        Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
+    """
+
+    quantity: str = "torque"
+    use: Use = "estimate"
+    offset: bool = True
+    drift: bool = True
+    quantisation: float = 0.0
+    noise_sigma: float | None = None
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class CampaignRecord:
     """One test run: how it was commanded, and what was measured.
@@ -44,14 +69,12 @@ class CampaignRecord:
         What of the file is read.
     file : Path or None
         The measured file; None where the campaign names none.
-    offset, drift : bool
-        Whether an offset and a linear drift of the torque are projected out.
+    matches : tuple of Match
+        The channels that the model has to explain, the leading one first: the torque where it is among them.
     parameters : tuple of Parameter
-        One for each of `RECORD_DECLARATIONS`.
+        One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand.
     data : Record or None
         What the file holds, where it was read.
-    quantity : str
-        What of it is matched.
     """
 
     name: str
@@ -59,16 +82,29 @@ class CampaignRecord:
     command: Command
     spec: RecordSpec
     file: Path | None = None
-    offset: bool = True
-    drift: bool = True
+    matches: tuple[Match, ...] = (Match(),)
     parameters: tuple[Parameter, ...] = ()
     data: Record | None = None
-    quantity: str = "torque"
+
+    @property
+    def estimated(self) -> tuple[Match, ...]:
+        """The channels that are fitted."""
+        return tuple(match for match in self.matches if match.use == "estimate")
+
+    @property
+    def leading(self) -> str:
+        """The quantity of the first channel that is fitted."""
+        return self.estimated[0].quantity
 
     def parameter(self, key: str) -> Parameter:
         """Return the record's own parameter of a key, e.g. ``"time_offset_s"``."""
         name = record_parameter_name(self.name, key)
         return next(q for q in self.parameters if q.name == name)
+
+    @property
+    def test_stand(self) -> tuple[Parameter, ...]:
+        """Its own parameters of the mechanism's test stand, ``record.<name>.transducer.gain`` and the like."""
+        return self.parameters[len(RECORD_DECLARATIONS) :]
 
     @property
     def time_offset(self) -> Parameter:
@@ -154,6 +190,17 @@ def parameters_of(mechanism: Mechanism, records: tuple[CampaignRecord, ...]) -> 
     """Return all parameters by dotted name."""
     own = {q.name: q for record in records for q in record.parameters}
     return {**mechanism.parameters, **own}
+
+
+def mechanism_name(record_parameter: str) -> str:
+    """Return the mechanism's name of a record's own parameter.
+
+    Examples
+    --------
+    >>> mechanism_name("record.full_46.transducer.gain")
+    'transducer.gain'
+    """
+    return record_parameter.split(".", 2)[2]
 
 
 def record_parameter_name(record: str, key: str) -> str:

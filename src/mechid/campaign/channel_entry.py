@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.campaign.campaign import USES, Match
 from mechid.campaign.place import (
     Place,
+    flag,
     found,
     is_table_list,
     number,
@@ -21,9 +23,14 @@ from mechid.records import ChannelSpec, Role
 from mechid.units import SI_UNIT, to_si_factor
 
 KEYS = ("quantity", "column", "unit", "gain", "role", "between")
+MATCH_KEYS = ("use", "offset", "drift", "quantisation", "noise_sigma")
 BETWEEN = ("linear", "held")
 QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
 TORQUE = "torque"
+DRIFTING = (TORQUE, "force")
+"""Quantities whose transducers drift: offset and drift are projected out."""
+RATES = ("rotor_rate", "output_rate", "velocity")
+"""Quantities whose zero is zero: nothing is projected out. Of all others, encoders and probes, the offset is."""
 EXAMPLE = '{ quantity = "torque", column = "Mz" }'
 MOST_COLUMNS = 2**31 - 1
 
@@ -46,6 +53,31 @@ def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
     return channels
 
 
+def read_matches(entry: Any, place: Place, *, own: Mapping[str, bool]) -> tuple[Match, ...]:
+    """Return how the outputs among a record's ``channels`` count; the torque alone where there is no such entry.
+
+    Parameters
+    ----------
+    entry : object
+        What stands under ``channels``, as `read_channels` has found it good.
+    place : Place
+    own : mapping of str to bool
+        The record's own ``offset`` and ``drift``, where it has any; a channel's go before them.
+
+    Raises
+    ------
+    InputFileError
+        One is wrong, or none is to be estimated from.
+    """
+    if entry is None:
+        return (Match(offset=own.get("offset", True), drift=own.get("drift", True)),)
+    tables = [(table, place.item(index)) for index, table in enumerate(entry)]
+    matches = tuple(_match(table, at, own) for table, at in tables if table.get("role", "output") == "output")
+    if all(match.use == "validate" for match in matches):
+        raise place.error('use = "validate" in all of them; give one use = "estimate", or the record use = "validate"')
+    return matches
+
+
 def read_time(entry: Any, place: Place) -> ChannelSpec | None:
     """Return the time column that a record names; None where there is no such entry.
 
@@ -63,11 +95,37 @@ def read_time(entry: Any, place: Place) -> ChannelSpec | None:
     return ChannelSpec(quantity="time", column=column, unit=_unit(entry, "time", place.key("unit")))
 
 
+def _match(table: Mapping[str, Any], place: Place, own: Mapping[str, bool]) -> Match:
+    quantity = table["quantity"]
+    use = one_of(table.get("use", "estimate"), USES, place.key("use"))
+    return Match(
+        quantity=quantity,
+        use="estimate" if use == "estimate" else "validate",
+        offset=flag(table.get("offset", own.get("offset", quantity not in RATES)), place.key("offset")),
+        drift=flag(table.get("drift", own.get("drift", quantity in DRIFTING)), place.key("drift")),
+        quantisation=_size(table, "quantisation", place) or 0.0,
+        noise_sigma=_size(table, "noise_sigma", place),
+    )
+
+
+def _size(table: Mapping[str, Any], key: str, place: Place) -> float | None:
+    """Return a size in the file's numbers, None where there is none."""
+    if key not in table:
+        return None
+    size = number(table[key], place.key(key), "the numbers of the file")
+    if size <= 0.0:
+        raise place.key(key).error(f"found {size:.9g}; write it in the numbers of the file, above 0, or leave it out")
+    return size
+
+
 def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
-    refuse_unknown_keys(table, KEYS, place)
+    refuse_unknown_keys(table, (*KEYS, *MATCH_KEYS), place)
     quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
     quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
     role = Role(one_of(table.get("role", "output"), tuple(Role), place.key("role")))
+    for key in MATCH_KEYS:
+        if key in table and role is Role.INPUT:
+            raise place.key(key).error("it says how an output is matched, and this is an input; leave it out")
     if "between" in table and role is not Role.INPUT:
         raise place.key("between").error('it says how an input runs between samples; write role = "input" beside it')
     return ChannelSpec(

@@ -1,10 +1,11 @@
-"""Records and mechanism joined: which quantity is matched, and which measured channels drive the plant."""
+"""Records and mechanism joined: which quantities are matched, and which measured channels drive the plant."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.campaign import CampaignRecord, Match
 from mechid.campaign.channel_entry import TORQUE
 from mechid.campaign.place import Place
 from mechid.command.measured import InputChannel, MeasuredCommand
@@ -18,8 +19,8 @@ def joined(
 ) -> tuple[Mechanism, tuple[CampaignRecord, ...]]:
     """Return the mechanism that measures what the records hold, and the records that know of what they are.
 
-    All records are matched in one quantity: torque where all have it and the mechanism gives it, else the first
-    that the mechanism gives and all records have.
+    The mechanism measures all quantities that any record holds and that it can give, the torque first; each record
+    is matched in those of them that it holds.
 
     Parameters
     ----------
@@ -31,19 +32,23 @@ def joined(
     Raises
     ------
     InputFileError
-        A record lacks an input of the mechanism, has one too many, or there is no such quantity.
+        A record lacks an input of the mechanism, has one too many, or holds nothing that the mechanism gives.
     """
     plant = mechanism.plant
     for index, record in enumerate(records):
         _refuse_other_inputs(record, measured_quantities(plant.inputs), place.key("record").item(index), plant.name)
-    measured = [_outputs(record) for record in records]
-    common = [quantity for quantity in plant.offered if all(quantity in own for own in measured)]
-    quantity = TORQUE if TORQUE in common else next(iter(common), None)
-    if quantity is None:
-        raise _nothing_common(measured, tuple(plant.offered), place)
-    if tuple(plant.outputs) != (quantity,):
-        mechanism = replace(mechanism, plant=plant.measuring((quantity,)))
-    return mechanism, tuple(replace(record, quantity=quantity) for record in records)
+        _refuse_nothing_given(record, tuple(plant.offered), place.key("record").item(index))
+    held = {match.quantity for record in records for match in record.matches}
+    order = sorted((quantity for quantity in plant.offered if quantity in held), key=lambda q: q != TORQUE)
+    if list(plant.outputs) != order:
+        mechanism = replace(mechanism, plant=plant.measuring(order))
+    return mechanism, tuple(replace(record, matches=_in_order(record, order)) for record in records)
+
+
+def _in_order(record: CampaignRecord, order: Sequence[str]) -> tuple[Match, ...]:
+    """Return how the channels of a record that the mechanism gives are matched, in its order."""
+    own = {match.quantity: match for match in record.matches}
+    return tuple(own[quantity] for quantity in order if quantity in own)
 
 
 def with_inputs(record: CampaignRecord, data: Record, mechanism: Mechanism) -> CampaignRecord:
@@ -56,10 +61,6 @@ def with_inputs(record: CampaignRecord, data: Record, mechanism: Mechanism) -> C
         for q in measured_quantities(mechanism.plant.inputs)
     )
     return replace(record, command=record.command.driven_by(channels, data.sample_rate_hz, data.time_start_s))
-
-
-def _outputs(record: CampaignRecord) -> list[str]:
-    return [c.quantity for c in record.spec.channels if c.role is Role.OUTPUT] or [TORQUE]
 
 
 def _inputs(record: CampaignRecord) -> list[str]:
@@ -79,9 +80,9 @@ def _refuse_other_inputs(record: CampaignRecord, needed: tuple[str, ...], place:
             raise where.error(f'found "input"; the mechanism ({assembly}) is {what}: leave it out')
 
 
-def _nothing_common(measured: list[list[str]], offered: tuple[str, ...], place: Place) -> Exception:
-    for index, own in enumerate(measured):
-        if not set(own) & set(offered):
-            where = place.key("record").item(index).key("channels")
-            return where.error(f"{', '.join(own)}: the mechanism gives {', '.join(offered)}; name a channel of these")
-    return place.key("record").error("no quantity is measured in all records; give each a channel of the same one")
+def _refuse_nothing_given(record: CampaignRecord, offered: tuple[str, ...], place: Place) -> None:
+    """Refuse a record of which the mechanism gives no channel that is to be estimated from."""
+    own = [match.quantity for match in record.estimated]
+    if not set(own) & set(offered):
+        given = ", ".join(offered)
+        raise place.key("channels").error(f"{', '.join(own)}: the mechanism gives {given}; name a channel of these")

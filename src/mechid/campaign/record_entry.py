@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.campaign import RECORD_DECLARATIONS, USES, CampaignRecord, record_parameter_name
-from mechid.campaign.channel_entry import TORQUE, read_channels, read_time
+from mechid.campaign.channel_entry import TORQUE, read_channels, read_matches, read_time
 from mechid.campaign.conditioning_entry import read_conditioning
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import (
@@ -31,7 +31,7 @@ from mechid.records import RecordSpec, Role
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
-KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", *OWN_KEYS)
+KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
@@ -74,14 +74,14 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
     file = _file(table, place, needed=need_file)
     spec = _spec(table, name, file or "", place)
     use = one_of(table.get("use", "estimate"), USES, place.key("use"))
+    taken_out = {key: flag(table[key], place.key(key)) for key in ("offset", "drift") if key in table}
     return CampaignRecord(
         name=name,
         use="estimate" if use == "estimate" else "validate",
         command=_command(table, spec, place, folder),
         spec=spec,
         file=folder / file if file else None,
-        offset=flag(table.get("offset", True), place.key("offset")),
-        drift=flag(table.get("drift", True), place.key("drift")),
+        matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
         parameters=tuple(_own_parameter(table, name, d, place) for d in RECORD_DECLARATIONS),
     )
 

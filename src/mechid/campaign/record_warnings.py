@@ -53,9 +53,9 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
 
 def _unused_channels(record: CampaignRecord) -> Iterator[str]:
     outputs = [channel.quantity for channel in record.spec.channels if channel.role is Role.OUTPUT]
-    others = [quantity for quantity in outputs if quantity != record.quantity]
+    others = [quantity for quantity in outputs if quantity not in {match.quantity for match in record.matches}]
     if others:
-        yield f"{', '.join(others)}: not used at present, only the {record.quantity} is identified from"
+        yield f"{', '.join(others)}: not used, the mechanism does not give it"
 
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:

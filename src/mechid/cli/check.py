@@ -17,11 +17,10 @@ def check(
     from mechid.campaign import load_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.visibility import start_warnings
-    from mechid.records import READERS
     from mechid.report import campaign_data, file_data, print_campaign, print_file
     from mechid.report.terminal import console_on
 
-    if campaign.suffix.lower() in READERS and not campaign.is_dir():
+    if campaign.suffix.lower() not in ("", ".toml") and not campaign.is_dir():
         print_file(file_data(campaign), console_on())
         return
     loaded = load_campaign(campaign)

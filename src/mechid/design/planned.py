@@ -11,11 +11,11 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
-from mechid.identification.problem import Target
-from mechid.identification.target import noise_sigma
+from mechid.identification.target import Target, TargetChannel, noise_sigma
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
+TORQUE = "torque"
 SAMPLE_RATE_HZ, DURATION_S, NOISE_NM = 10_000.0, 1.0, 0.002
 """What is assumed where neither a file nor the user says it."""
 
@@ -58,12 +58,10 @@ class PlannedRecord:
         latest_s = max(map(abs, self.time_offset or (0.0,)))
         return Target(
             name=self.name,
-            measured=np.broadcast_to(0.0, (self.base.samples,)),
+            channels=(TargetChannel(TORQUE, np.broadcast_to(0.0, (self.base.samples,)), self.sigma, self.linear),),
             base=self.base,
             command=self.command,
             excitation=excitation_over(self.command, self.base, latest_s),
-            sigma=self.sigma,
-            linear=self.linear,
             time_offset_s=value,
             time_offset_bounds=(bounds[0], bounds[1]) if bounds else None,
         )
@@ -96,7 +94,7 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
     Raises
     ------
     UsageError
-        There is no record to be estimated from, or one is driven by measured channels.
+        There is no record to be estimated from, or one is driven by measured channels or measures no torque.
     RecordError
         A file that is there cannot be used.
     """
@@ -117,7 +115,9 @@ def _planned(
 ) -> PlannedRecord:
     if isinstance(record.command, MeasuredCommand):
         raise UsageError(f'record "{record.name}" is driven by measured channels; a design is made of step commands')
-    delay = record.time_offset
+    if record.leading != TORQUE:
+        raise UsageError(f'record "{record.name}" measures {record.leading}; a design is made of records of torque')
+    match, delay = record.estimated[0], record.time_offset
     asked = (recording.durations_s or {}).get(record.name)
     own_rate, own_duration, own_sigma = seen or (record.spec.sample_rate_hz or rate, None, noise)
     return PlannedRecord(
@@ -126,7 +126,7 @@ def _planned(
         duration_s=asked or own_duration or profile_end_s(record.command) or recording.duration_s,
         sample_rate_hz=recording.sample_rate_hz or own_rate,
         sigma=recording.noise_Nm or own_sigma,
-        linear=(2 if record.drift else 1) if record.offset else 0,
+        linear=(2 if match.drift else 1) if match.offset else 0,
         time_offset=(delay.value, delay.min, delay.max) if delay.is_free else None,
     )
 
@@ -142,6 +142,6 @@ def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:
     data = record.data
     if data is None and record.file is not None and Path(record.file).is_file():
         data = read_record(record.file, record.spec)
-    if data is None:
+    if data is None or record.leading != TORQUE:
         return None
-    return data.sample_rate_hz, data.duration_s, noise_sigma(replace(record, data=data))
+    return data.sample_rate_hz, data.duration_s, noise_sigma(replace(record, data=data), record.estimated[0])

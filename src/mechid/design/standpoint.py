@@ -75,5 +75,5 @@ def after_fit(optimum: Optimum, count: int, seed: int) -> Standpoint:
     root = vectors / np.sqrt(np.maximum(values, 1e-300))
     steps = np.random.default_rng((seed, 2)).standard_normal((count - 1, space.size)) @ root.T
     points = np.vstack([space.start, np.clip(space.start + steps, space.lower, space.upper)])
-    sigma = float(np.median([t.sigma for t in problem.targets]))
+    sigma = float(np.median([t.leading.sigma for t in problem.targets]))
     return Standpoint(space, points, before, known, {}, sigma)

@@ -70,7 +70,8 @@ def _root(information: FloatArray) -> FloatArray:
 def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: FloatArray) -> float:
     """Return the share of draws at which the cost of the torque at `q` is not what the information on `q` promises."""
     (target,) = problem.targets
-    there = replace(target, measured=problem.predict(target, q, target.samples))
+    (torque,) = problem.predict(target, q, target.samples)
+    there = replace(target, channels=(replace(target.leading, measured=torque),))
     costs = np.array([problem.norm(there, x, (0, target.samples)) ** 2 for x in draws])
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)
     return float(np.mean(~(np.abs(costs - promised) <= DEPARTURE)))

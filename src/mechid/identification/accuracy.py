@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.problem import Problem, Windows
+from mechid.identification.target import Target
 
 FloatArray = NDArray[np.float64]
 PROMISE = 1e-5
@@ -19,7 +20,7 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
     """Return the steps a sample, up to 8 times the problem's, that keep every record within the promise at `q`.
 
     Halving the step cuts the error sixteenfold, so the difference to the halved step is the error.
-    The promise is an RMS error of 1e-5 of the record's RMS torque.
+    The promise is an RMS error of 1e-5 of the RMS of each channel.
     """
     used = [t for t in problem.targets if t.name in windows]
     for _ in range(MOST_DOUBLINGS):
@@ -31,10 +32,12 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
 
 
 def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArray, stop: int) -> float:
-    """Return the RMS difference of two runs over the RMS of the finer one, block by block."""
-    error = size = 0.0
+    """Return the RMS difference of two runs over the RMS of the finer one, of the worst channel, block by block."""
+    outputs = [coarse.output(quantity) for quantity in target.quantities]
+    error, size = np.zeros(len(outputs)), np.zeros(len(outputs))
     blocks = zip(coarse.run(target, q, stop).blocks(), fine.run(target, q, stop).blocks(), strict=True)
     for rough, exact in blocks:
-        error += float(np.sum((rough.y[:, 0] - exact.y[:, 0]) ** 2))
-        size += float(np.sum(exact.y[:, 0] ** 2))
-    return math.sqrt(error / max(size, 1e-300))
+        for k, j in enumerate(outputs):
+            error[k] += np.sum((rough.y[:, j] - exact.y[:, j]) ** 2)
+            size[k] += np.sum(exact.y[:, j] ** 2)
+    return math.sqrt(float(np.max(error / np.maximum(size, 1e-300))))

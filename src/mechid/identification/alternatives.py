@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from mechid.command import Command
+from mechid.command import Command, MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import followed
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -48,14 +49,10 @@ def first_moments(target: Target) -> int:
     return min(int(np.searchsorted(travelled, STEPS)) + after, target.samples)
 
 
-def beginning(target: Target, samples: int) -> Target:
-    """Return the first samples of a target."""
-    base = target.base.first(samples)
-    return replace(target, measured=target.measured[: base.samples], base=base)
-
-
 def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
-    """Return the periods of each detent in one electrical turn."""
+    """Return the periods of each detent in one electrical turn; none where no motor has any."""
+    if "stepper.poles" not in mechanism.parameters:
+        return ()
     period_deg = 720.0 / mechanism.value("stepper.poles")
     pairs = mechanism.plant.polar_pairs
     return tuple(period_deg / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in pairs)
@@ -87,7 +84,12 @@ def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
 
 
 def variants(command: Command, orders: Sequence[float]) -> tuple[Taken, ...]:
-    """Return all that a record may be by sign, direction and start angle; the declared comes first."""
+    """Return all that a record may be by sign, direction and start angle; the declared comes first.
+
+    One that measured channels drive has no direction or start of its own.
+    """
+    if isinstance(command, MeasuredCommand):
+        return Taken(), Taken(polarity=-1)
     return tuple(
         Taken(
             polarity=polarity,
@@ -118,7 +120,7 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
         The record to be judged.
     """
     orders = detent_orders(problem.space.mechanism)
-    start = beginning(target, first_moments(target))
+    start = target.beginning(first_moments(target))
     here = np.asarray(q[: problem.space.size])
     known = replace(start, time_offset_bounds=None)
     options = variants(target.command, orders)
@@ -162,7 +164,7 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost:
 def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
     """Return the likeliest time offset, up to half the time of the first full step either way."""
     reach = _reach(target)
-    if reach < 1:
+    if reach < 1 or isinstance(target.command, MeasuredCommand):
         return None
     shift = _best_shift(problem, q, target, reach)
     tick = target.base.interval_s
@@ -187,10 +189,10 @@ def _reach(target: Target) -> int:
 
 
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
-    """Return by how many samples the model's torque, moved, fits best; before its beginning it rests."""
+    """Return by how many samples the model's leading channel, moved, fits best; before its beginning it rests."""
     longer = replace(target, base=replace(target.base, samples=target.samples + reach))
-    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)
+    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)[0]
     y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
     n = target.samples
-    spread = [float(np.var(y[reach - k : reach - k + n] - target.measured)) for k in range(-reach, reach + 1)]
+    spread = [float(np.var(y[reach - k : reach - k + n] - target.leading.measured)) for k in range(-reach, reach + 1)]
     return int(np.argmin(spread)) - reach

@@ -22,10 +22,11 @@ from mechid.errors import FitError
 from mechid.identification.doubts import refused_gain
 from mechid.identification.journal import Journal
 from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
 from mechid.identification.reduction import combined
 from mechid.identification.reopened import Optimum, values_at
 from mechid.identification.solve import solve
+from mechid.identification.target import Target
 from mechid.identification.uncertainty import residual, uncertainty
 from mechid.identification.verdict import seen_coordinates
 from mechid.signal.autoregression import Autoregression, fit_autoregression
@@ -93,7 +94,7 @@ class Bootstrap:
 
     draws: tuple[Draw, ...]
     spreads: tuple[Spread, ...]
-    noise: Mapping[str, Autoregression]
+    noise: Mapping[str, Mapping[str, Autoregression]]
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:
@@ -128,16 +129,17 @@ def bootstrap(
         return draw
 
     done = tuple(mapped(one, range(draws), workers))
-    return Bootstrap(done, _spreads(optimum, done), world.noise)
+    noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
+    return Bootstrap(done, _spreads(optimum, done), noise)
 
 
 @dataclass(frozen=True, eq=False)
 class _World:
-    """What draws are made from: the torque at the estimate and the noise of each record, and the region around it."""
+    """What draws are made from: each record's channels at the estimate, their noise, and the region around it."""
 
     problem: Problem
-    torque: Mapping[str, FloatArray]
-    noise: Mapping[str, Autoregression]
+    signals: Mapping[str, tuple[FloatArray, ...]]
+    noise: Mapping[str, tuple[Autoregression, ...]]
     counted: NDArray[np.bool_]
     root: FloatArray
 
@@ -145,14 +147,22 @@ class _World:
 def _world(optimum: Optimum) -> _World:
     problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
     used = [t for t in problem.targets if t.name in windows]
-    noise = {t.name: fit_autoregression(residual(problem, t, q, windows[t.name])) for t in used}
+    noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
     triangle = combined(problem.triangles(q, windows))
     counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
     values, vectors = np.linalg.eigh(robust)
     root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
-    torque = {t.name: problem.predict(t, q, t.samples) for t in used}
-    return _World(replace(problem, targets=tuple(used)), torque, noise, counted, root)
+    signals = {t.name: problem.predict(t, q, t.samples) for t in used}
+    return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root)
+
+
+def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Return the model of what is left of each channel."""
+    return tuple(
+        fit_autoregression(r, rejected=channel.rejected_within(window))
+        for channel, r in zip(target.channels, residual(problem, target, q, window), strict=True)
+    )
 
 
 def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[str, object]:
@@ -177,11 +187,17 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
 
 
 def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
-    """Return a target that measures the estimate's torque and noise like its own."""
-    noise = world.noise[target.name]
-    white = noise.sigma * rng.standard_normal(target.samples + (WARM_UP if noise.order else 0))
-    series = lfilter([1.0], noise.coefficients, white)[-target.samples :]
-    return replace(target, measured=world.torque[target.name] + series)
+    """Return a target that measures what the estimate gives, in noise like its own."""
+    drawn = [
+        replace(channel, measured=y + _noise(model, target.samples, rng))
+        for channel, y, model in zip(target.channels, world.signals[target.name], world.noise[target.name], strict=True)
+    ]
+    return replace(target, channels=tuple(drawn))
+
+
+def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
+    white = model.sigma * rng.standard_normal(samples + (WARM_UP if model.order else 0))
+    return np.asarray(lfilter([1.0], model.coefficients, white)[-samples:], dtype=np.float64)
 
 
 def _distance(world: _World, step: FloatArray) -> float:

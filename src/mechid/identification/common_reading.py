@@ -10,11 +10,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechid.command import MeasuredCommand
 from mechid.command.waveform import WAVEFORMS
 from mechid.identification.agreement import explaining_start
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import Growth, grow
-from mechid.identification.problem import Problem, Target
+from mechid.identification.journal import Journal
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.simulation.simulator import excitation_over
 
 FURTHER = 2.0
@@ -25,14 +28,17 @@ SIGN = (
 )
 
 
-def common_readings(problem: Problem, growth: Growth, seed: int) -> list[str]:
-    """Return what follows all records much further than their declaration did, one line each."""
+def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journal | None = None) -> list[str]:
+    """Return what follows all records much further than their declaration did, one line each.
+
+    The growths are noted in `journal`, where a run is to be resumed.
+    """
     lines: list[str] = []
     for words, other in _readings(problem):
         start = explaining_start(other, seed)
         if start is None:
             continue
-        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))))
+        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))), journal=journal)
         before, after = growth.reached(problem), grown.reached(other)
         if after >= FURTHER * before or (grown.complete and not growth.complete):
             lines.append(
@@ -44,6 +50,8 @@ def common_readings(problem: Problem, growth: Growth, seed: int) -> list[str]:
 
 def _readings(problem: Problem) -> list[tuple[str, Problem]]:
     signs = replace(problem, targets=tuple(taken_target(t, Taken(polarity=-1)) for t in problem.targets))
+    if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):
+        return [(SIGN, signs)]
     waves = replace(problem, targets=tuple(map(_of_other_waveform, problem.targets)))
     names = sorted({t.command.waveform for t in waves.targets})
     return [(SIGN, signs), (f'waveform = "{" or ".join(names)}" in the commands', waves)]

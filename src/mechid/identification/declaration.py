@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, RateProfile
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target, TargetChannel
 from mechid.parameter import Status
 from mechid.simulation.simulator import excitation_over
 
@@ -19,7 +20,7 @@ class Taken:
     Attributes
     ----------
     polarity : int
-        -1 where the torque has the other sign.
+        -1 where the leading channel, the torque where there is one, has the other sign.
     direction : int
         -1 where the commanded rate has the other sign.
     start_angle_deg : float or None
@@ -77,12 +78,16 @@ def taken_target(target: Target, taken: Taken) -> Target:
     latest_s = max(map(abs, (start, *bounds)))
     return replace(
         target,
-        measured=target.measured if taken.polarity > 0 else -target.measured,
+        channels=target.channels if taken.polarity > 0 else (_reversed(target.leading), *target.channels[1:]),
         command=command,
         excitation=excitation_over(command, target.base, latest_s),
         time_offset_s=start,
         time_offset_bounds=(bounds[0], bounds[1]) if bounds else None,
     )
+
+
+def _reversed(channel: TargetChannel) -> TargetChannel:
+    return replace(channel, measured=-channel.measured)
 
 
 def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
@@ -95,7 +100,7 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
     if taken.polarity < 0 and record.data is not None:
         channels = tuple(
-            replace(c, data=-c.data) if c.quantity == "torque" else c for c in record.data.channels
+            replace(c, data=-c.data) if c.quantity == record.leading else c for c in record.data.channels
         )  # fmt: skip
         record = replace(record, data=replace(record.data, channels=channels))
     use = "validate" if taken.left_out else record.use

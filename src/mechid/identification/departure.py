@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import argrelmax
 
+from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.alternatives import detent_orders
 from mechid.identification.gates import WINDOW_S
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.simulator import Simulator, simulate_run
@@ -38,7 +40,8 @@ def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> 
     base, offset_s = target.base, problem.time_offset(target, q)
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
     rate = _rate(target, at_s)
-    said = [f"the command runs at {rate:.4g} steps/s there"]
+    driven = isinstance(target.command, MeasuredCommand)
+    said = ["its input channels drive it there"] if driven else [f"the command runs at {rate:.4g} steps/s there"]
     switch = _switch(problem, q, target, horizon)
     if switch:
         said.append(switch)
@@ -61,7 +64,7 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     simulator = Simulator(
         plant, target.command, base.first(past), capacity=problem.space.size, known_edges=target.excitation
     )
-    p = problem.space.kernel(q[: problem.space.size])
+    p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
     run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
     switching = simulate_run(run).switching
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
@@ -81,7 +84,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
     reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
-    r = problem.misfit(target, q, window)
+    r = problem.misfit(target, q, window)[0]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)

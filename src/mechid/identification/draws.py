@@ -12,8 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.parallel import mapped
+from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
+from mechid.identification.target import Target, TargetChannel
+from mechid.simulation.simulator import Block
 
 FloatArray = NDArray[np.float64]
 DRAWS = 30
@@ -60,7 +63,7 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
     used = [t for t in problem.targets if t.name in windows]
     triangles = problem.triangles(q, windows)
     points = _drawn(problem, q, covariance, seed)
-    excess = np.array([_excess(problem, q, windows, triangles, point) for point in points])
+    excess = _excess(problem, q, windows, triangles, points)
     total = np.abs(excess.sum(axis=1)) > DEPARTURE
     found = []
     for k, target in enumerate(used):
@@ -113,32 +116,41 @@ def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -
 
 
 def _excess(
-    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], point: FloatArray
+    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], points: FloatArray
 ) -> FloatArray:
-    """Return by how much each record's cost at a point exceeds the quadratic, in sigmas squared."""
-    promised = [float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles]
-    found = np.square(problem.norms(point, windows))
+    """Return how far each record's cost at each point exceeds the quadratic, (points, records) in sigmas squared."""
+    used = [t for t in problem.targets if t.name in windows]
+    promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
+    tasks = [(point, t) for t in sorted(used, key=lambda t: -windows[t.name][1]) for point in points]
+    norms = mapped(lambda task: problem.norm(task[1], task[0], windows[task[1].name]), tasks, problem.workers)
+    of_record = dict(zip((t.name for _, t in tasks[:: len(points)]), np.reshape(norms, (len(used), -1)), strict=True))
+    found = np.square([of_record[t.name] for t in used]).T
     return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
 
 
 def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:
-    """Return when the torque at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
+    """Return when any channel at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
     there = problem.run(target, point, window[1]).blocks()
     first, largest = window[0], 0.0
     for here, other in zip(problem.run(target, q, window[1], jacobian=True).blocks(), there, strict=True):
         n = here.stop - max(here.start, window[0])
         if n <= 0:
             continue
-        expected = here.y[-n:, 0] + problem.jacobian_block(target, here, n) @ (point - q)
-        off = np.nan_to_num(np.abs(other.y[-n:, 0] - expected), nan=np.inf)
+        off = np.max([_off(problem, target, c, here, other, point - q, n) for c in target.channels], axis=0)
         if off.max() > largest:
-            first, largest = (
-                here.stop - n + int(np.argmax(off > min(target.sigma, off.max() * 0.999))),
-                float(off.max()),
-            )
-        if largest > target.sigma:
+            first, largest = here.stop - n + int(np.argmax(off > min(1.0, off.max() * 0.999))), float(off.max())
+        if largest > 1.0:
             break
     return target.base.start_s + first / target.base.sample_rate_hz
+
+
+def _off(
+    problem: Problem, target: Target, channel: TargetChannel, here: Block, other: Block, step: FloatArray, n: int
+) -> FloatArray:
+    """Return how far a channel is from what its derivatives say, (n,) in sigmas."""
+    j = problem.output(channel.quantity)
+    expected = here.y[-n:, j] + problem.jacobian_block(target, channel, here, n) @ step
+    return np.nan_to_num(np.abs(other.y[-n:, j] - expected) / channel.sigma, nan=np.inf)
 
 
 def _information(triangles: Sequence[Triangle], size: int) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from enum import Enum
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
+from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
@@ -102,17 +103,55 @@ class ParameterEstimate:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ChannelFit:
+    """How well one channel of a record is predicted, in the SI unit `unit`.
+
+    Attributes
+    ----------
+    use : {"estimate", "validate"}
+        Whether it was fitted, or only compared.
+    fit_percent : float
+        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
+    residual_rms, noise_sigma : float
+        The noise is that of the channel itself: declared, or from its high-frequency floor and resolution.
+    offset, drift : float or None
+        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
+    quantisation : float
+        Resolution as declared, 0 where it is not.
+    prefilter_order : int
+        Of the autoregressive model that whitened its residual; 0 where none did.
+    rejected : int
+        Samples that do not count, of those used.
+    rejected_runs : tuple of (int, int)
+        All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
+        each run.
+    """
+
+    unit: str
+    use: str
+    fit_percent: float
+    residual_rms: float
+    noise_sigma: float
+    offset: float | None
+    drift: float | None
+    quantisation: float = 0.0
+    prefilter_order: int = 0
+    rejected: int = 0
+    rejected_runs: Runs = ()
+
+
+@dataclass(frozen=True, kw_only=True)
 class RecordFit:
-    """How well one record is predicted.
+    """How well one record is predicted; where it has several channels, its leading one, the torque if it is there.
 
     Attributes
     ----------
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        N m. The noise is that of the record itself, from its high-frequency floor.
+        In the channel's SI unit. The noise is that of the record itself, from its high-frequency floor.
     offset, drift : float or None
-        N m at the first sample, and N m/s: measured = model + offset + drift t. None where not removed.
+        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     samples : int
         Samples used.
     horizon_s : float
@@ -120,7 +159,9 @@ class RecordFit:
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
-        Samples rejected as spikes.
+        Samples that do not count.
+    channels : mapping of quantity to ChannelFit
+        Each of its channels, the leading one first.
     taken : Taken
         How it was taken, where that is not as the campaign file declares it.
     """
@@ -136,8 +177,18 @@ class RecordFit:
     horizon_s: float
     prefilter_order: int = 0
     rejected: int = 0
-    channels: tuple[str, ...] = ("torque",)
+    channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Taken = DECLARED
+
+    def residual_of(self, quantity: str) -> float:
+        """Return the residual's RMS of a channel, in its SI unit."""
+        own = self.channels.get(quantity)
+        return own.residual_rms if own else self.residual_rms
+
+    def noise_of(self, quantity: str) -> float:
+        """Return the noise of a channel, in its SI unit."""
+        own = self.channels.get(quantity)
+        return own.noise_sigma if own else self.noise_sigma
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -220,7 +271,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order, "rejected": r.rejected,
-        "channels": list(r.channels), "taken": r.taken.to_dict(),
+        "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
     }  # fmt: skip
 
 

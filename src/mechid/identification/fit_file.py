@@ -14,7 +14,7 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.declaration import Taken
 from mechid.identification.estimate_file import read_estimate
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.fit import ChannelFit, Fit, FitOutcome, ParameterEstimate, PriorShare, RecordFit, StageReport
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
              "prefilter_order", "rejected")  # fmt: skip
@@ -70,7 +70,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
-        name: RecordFit(name=name, channels=tuple(r["channels"]), taken=_taken(r["taken"]), **_kept(r, ESTIMATED))
+        name: RecordFit(name=name, channels=_channels(r["channels"]), taken=_taken(r["taken"]), **_kept(r, ESTIMATED))
         for name, r in content["records"].items()
     }
     return Fit(
@@ -86,6 +86,15 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         notes=tuple(content["notes"]),
         provenance=content["provenance"],
     )
+
+
+def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
+    return {quantity: _channel(_kept(own, tuple(own))) for quantity, own in entries.items()}
+
+
+def _channel(own: Mapping[str, Any]) -> ChannelFit:
+    runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
+    return ChannelFit(**{**own, "rejected_runs": runs})
 
 
 def _taken(entries: Mapping[str, Any]) -> Taken:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
@@ -19,8 +19,9 @@ from scipy.stats import chi2
 
 from mechid.identification.identity import identity
 from mechid.identification.journal import Journal
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
 from mechid.identification.solve import Solution, solve
+from mechid.identification.target import Target, TargetChannel
 from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
@@ -61,14 +62,21 @@ def floors(problem: Problem) -> Horizons:
 
 
 def _floor(target: Target) -> int:
+    """Return the least horizon by the channel that moves first."""
     rate = target.base.sample_rate_hz
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    rest = float(np.median(target.measured[:least]))
-    for start in range(0, target.samples, BLOCK):
-        moving = np.abs(target.measured[start : start + BLOCK] - rest) > 8.0 * target.sigma
+    return min(_first_motion(channel, least, window) for channel in target.channels)
+
+
+def _first_motion(channel: TargetChannel, least: int, window: int) -> int:
+    """Return the end of the window behind a channel's first motion, at least `least`, in samples."""
+    samples = channel.measured.size
+    rest = float(np.median(channel.measured[:least]))
+    for start in range(0, samples, BLOCK):
+        moving = np.abs(channel.measured[start : start + BLOCK] - rest) > 8.0 * channel.sigma
         if moving.any():
-            return min(max(least, start + int(np.argmax(moving)) + window), target.samples)
-    return target.samples
+            return min(max(least, start + int(np.argmax(moving)) + window), samples)
+    return samples
 
 
 def horizon(
@@ -76,51 +84,72 @@ def horizon(
 ) -> int:
     """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
 
-    It follows up to the first window whose mean square exceeds `most`, in sigmas squared.
+    It follows up to the first window whose mean square exceeds `most`, in sigmas squared, in any channel.
 
     What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
     a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
     """
     window = gate_window(target)
-    residual = np.empty(target.samples)
-    lines: list[Line] = []
+    traces = [_Trace(channel, np.empty(target.samples), most) for channel in target.channels]
+    outputs = [problem.output(quantity) for quantity in target.quantities]
     tested = 0
     for block in problem.run(target, q, target.samples).blocks():
         rows = slice(block.start, block.stop)
-        residual[rows] = (block.y[:, 0] - target.measured[rows]) / target.sigma
-        if not np.isfinite(residual[block.stop - 1]):
+        for trace, j in zip(traces, outputs, strict=True):
+            trace.residual[rows] = (block.y[:, j] - trace.channel.measured[rows]) / trace.channel.sigma
+        if not all(np.isfinite(trace.residual[block.stop - 1]) for trace in traces):
             break
         if block.stop < gate and block.stop < target.samples:
             continue
         if not tested:
-            lines = _lines(residual[: min(gate, block.stop)], target)
+            for trace in traces:
+                trace.begin(min(gate, block.stop))
         whole = (block.stop - tested) // window
-        stretch = residual[tested : tested + whole * window]
-        good = [_good_windows(stretch, line, tested, window, most) for line in lines]
-        tested += max(good) * window
-        if max(good) < whole:
+        good = min(trace.follows(tested, whole, window) for trace in traces)
+        tested += good * window
+        if good < whole:
             break
-        lines = [line for line, count in zip(lines, good, strict=True) if count == whole]
     else:
         return target.samples
     return max(min(tested, 2 * gate), floor)
 
 
-def _lines(residual: FloatArray, target: Target) -> list[Line]:
-    """Return what is projected out, without drift and with it where that may be."""
-    return [fit_line(residual, terms) for terms in range(1, target.linear + 1)] or [Line()]
+@dataclass
+class _Trace:
+    """Residual of a channel on its way, (n,) in sigmas, and what may be projected out of it."""
 
+    channel: TargetChannel
+    residual: FloatArray
+    most: float
+    lines: list[Line] = field(default_factory=list)
 
-def _good_windows(residual: FloatArray, line: Line, first: int, window: int, most: float) -> int:
-    """Return how many windows in a row, from the beginning, the model follows."""
-    step = max(BLOCK // window, 1) * window
-    for start in range(0, residual.size, step):
-        part = residual[start : start + step]
-        off = part - line.at(first + start, first + start + part.size)
-        bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > most)
-        if bad.size:
-            return start // window + int(bad[0])
-    return residual.size // window
+    def begin(self, samples: int) -> None:
+        """Fit what is projected out, without drift and with it where that may be."""
+        rejected = self.channel.rejected_within((0, samples))
+        terms = range(1, self.channel.linear + 1)
+        self.lines = [fit_line(self.residual[:samples], n, rejected) for n in terms] or [Line()]
+
+    def follows(self, first: int, whole: int, window: int) -> int:
+        """Return how many windows in a row from `first` on the model follows, of so many; keep what followed all."""
+        good = [self._good_windows(line, first, whole * window, window) for line in self.lines]
+        self.lines = [line for line, count in zip(self.lines, good, strict=True) if count == whole]
+        return max(good)
+
+    def _good_windows(self, line: Line, first: int, samples: int, window: int) -> int:
+        step = max(BLOCK // window, 1) * window
+        for start in range(first, first + samples, step):
+            stop = min(start + step, first + samples)
+            off = self.residual[start:stop] - line.at(start, stop)
+            off[self.channel.rejected_within((start, stop))] = 0.0
+            bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > self._limit)
+            if bad.size:
+                return (start - first) // window + int(bad[0])
+        return samples // window
+
+    @property
+    def _limit(self) -> float:
+        """Mean square that is no chance: rounding alone may stand at 3 of its variances for as long as it likes."""
+        return max(self.most, DIVERGED_AT * (self.channel.rounding / self.channel.sigma) ** 2)
 
 
 def followed(problem: Problem, target: Target, q: FloatArray, *, most: float = DIVERGED_AT) -> int:
@@ -256,14 +285,8 @@ def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: Fl
     gain = 0
     for target in targets:
         gate, past = gates[target.name], int(BEYOND_S * target.base.sample_rate_hz)
-        gain += min(horizon(problem, _first(target, gate + past), q, gate, 0, most=most), gate + past) - gate
+        gain += min(horizon(problem, target.beginning(gate + past), q, gate, 0, most=most), gate + past) - gate
     return gain
-
-
-def _first(target: Target, samples: int) -> Target:
-    """Return the beginning of a target."""
-    base = target.base.first(samples)
-    return replace(target, measured=target.measured[: base.samples], base=base)
 
 
 def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatArray:

@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.problem import Problem, Target, Windows
+from mechid.identification.problem import Problem, Windows
+from mechid.identification.target import Target
 
 FloatArray = NDArray[np.float64]
 SHARE_OF_GAP = 0.1

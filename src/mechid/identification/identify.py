@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.errors import FitError, InputFileError
+from mechid.errors import FitError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.agreement import Agreement, agreement, explains
 from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.ambiguity import refuse_free_voltage
 from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
 from mechid.identification.departure import departure
@@ -26,16 +27,21 @@ from mechid.identification.freeze import freeze_dependent
 from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.journal import Journal
 from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
-from mechid.identification.noise import by_own_residuals, rejection_warnings, released, without_outliers, without_spikes
+from mechid.identification.noise import (
+    at_least_their_residuals,
+    by_own_residuals,
+    rejection_warnings,
+    without_spikes,
+)
 from mechid.identification.parallel import one_core_algebra
 from mechid.identification.problem import Problem
 from mechid.identification.progress import Listener, silent
+from mechid.identification.release import fit_with_noise_released
 from mechid.identification.solve import Solution
 from mechid.identification.space import SearchSpace
 from mechid.identification.stages import follow_stages
 from mechid.identification.target import target_of
 from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
-from mechid.identification.uncertainty import residual
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -92,7 +98,7 @@ def identify(
                 follow_stages(trail, campaign)
             else:
                 _follow_plan(trail, campaign, seed, near)
-            if trail.outcome.good:
+            if trail.outcome.good or trail.outcome in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED):
                 freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
@@ -107,7 +113,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
             "give those to be estimated as { value, min, max }"
         )
-    _refuse_free_voltage(campaign)
+    refuse_free_voltage(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
         targets = tuple(map(without_spikes, targets))
@@ -121,24 +127,12 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
 
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
     """Return value and standard deviation of what the mechanism file knows beforehand."""
-    return {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
-
-
-def _refuse_free_voltage(campaign: Campaign) -> None:
-    """Refuse a free supply voltage beside R, L and k_m: torque alone cannot tell them apart."""
-    scaled = ("stepper.peak_voltage", "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
-    free = {q.name for q in campaign.mechanism.free}
-    if free.issuperset(scaled):
-        raise InputFileError(
-            f"{campaign.mechanism_path}: stepper.peak_voltage: free together with R, L and k_m, which torque records "
-            "cannot tell apart (U -> c U, k_m -> c k_m, R and L -> c^2 gives the same torque); give it as a number"
-        )
+    return {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
 
 
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
-    delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
-    names = (*(p.name for p in campaign.mechanism.free), *delays)
+    names = (*(p.name for p in campaign.mechanism.free), *trail.problem.names[trail.problem.space.size :])
     growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return
@@ -149,14 +143,7 @@ def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str,
     trail.warnings += _horizon_warnings(trail.problem, growth)
     trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
     joint_fit(trail, "joint fit", names, tolerance=ROUGH)
-    if campaign.options.spikes == "reject":
-        trail.problem = without_outliers(trail.problem, trail.q, trail.windows)
-    trail.problem = released(trail.problem, trail.q, trail.windows, campaign.options, trail.warnings)
-    if campaign.options.priors == "search":
-        trail.problem = replace(trail.problem, priors={})
-    solution = joint_fit(trail, "noise released", names)
-    if campaign.options.spikes == "reject":
-        solution = _without_outliers(trail, solution, names)
+    solution = fit_with_noise_released(trail, campaign.options, names)
     if growth.complete and near is None:
         solution = _confirmed(trail, solution, names, seed)
     solution = fit_past_cliffs(trail, solution, names, seed)
@@ -189,21 +176,8 @@ def _vouched(trail: Trail, near: Mapping[str, float]) -> Growth:
     the high-frequency floor is none.
     """
     problem, q = trail.problem, trail.problem.point(near)
-    left = {t.name: residual(problem, t, q, (0, t.samples)) for t in problem.targets}
-    rms = {name: float(np.linalg.norm(r)) / math.sqrt(r.size) for name, r in left.items()}
-    trail.problem = problem.with_sigmas({t.name: max(t.sigma, rms[t.name]) for t in problem.targets})
+    trail.problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
     return Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
-
-
-def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
-    """Reject what the fit has shown to be far off, and fit again, until nothing more is."""
-    for _ in range(CONFIRMATIONS):
-        kept = without_outliers(trail.problem, trail.q, trail.windows)
-        if kept is trail.problem:
-            break
-        trail.problem = kept
-        solution = joint_fit(trail, "spikes rejected", names)
-    return solution
 
 
 def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int) -> Growth:
@@ -220,10 +194,10 @@ def _grown(trail: Trail, campaign: Campaign, best: Candidate, found: Iterator[Ca
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return rest.growth
-    said = [] if explained else common_readings(trail.problem, growth, seed)
+    said = [] if explained else common_readings(trail.problem, growth, seed, trail.journal)
     if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
         growth = _grow_best(trail, found, seed, growth)
-        said = common_readings(trail.problem, growth, seed) if explained and not growth.complete else []
+        said = common_readings(trail.problem, growth, seed, trail.journal) if explained and not growth.complete else []
     if rest and not said and not growth.complete:
         _take(trail, campaign, rest)
         return rest.growth

@@ -7,7 +7,8 @@ import hashlib
 import numpy as np
 
 from mechid.identification.journal import digest
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
+from mechid.identification.target import Target, TargetChannel
 
 
 def identity(problem: Problem) -> list[object]:
@@ -24,11 +25,19 @@ def target_digest(target: Target) -> str:
     """Return a digest of samples, their clock and weight, the step edges, offset, drift and delay."""
     total = hashlib.sha256()
     edges = target.excitation
-    for array in (target.measured, edges.initial, edges.times, edges.values, target.rejected):
+    samples = [array for c in target.channels for array in (c.measured, c.rejected)]
+    for array in (*samples, edges.initial, edges.times, edges.values):
         total.update(np.ascontiguousarray(array, dtype=np.float64).tobytes())
-    base, bounds, colour = target.base, target.time_offset_bounds, target.prefilter
+    base, bounds = target.base, target.time_offset_bounds
     command = [target.command.start_angle_deg, target.command.start]
-    weight = [target.sigma, [colour.coefficients, colour.sigma] if colour else None]
-    known = [base.sample_rate_hz, base.start_s, target.linear, target.time_offset_s, bounds, command, weight]
+    channels = list(map(_weight, target.channels))
+    stand = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.stand]
+    known = [base.sample_rate_hz, base.start_s, channels, target.time_offset_s, bounds, command, stand]
     total.update(digest(known).encode())
     return total.hexdigest()
+
+
+def _weight(channel: TargetChannel) -> list[object]:
+    colour = channel.prefilter
+    own = [colour.coefficients, colour.sigma] if colour else None
+    return [channel.quantity, channel.linear, channel.sigma, channel.rounding, own]

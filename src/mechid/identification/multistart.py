@@ -21,10 +21,11 @@ from scipy.stats import qmc
 from mechid.identification.identity import identity
 from mechid.identification.journal import Journal
 from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
 from mechid.identification.reduction import Triangle, absorb, finished
 from mechid.identification.solve import descend
 from mechid.identification.space import Coordinate, SearchSpace
+from mechid.identification.target import Target
 from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
@@ -123,21 +124,28 @@ def _first_samples(target: Target) -> int:
 
 def _first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
-    return float(np.var(target.measured[: _first_samples(target)])) * _first_samples(target) / target.sigma**2
+    n = _first_samples(target)
+    return sum(float(np.var(c.measured[:n])) * n / c.sigma**2 for c in target.channels)
 
 
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
-    """Return a target's residuals over the first window, in sigmas, without their median."""
+    """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
     stop = _first_samples(target)
-    r = (problem.predict(target, q, stop) - target.measured[:stop]) / target.sigma
-    return r - np.median(r) if target.linear else r
+    series = []
+    for channel, y in zip(target.channels, problem.predict(target, q, stop), strict=True):
+        r = (y - channel.measured[:stop]) / channel.sigma
+        r = r - np.median(r) if channel.linear else r
+        r[channel.rejected_within((0, stop))] = 0.0
+        series.append(r)
+    return series[0] if len(series) == 1 else np.concatenate(series)
 
 
 def robust_cost(residual: FloatArray) -> float:
     """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
     if not np.all(np.isfinite(residual)):
         return math.inf
-    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
+    square = (residual / ROBUST_SIGMAS) ** 2
+    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
 
 
 def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
@@ -170,18 +178,22 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
 
 
 def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
-    """Return a target's residual and Jacobian over the first window as rows, (1 + n, samples), in sigmas."""
+    """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
     stop = _first_samples(target)
-    rows = np.empty((1 + problem.size, stop))
+    whole = np.empty((1 + problem.size, len(target.channels) * stop))
+    parts = np.split(whole, len(target.channels), axis=1)
     for block in problem.run(target, q, stop, jacobian=True).blocks():
         place = slice(block.start, block.stop)
-        rows[0, place] = block.y[:, 0] - target.measured[place]
-        rows[1:, place] = problem.jacobian_block(target, block, block.stop - block.start).T
-    rows /= target.sigma
-    if target.linear:
-        rows[0] -= np.median(rows[0])
-        rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
-    return rows
+        for channel, rows in zip(target.channels, parts, strict=True):
+            rows[0, place] = block.y[:, problem.output(channel.quantity)] - channel.measured[place]
+            rows[1:, place] = problem.jacobian_block(target, channel, block, block.stop - block.start).T
+    for channel, rows in zip(target.channels, parts, strict=True):
+        np.divide(rows, channel.sigma, out=rows)
+        if channel.linear:
+            rows[0] -= np.median(rows[0])
+            rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
+        rows[:, channel.rejected_within((0, stop))] = 0.0
+    return whole
 
 
 def multistart(
@@ -216,7 +228,7 @@ def candidates(
     come last, refined further: most are on their way along the valley of coil resistance, inductance and
     torque constant, and growth from where they stop on it fails.
     """
-    enough = GOOD * sum(map(_first_samples, problem.targets))
+    enough = GOOD * sum(_first_samples(t) * len(t.channels) for t in problem.targets)
     noted = journal or Journal()
     seen: list[Candidate] = []
     left: list[Candidate] = []

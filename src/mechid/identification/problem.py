@@ -11,72 +11,19 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import Command, Excitation
+from mechid.campaign.campaign import mechanism_name
 from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished, of_rows
 from mechid.identification.space import SearchSpace
+from mechid.identification.target import Target, TargetChannel
 from mechid.identification.weighted_rows import WeightedRows
-from mechid.signal.autoregression import Autoregression
-from mechid.simulation.simulator import Block, Run, Simulator, TimeBase
+from mechid.parameter import Parameter
+from mechid.simulation.simulator import Block, Run, Simulator
 
 FloatArray = NDArray[np.float64]
 Result = TypeVar("Result")
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
-
-
-def _none() -> NDArray[np.int64]:
-    return np.zeros(0, dtype=np.int64)
-
-
-@dataclass(frozen=True, eq=False)
-class Target:
-    """One measured channel to be matched.
-
-    Attributes
-    ----------
-    name : str
-    measured : (n,)
-        Torque in N m.
-    base : TimeBase
-    command : Command
-    excitation : Excitation
-        Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
-    sigma : float
-        Standard deviation of its noise, N m.
-    linear : int
-        0: nothing is projected out, 1: offset, 2: offset and drift.
-    time_offset_s : float
-        Known time offset, s; where it is free, its start.
-    time_offset_bounds : (float, float) or None
-        Bounds where it is free.
-    prefilter : Autoregression or None
-        Model of its noise where that is whitened before it is weighted.
-    rejected : (s,) of int
-        Samples that do not count.
-    """
-
-    name: str
-    measured: FloatArray
-    base: TimeBase
-    command: Command
-    excitation: Excitation
-    sigma: float
-    linear: int = 2
-    time_offset_s: float = 0.0
-    time_offset_bounds: tuple[float, float] | None = None
-    prefilter: Autoregression | None = None
-    rejected: NDArray[np.int64] = field(default_factory=_none)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return self.base.samples
-
-    @property
-    def scale(self) -> float:
-        """Standard deviation of what is left of the noise behind the prefilter, N m."""
-        return self.prefilter.sigma if self.prefilter else self.sigma
 
 
 Windows = Mapping[str, tuple[int, int]]
@@ -85,7 +32,7 @@ Windows = Mapping[str, tuple[int, int]]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """All targets and the search space. Coordinates are the mechanism's, then free time offsets.
+    """All targets and the search space. Coordinates: the mechanism's, free time offsets, records' own test stands.
 
     `priors` holds (value, standard deviation) by dotted name, in the file's units; those of parameters that the
     space does not move say nothing. `substeps` is the number of integration steps per sample, `workers` of
@@ -104,34 +51,45 @@ class Problem:
         return tuple(t.name for t in self.targets if t.time_offset_bounds)
 
     @cached_property
+    def own(self) -> tuple[tuple[str, Parameter], ...]:
+        """Target and parameter behind each coordinate of a test stand of its own."""
+        return tuple((t.name, q) for t in self.targets for q in t.moved)
+
+    @cached_property
     def lower(self) -> FloatArray:
         """Lower bounds of all coordinates."""
-        return np.concatenate([self.space.lower, [b[0] for t in self.targets if (b := t.time_offset_bounds)]])
+        delays = [b[0] for t in self.targets if (b := t.time_offset_bounds)]
+        return np.concatenate([self.space.lower, delays, [q.min for _, q in self.own]])
 
     @cached_property
     def upper(self) -> FloatArray:
         """Upper bounds of all coordinates."""
-        return np.concatenate([self.space.upper, [b[1] for t in self.targets if (b := t.time_offset_bounds)]])
+        delays = [b[1] for t in self.targets if (b := t.time_offset_bounds)]
+        return np.concatenate([self.space.upper, delays, [q.max for _, q in self.own]])
 
     @cached_property
     def start(self) -> FloatArray:
         """The values of the file in search coordinates."""
-        return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
+        delays = [t.time_offset_s for t in self.targets if t.time_offset_bounds]
+        return np.concatenate([self.space.start, delays, [q.value for _, q in self.own]])
 
     def point(self, values: Mapping[str, float]) -> FloatArray:
         """Return the coordinates, (n,), of values by dotted name; what is not among them keeps that of the file."""
         mechanism = self.space.mechanism.parameters
         here = self.space.from_values({**{name: p.value for name, p in mechanism.items()}, **values})
-        offsets = [
-            values.get(f"record.{t.name}.time_offset_s", t.time_offset_s) for t in self.targets if t.time_offset_bounds
-        ]
-        return np.concatenate([here, offsets])
+        return np.concatenate([here, self.records_point(values)])
+
+    def records_point(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the coordinates that belong to single records, by dotted name; others keep that of the file."""
+        first = self.space.size
+        pairs = zip(self.names[first:], self.start[first:].tolist(), strict=True)
+        return np.array([values.get(name, start) for name, start in pairs])
 
     @property
     def names(self) -> tuple[str, ...]:
         """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""
         delays = (f"record.{name}.time_offset_s" for name in self.delayed_targets)
-        return (*(c.name for c in self.space.coordinates), *delays)
+        return (*(c.name for c in self.space.coordinates), *delays, *(q.name for _, q in self.own))
 
     def in_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
         """Return the problem, and its point, with some detents searched by amplitude and phase."""
@@ -157,15 +115,25 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.space.size + len(self.delayed_targets)
+        return self.space.size + len(self.delayed_targets) + len(self.own)
 
     def only(self, names: Sequence[str]) -> Problem:
         """Return the problem with some targets alone; coordinates of other time offsets are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
+    def output(self, quantity: str) -> int:
+        """Return which of the plant's outputs a quantity is."""
+        return tuple(self.space.mechanism.plant.outputs).index(quantity)
+
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
-        """Return the problem with other noise levels."""
-        return replace(self, targets=tuple(replace(t, sigma=sigmas.get(t.name, t.sigma)) for t in self.targets))
+        """Return the problem with other noise levels of the leading channels, by record."""
+        return replace(
+            self,
+            targets=tuple(
+                replace(t, channels=(replace(t.leading, sigma=sigmas.get(t.name, t.leading.sigma)), *t.channels[1:]))
+                for t in self.targets
+            ),
+        )
 
     def whole(self) -> dict[str, tuple[int, int]]:
         """Return windows that cover all records."""
@@ -177,13 +145,21 @@ class Problem:
             return target.time_offset_s
         return float(q[self.space.size + self.delayed_targets.index(target.name)])
 
+    def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
+        """Return the values of the test stand that are a target's own at `q`, by the mechanism's names."""
+        values = {p.name: p.value for p in target.stand}
+        first = self.size - len(self.own)
+        values |= {p.name: float(x) for (name, p), x in zip(self.own, q[first:], strict=True) if name == target.name}
+        return {mechanism_name(name): value for name, value in values.items()}
+
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False, events: int = 0) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
-        here = q[: self.space.size]
-        p = self.space.kernel(here)
+        here, own = q[: self.space.size], self.own_values(target, q) if target.stand else None
+        p = self.space.kernel(here, own)
         directions = None
         if jacobian:  # a time offset that is free alone needs sensitivities too
-            directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
+            directions = self.space.kernel_jacobian(here, own, [mechanism_name(m.name) for m in target.moved])
+            directions = directions if directions.size else np.zeros((p.size, 1))
         return self._simulator(target).run(
             p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop,
             events=events,
@@ -195,7 +171,7 @@ class Problem:
                 self.space.mechanism.plant,
                 target.command,
                 target.base,
-                capacity=self.space.size,
+                capacity=self.space.size + max((len(t.moved) for t in self.targets), default=0),
                 known_edges=target.excitation,
             )
         return self._simulators[target.name]
@@ -205,60 +181,95 @@ class Problem:
         """One a target: what it prepares for its runs serves all of them."""
         return {}
 
-    def predict(self, target: Target, q: FloatArray, stop: int) -> FloatArray:
-        """Return the model's torque over the first `stop` samples, (stop,) N m; NaN where it failed."""
-        y = np.empty(min(stop, target.samples))
+    def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:
+        """Return what the model gives of each channel over the first `stop` samples, (stop,); NaN where it failed."""
+        y = tuple(np.empty(min(stop, target.samples)) for _ in target.channels)
+        outputs = [self.output(quantity) for quantity in target.quantities]
         for block in self.run(target, q, stop).blocks():
-            y[block.start : block.stop] = block.y[:, 0]
+            for values, j in zip(y, outputs, strict=True):
+                values[block.start : block.stop] = block.y[:, j]
         return y
 
-    def misfit(self, target: Target, q: FloatArray, window: tuple[int, int]) -> FloatArray:
-        """Return measured minus model over a window, (n,) N m; NaN where the simulation failed."""
-        r = self.predict(target, q, window[1])[window[0] :]
-        return np.subtract(target.measured[window[0] : window[1]], r, out=r)
+    def misfit(self, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[FloatArray, ...]:
+        """Return measured minus model of each channel over a window, (n,); NaN where the simulation failed."""
+        return tuple(
+            np.subtract(channel.measured[window[0] : window[1]], y[window[0] :], out=y[window[0] :])
+            for channel, y in zip(target.channels, self.predict(target, q, window[1]), strict=True)
+        )
 
     def norm(self, target: Target, q: FloatArray, window: tuple[int, int]) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
-        R, succeeded = self.reduced(target, q, window, jacobian=False)
-        return finished(R, target.linear, window[1] - window[0]).norm if succeeded else np.inf
+        triangles, succeeded = self.reduced(target, q, window, jacobian=False)
+        if not succeeded:
+            return np.inf
+        norms = [
+            finished(R, channel.linear, window[1] - window[0]).norm
+            for channel, R in zip(target.channels, triangles, strict=True)
+        ]
+        return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
 
     def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
-        """Return the reduced problem of a target in a window."""
-        R, succeeded = self.reduced(target, q, window, jacobian=True)
+        """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""
+        key = (target, q.tobytes(), window)
+        if target.name not in self._last or self._last[target.name][0] != key:
+            self._last[target.name] = key, self._triangle(target, q, window)
+        return self._last[target.name][1]
+
+    @cached_property
+    def _last(self) -> dict[str, tuple[tuple[Target, bytes, tuple[int, int]], Triangle]]:
+        """Where each target was last reduced, and what came of it: an end is looked at from several sides."""
+        return {}
+
+    def _triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
+        each = self.channel_triangles(target, q, window)
+        if each is None:
+            lost = np.full((1 + self.size, self.size), np.nan)
+            return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
+        return each[0] if len(each) == 1 else combined(each)
+
+    def channel_triangles(self, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Triangle] | None:
+        """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
+        triangles, succeeded = self.reduced(target, q, window, jacobian=True)
         if not succeeded:
-            return Triangle(np.inf, np.full((1 + self.size, self.size), np.nan), window[1] - window[0])
-        return finished(R, target.linear, window[1] - window[0])
+            return None
+        n = window[1] - window[0]
+        return [finished(R, c.linear, n) for c, R in zip(target.channels, triangles, strict=True)]
 
     def reduced(
         self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
-    ) -> tuple[FloatArray, bool]:
-        """Return the triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
+    ) -> tuple[list[FloatArray], bool]:
+        """Return each channel's triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
         blocks = WeightedRows(self, target, q, window, jacobian=jacobian)
-        R = np.zeros((blocks.width, blocks.width))
-        for rows, n in blocks:
-            absorb(R, rows, n)
-        R[:, target.linear :] /= target.scale
-        return R, blocks.succeeded
+        triangles = [np.zeros((width, width)) for width in blocks.widths]
+        for k, rows, n in blocks:
+            absorb(triangles[k], rows, n)
+        for R, channel in zip(triangles, target.channels, strict=True):
+            R[:, channel.linear :] /= channel.scale
+        return triangles, blocks.succeeded
 
-    def write_jacobian(self, rows: FloatArray, target: Target, block: Block, n: int) -> None:
-        """Write dy/dq of the last n samples of a block as rows; the delay of another record has none."""
-        moved = self.space.size
-        rows[:moved, :n] = block.jacobian[-n:, 0, :moved].T
+    def write_jacobian(self, rows: FloatArray, target: Target, channel: TargetChannel, block: Block, n: int) -> None:
+        """Write dy/dq of a channel over the last n samples of a block as rows; the delay of another record has none."""
+        moved, j = self.space.size, self.output(channel.quantity)
+        rows[:moved, :n] = block.jacobian[-n:, j, :moved].T
         for i, name in enumerate(self.delayed_targets):
-            rows[moved + i, :n] = -block.rate[-n:, 0] if name == target.name else 0.0
+            rows[moved + i, :n] = -block.rate[-n:, j] if name == target.name else 0.0
+        lane, first = moved, moved + len(self.delayed_targets)
+        for i, (name, _) in enumerate(self.own):
+            rows[first + i, :n] = block.jacobian[-n:, j, lane] if name == target.name else 0.0
+            lane += name == target.name
 
-    def jacobian_block(self, target: Target, block: Block, n: int) -> FloatArray:
-        """Return dy/dq of the last n samples of a block, (n, size)."""
+    def jacobian_block(self, target: Target, channel: TargetChannel, block: Block, n: int) -> FloatArray:
+        """Return dy/dq of a channel over the last n samples of a block, (n, size)."""
         rows = np.zeros((self.size, n))
-        self.write_jacobian(rows, target, block, n)
+        self.write_jacobian(rows, target, channel, block, n)
         return rows.T
 
     @staticmethod
-    def linear_rows(rows: FloatArray, target: Target, window: tuple[int, int], first: int, n: int) -> None:
+    def linear_rows(rows: FloatArray, linear: int, window: tuple[int, int], first: int, n: int) -> None:
         """Write what is projected out, offset and drift over the window from -1 to 1, as rows."""
-        if target.linear > 0:
+        if linear > 0:
             rows[0, :n] = 1.0
-        if target.linear > 1:
+        if linear > 1:
             middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
             rows[1, :n] = (np.arange(first, first + n) - middle) / half
 
@@ -279,7 +290,10 @@ class Problem:
         names, slopes = self.space.value_jacobian(here)
         values = self.space.values(here)
         rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
-        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
+        own = [(j, *self.priors[name]) for j, name in enumerate(self.names) if j >= here.size and name in self.priors]
+        away, J = np.zeros(len(rows) + len(own)), np.zeros((len(rows) + len(own), self.size))
+        for k, (j, value, sigma) in enumerate(own, len(rows)):
+            away[k], J[k, j] = (q[j] - value) / sigma, 1.0 / sigma
         for k, (i, name, value, sigma) in enumerate(rows):
             off = values[name] - value
             if self.space.mechanism.parameters[name].is_periodic:

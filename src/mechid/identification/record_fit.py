@@ -8,12 +8,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign import CampaignRecord
-from mechid.identification.fit import RecordFit
+from mechid.campaign import CampaignRecord, Match
+from mechid.identification.fit import ChannelFit, RecordFit
 from mechid.identification.gates import followed
-from mechid.identification.problem import Problem, Target, Windows
-from mechid.identification.target import noise_sigma, target_of
+from mechid.identification.problem import Problem, Windows
+from mechid.identification.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.signal.runs import runs_of
 from mechid.signal.trend import Line, fit_line
+from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
 
@@ -21,46 +23,78 @@ FloatArray = NDArray[np.float64]
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
-    floor = noise_sigma(record)
-    first, stop = windows.get(record.name, (0, target.samples))
-    rms, line = _residual(problem, target, q, (first, stop))
-    spread = _spread(target.measured[first:stop], line) / math.sqrt(stop - first)
-    follows = followed(problem, replace(target, sigma=floor), q)
+    window = windows.get(record.name, (0, target.samples))
+    channels = _channels(record, target, problem, q, window)
+    leading = channels[record.leading]
+    floors = {match.quantity: noise_sigma(record, match) for match in record.estimated}
+    judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
+    follows = followed(problem, judged, q)
     return RecordFit(
         name=record.name,
         use=record.use,
-        samples=stop - first,
-        fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
-        residual_rms=rms,
-        noise_sigma=floor,
-        offset=line.offset - line.slope * first if line and target.linear > 0 else None,
-        drift=line.slope * target.base.sample_rate_hz if line and target.linear > 1 else None,
-        prefilter_order=target.prefilter.order if target.prefilter else 0,
-        rejected=_rejected(target, (first, stop)).size,
+        samples=window[1] - window[0],
+        fit_percent=leading.fit_percent,
+        residual_rms=leading.residual_rms,
+        noise_sigma=leading.noise_sigma,
+        offset=leading.offset,
+        drift=leading.drift,
+        prefilter_order=leading.prefilter_order,
+        rejected=leading.rejected,
         horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
+        channels=channels,
     )
 
 
-def _residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[float, Line | None]:
+def _channels(
+    record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int]
+) -> dict[str, ChannelFit]:
+    """Return how each channel is predicted, those that are only compared behind those that are fitted."""
+    others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
+    whole = replace(target, channels=(*target.channels, *others))
+    matches = {match.quantity: match for match in record.matches}
+    return {
+        channel.quantity: _channel(record, matches[channel.quantity], whole, channel, r, window)
+        for channel, r in zip(whole.channels, problem.misfit(whole, q, window), strict=True)
+    }
+
+
+def _channel(
+    record: CampaignRecord, match: Match, target: Target, channel: TargetChannel, r: FloatArray,
+    window: tuple[int, int],
+) -> ChannelFit:  # fmt: skip
+    first, stop = window
+    rejected = channel.rejected_within(window)
+    rms, line = _residual(channel, r, rejected)
+    spread = _spread(channel.measured[first:stop], line, rejected)
+    return ChannelFit(
+        unit=SI_UNIT[channel.quantity],
+        use=match.use if record.use == "estimate" else record.use,
+        fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
+        residual_rms=rms,
+        noise_sigma=noise_sigma(record, match),
+        offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
+        drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
+        quantisation=channel.rounding * math.sqrt(12.0),
+        prefilter_order=channel.order,
+        rejected=rejected.size,
+        rejected_runs=runs_of(channel.rejected),
+    )
+
+
+def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple[float, Line | None]:
     """Return the RMS of measured minus model, and the line that was taken from it; NaN, None for a failed run."""
-    r = problem.misfit(target, q, window)
     if not np.all(np.isfinite(r)):
         return math.nan, None
-    line = fit_line(r, target.linear)
+    line = fit_line(r, channel.linear, rejected)
     line.take_from(r)
-    rejected = _rejected(target, window) - window[0]
     r[rejected] = 0.0
-    return float(np.linalg.norm(r)) / math.sqrt(r.size - rejected.size), line
+    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), line
 
 
-def _rejected(target: Target, window: tuple[int, int]) -> NDArray[np.int64]:
-    """Return the samples of a window that do not count."""
-    return target.rejected[(target.rejected >= window[0]) & (target.rejected < window[1])]
-
-
-def _spread(measured: FloatArray, line: Line | None) -> float:
-    """Return ||measured - line - mean||."""
+def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:
+    """Return the RMS of measured - line - mean."""
     own = measured.copy()
     (line or Line()).take_from(own)
-    own -= own.mean()
-    return float(np.linalg.norm(own))
+    own -= np.delete(own, rejected).mean() if rejected.size else own.mean()
+    own[rejected] = 0.0
+    return float(np.linalg.norm(own)) / math.sqrt(max(own.size - rejected.size, 1))

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.prediction import simulate
 from mechid.identification.multistart import sample_box
-from mechid.identification.problem import Problem, Target
+from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
+from mechid.identification.target import Target, target_of
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
@@ -30,9 +30,8 @@ REMEDY = "no record sees it; add a record that does, or give it as a known numbe
 
 def sensitivities(campaign: Campaign) -> int:
     """Return how many directions of the parameters a fit of this campaign asks for."""
-    if not campaign.mechanism.free:
-        return 0
-    return SearchSpace(campaign.mechanism).size
+    own = max((sum(q.is_free for q in record.test_stand) for record in campaign.estimated), default=0)
+    return (SearchSpace(campaign.mechanism).size if campaign.mechanism.free else 0) + own
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
@@ -86,11 +85,12 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
 
 def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
     """Return which coordinates change any sample that was simulated, (n,)."""
-    sigmas_per_range = (problem.upper - problem.lower) / target.sigma
+    span = problem.upper - problem.lower
     stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
     moved = np.zeros(problem.size, dtype=bool)
     for block in problem.run(target, q, stop, jacobian=True).blocks():
-        finite = np.isfinite(block.y[:, 0])
-        J = problem.jacobian_block(target, block, block.stop - block.start)[finite]
-        moved |= np.any(np.isfinite(J) & (np.abs(J) * sigmas_per_range > NOTHING), axis=0)
+        for channel in target.channels:
+            finite = np.isfinite(block.y[:, problem.output(channel.quantity)])
+            J = problem.jacobian_block(target, channel, block, block.stop - block.start)[finite]
+            moved |= np.any(np.isfinite(J) & (np.abs(J) * (span / channel.sigma) > NOTHING), axis=0)
     return moved

@@ -14,6 +14,11 @@ from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
 
 
+def no_samples() -> NDArray[np.int64]:
+    """Return the numbers of no samples, (0,)."""
+    return np.zeros(0, dtype=np.int64)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
     """One measured quantity.
@@ -32,6 +37,10 @@ class Channel:
         The column it was read from, as its header names it.
     metadata : Mapping
         What the file says of it: serial number, sensitivity, ...
+    scale : float
+        What the file's numbers were multiplied by.
+    bridged : ndarray of int, shape (M,)
+        The samples, ascending, that stand for missing ones: no measurement.
     """
 
     quantity: str
@@ -40,6 +49,8 @@ class Channel:
     role: Role
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
+    scale: float = 1.0
+    bridged: NDArray[np.int64] = field(default_factory=no_samples)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -128,6 +139,11 @@ class Record:
             near = did_you_mean(quantity, found) or "; it has " + ", ".join(found)
             raise RecordError(f'{self.name}: no channel "{quantity}"{near}')
         return found[quantity]
+
+    def quiet_rms(self, quantity: str) -> float | None:
+        """Return the RMS of a channel in its quiet stretches, SI, with all colour; None where none are declared."""
+        found = [t["rms"] for t in self.treatments if t["step"] == "quiet" and t["channel"] == quantity]
+        return float(found[0]) if found else None
 
     def blocks(self, size: int) -> Iterator[tuple[int, int]]:
         """Yield (start, stop) of consecutive blocks of at most `size` samples."""

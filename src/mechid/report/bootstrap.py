@@ -14,6 +14,7 @@ from mechid.report.digits import digits, like, with_sigma
 from mechid.report.results import write_texts
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
+from mechid.signal.autoregression import Autoregression
 
 FORMAT = "mechid-bootstrap/1"
 FILE_NAME, DRAWS_NAME = "bootstrap.json", "bootstrap.csv"
@@ -30,7 +31,7 @@ def bootstrap_data(found: Bootstrap, seed: int) -> dict[str, Any]:
         "seed": seed,
         "draws": len(found.draws),
         "tally": {outcome.code: count for outcome, count in found.tally.items()},
-        "noise": {name: {"order": n.order, "sigma": n.sigma} for name, n in found.noise.items()},
+        "noise": {name: _noise(own) for name, own in found.noise.items()},
         "parameters": {s.name: _spread(s) for s in found.spreads},
         "refits": [{"draw": d.number, "outcome": d.outcome.code, "cost": d.cost, **d.values} for d in found.draws],
         "warnings": [f"{count} of {len(found.draws)} refits {outcome.value}" for outcome, count in found.tally.items()
@@ -82,3 +83,8 @@ def _spread(s: Spread) -> dict[str, Any]:
             "unit": "" if s.unit == "1" else s.unit,
         },
     }
+
+
+def _noise(own: Mapping[str, Autoregression]) -> dict[str, Any]:
+    """Return what the noise of a record was drawn from, by channel."""
+    return {quantity: {"order": model.order, "sigma": model.sigma} for quantity, model in own.items()}

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction, as_fitted, predict
-from mechid.analysis.validation import ChannelValidation
+from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import RateProfile
 from mechid.identification.fit import Fit
+from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram
 
@@ -39,11 +40,13 @@ class Spectrogram:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curves:
-    """The curves of one record.
+    """The curves of one channel of a record.
 
     Attributes
     ----------
     name : str
+        Of the record; with the quantity where it is not the record's leading channel.
+    record, quantity : str
     prediction : Prediction
         Every sample, for figures on paper.
     trace : Trace
@@ -65,6 +68,8 @@ class Curves:
     """
 
     name: str
+    record: str
+    quantity: str
     prediction: Prediction
     trace: Trace
     spectrum_hz: FloatArray
@@ -80,15 +85,28 @@ class Curves:
     spectrogram: Spectrogram | None
 
     @property
+    def trace_name(self) -> str:
+        """What the figure of its samples is called."""
+        return f"{self.name}_{self.quantity}" if self.name == self.record else self.name
+
+    @property
     def largest_rate(self) -> float:
         """Largest magnitude of the rate over the record, full steps/s."""
         return float(np.abs(self.rate[:, 1]).max())
 
 
-def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValidation) -> Curves:
-    """Return the curves of a record; where its simulation failed, those of prediction and residual are NaN."""
-    record, noise = campaign.record(name), fit.records[name].noise_sigma
-    p = predict(record, fit)
+def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) -> list[Curves]:
+    """Return the curves of each channel of a record; NaN where its simulation failed."""
+    record, leading = campaign.record(validation.name), next(iter(validation.channels))
+    predictions = predict(record, fit)
+    return [
+        _curves(record, fit, channel_key(record.name, quantity, leading), channel, predictions[quantity])
+        for quantity, channel in validation.channels.items()
+    ]
+
+
+def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
+    noise = fit.records[record.name].noise_of(channel.quantity)
     removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
     frequency, measured = _spectrum(p.measured - removed, rate_hz)
@@ -96,6 +114,8 @@ def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValid
     with np.errstate(all="ignore"):
         return Curves(
             name=name,
+            record=record.name,
+            quantity=channel.quantity,
             prediction=p,
             trace=trace_of(p, noise),
             spectrum_hz=frequency,

@@ -17,7 +17,7 @@ from mechid.identification.estimate_file import json_text
 from mechid.report.design_figures import design_figures
 from mechid.report.digits import plain
 from mechid.report.figures import FOLDER_NAME, write_figures
-from mechid.report.markdown import bullets, markdown_table
+from mechid.report.markdown import bullets, table
 from mechid.report.results import write_together
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
@@ -129,7 +129,7 @@ def design_markdown(data: Row) -> str:
         ("## Step loss", LOSSES, _loss_rows(data)),
     ):
         parts += [title] if title else []
-        parts.append(markdown_table([c.header for c in columns], [[row[c.key] for c in columns] for row in rows]))
+        parts.append(table([c.header for c in columns], [[row[c.key] for c in columns] for row in rows]))
     for title, lines in (
         ("Torque over the step rate", peak_lines(data)),
         ("Left out", _left_out(data)),

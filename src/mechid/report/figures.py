@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from mechid.report.curves import ORDERS, Curves
 from mechid.report.payload import order_marks, shown_hz, zooms
-from mechid.report.plots import AMPLITUDE, CORRELATION, DENSITY, FREQUENCY, LAG, RESIDUAL, TIME, TORQUE
+from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
+from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words
 from mechid.signal import envelope
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +60,7 @@ Drawing = Callable[[Any], None]
 
 
 def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str, Figure]:
-    """Return the figures by name: of each record, of the correlation, of the information by record.
+    """Return the figures by name: of each channel of each record, of the correlation, of the information.
 
     Parameters
     ----------
@@ -104,7 +105,7 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def made(draw: Drawing, height: float) -> Figure:
-    """Return a figure of two columns' width and a height in inches, drawn on."""
+    """Return a figure of a height in inches, two columns wide, with what `draw` draws on it."""
     figure = Figure(figsize=(WIDTH_IN, height))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(
@@ -116,7 +117,7 @@ def made(draw: Drawing, height: float) -> Figure:
 
 def _drawings(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tuple[str, float, Drawing]]:
     for one in curves:
-        yield f"{one.name}_torque", 3.6, partial(_torque, one)
+        yield one.trace_name, 3.6, partial(_torque, one)
         yield f"{one.name}_spectrum", 2.4, partial(_spectrum, one, data["resonances"])
         yield f"{one.name}_residual", 2.2, partial(_residual, one)
         if one.spectrogram:
@@ -132,10 +133,15 @@ def _drawings(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tup
             size,
             partial(_matrix, information, "share_percent", information["records"], "share of the information, %"),
         )
+    if information and len(information["channels"]) > 1:
+        names = [quantity_words(quantity) for quantity in information["channels"]]
+        draw = partial(_matrix, information, "channel_share_percent", names, "share of the information, %")
+        yield "information_by_channel", 0.2 * len(information["parameters"]) + 1.0, draw
 
 
 def _torque(one: Curves, figure: Any) -> None:
-    """Draw measured and modelled torque over the whole record, its start, and the residual."""
+    """Draw measured and modelled torque, or what else it is, over the whole record, its start, and the residual."""
+    labels = axis_labels(one.quantity)
     p = one.prediction
     axes = figure.subplot_mosaic([["whole", "start"], ["residual", "start residual"]], height_ratios=[2, 1],
                                  width_ratios=[3, 2], gridspec_kw={"hspace": 0.08, "wspace": 0.2})  # fmt: skip
@@ -151,8 +157,8 @@ def _torque(one: Curves, figure: Any) -> None:
         axes[torque].tick_params(labelbottom=False)
         axes[residual].set_xlabel(TIME)
         axes[torque].margins(x=0.0)
-    axes["whole"].set_ylabel(TORQUE)
-    axes["residual"].set_ylabel(RESIDUAL)
+    axes["whole"].set_ylabel(labels[TORQUE])
+    axes["residual"].set_ylabel(labels[RESIDUAL])
     _legend(figure, axes["whole"], 2)
 
 
@@ -187,8 +193,8 @@ def _spectrum(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: Any)
     floor = _quantile(one.residual[kept], 0.05) / 2.0
     if floor > 0.0:
         axes.set_ylim(bottom=floor)
-    axes.set(xlabel=FREQUENCY, ylabel=AMPLITUDE, xlim=(0.0, shown))
-    _in_powers(axes.yaxis)
+    axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[AMPLITUDE], xlim=(0.0, shown))
+    in_powers(axes.yaxis)
     _legend(figure, axes, 3)
 
 
@@ -199,9 +205,9 @@ def _residual(one: Curves, figure: Any) -> None:
     low, high = _quantile(one.residual_density, 0.0), _quantile(one.residual_density, 1.0)
     if low > 0.0:
         left.set_ylim(min(low, one.noise_density) / 3.0, max(high, one.noise_density) * 3.0)
-    left.set(xlabel=FREQUENCY, ylabel=DENSITY)
-    _in_powers(left.xaxis)
-    _in_powers(left.yaxis)
+    left.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
+    in_powers(left.xaxis)
+    in_powers(left.yaxis)
     left.legend(loc="upper left", ncols=2)
     lags = np.arange(1, one.correlation.size + 1)
     right.vlines(lags, 0.0, one.correlation, color=RESIDUAL_COLOUR, linewidth=1.0)
@@ -230,8 +236,8 @@ def _spectrogram(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: A
         ax.title.set_fontsize(8.0)
         ax.grid(visible=False)
     axes[0].set_ylabel(FREQUENCY)
-    bar = figure.colorbar(image, ax=list(axes), label=AMPLITUDE, pad=0.02, fraction=0.06)
-    _in_powers(bar.ax.yaxis)
+    bar = figure.colorbar(image, ax=list(axes), label=axis_labels(one.quantity)[AMPLITUDE], pad=0.02, fraction=0.06)
+    in_powers(bar.ax.yaxis)
 
 
 def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: str, figure: Any) -> None:
@@ -256,7 +262,7 @@ def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: st
     figure.colorbar(image, ax=axes, label=label, pad=0.02, fraction=0.05)
 
 
-def _in_powers(axis: Any) -> None:
+def in_powers(axis: Any) -> None:
     """Label a logarithmic axis with powers of ten, as plain text: a formula's layout takes a hundred times longer."""
     axis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.set_minor_locator(NullLocator())

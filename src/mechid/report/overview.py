@@ -10,6 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import mechanism_name
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -19,7 +20,7 @@ from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
-from mechid.units import SI_UNIT
+from mechid.units import unit_words
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
 COLUMNS = (
@@ -120,13 +121,14 @@ def _record(record: CampaignRecord) -> dict[str, Any]:
         "file": record.spec.path,
         "command": command_words(record.command),
         "time_offset_s": record.time_offset.value,
+        "test_stand": {mechanism_name(q.name): q.value for q in record.test_stand if not q.is_free},
         **found,
     }
     return data | {"lines": _lines(data)}
 
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
-    torque = data.channel(record.quantity).data
+    torque = data.channel(record.leading).data
     end = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
     return {
         "samples": data.samples,
@@ -135,8 +137,8 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "duration_s": data.duration_s,
         "edges": record.command.excitation(end).times.size,
         "stepped": not isinstance(record.command, MeasuredCommand),
-        "quantity": record.quantity,
-        "unit": SI_UNIT[record.quantity].replace("*", " "),
+        "quantity": record.leading,
+        "unit": unit_words(record.leading),
         "torque_min": float(torque.min()),
         "torque_max": float(torque.max()),
         "torque_rms": math.sqrt(float(np.mean(torque**2))),
@@ -150,6 +152,9 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
     edges = "" if data["edges"] is None or not data["stepped"] else f": {data['edges']} step edges"
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
     lines = [data["command"] + offset + edges]
+    if data["test_stand"]:
+        own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
+        lines.append(f"its own test stand: {own}")
     if data["edges"] is None:
         return lines
     until = data["start_s"] + data["duration_s"]

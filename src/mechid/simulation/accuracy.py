@@ -44,8 +44,12 @@ def simulate_accurately(simulator: Simulator, p: FloatArray, *, time_offset_s: f
 
 
 def _difference(coarse: Trajectory, fine: Trajectory) -> float | None:
-    """Return the relative RMS difference, None where either failed."""
+    """Return the relative RMS difference of the worst output, None where either failed."""
     if not coarse.outcome is fine.outcome is SimulationOutcome.COMPLETE:
         return None
-    size = float(np.linalg.norm(fine.measured))
-    return float(np.linalg.norm(fine.measured - coarse.measured)) / size if size > 0.0 else 0.0
+    return max(_relative(coarse.values[quantity], values) for quantity, values in fine.values.items())
+
+
+def _relative(coarse: FloatArray, fine: FloatArray) -> float:
+    size = float(np.linalg.norm(fine))
+    return float(np.linalg.norm(fine - coarse)) / size if size > 0.0 else 0.0
