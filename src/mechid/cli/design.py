@@ -29,11 +29,12 @@ def design(
     from mechid.design.design import make_design
     from mechid.design.design_file import beside, read_design_file
     from mechid.identification.reopened import reopened
-    from mechid.report.design import print_design, write_design
+    from mechid.report.design import print_design, refuse_own_folder, write_design
     from mechid.report.terminal import console_on
 
     count = workers or os.cpu_count() or 1
     loaded = load_campaign(campaign, read_records=False)
+    refuse_own_folder(loaded.path, out)
     asked = (read_design_file(options) if options else beside(loaded.path)).asking(criterion, total_s)
     optimum = None
     if fit:

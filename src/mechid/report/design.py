@@ -53,11 +53,9 @@ def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], li
     Raises
     ------
     UsageError
-        The folder cannot be written to, or is the campaign's own.
+        The folder cannot be written to.
     """
     folder = Path(folder)
-    if folder.resolve() == design.campaign.path.parent.resolve():
-        raise UsageError(f"{folder}: holds the campaign itself, which must not be replaced; give another folder")
     data = design_data(design)
     texts = {
         folder / JSON: json_text(data),
@@ -73,6 +71,12 @@ def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], li
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return data, [*texts, folder / FOLDER_NAME]
+
+
+def refuse_own_folder(campaign: Path, folder: Path) -> None:
+    """Raise UsageError where the proposal would replace the campaign file that it is made from."""
+    if folder.resolve() == campaign.parent.resolve():
+        raise UsageError(f"{folder}: holds the campaign itself, which must not be replaced; give another folder")
 
 
 def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> None:
