@@ -14,7 +14,7 @@ from mechid.identification.fit import Fit, RecordFit
 from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import Target, target_of
-from mechid.parameter import Status
+from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]
 
@@ -97,7 +97,8 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
         offset = delay.value if delay else target.time_offset_s
         target = _as_left(target, fit.records[record.name])
-        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds))
+        stand = tuple(_as_found(q, fit) for q in target.stand)
+        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand))
     substeps = fit.provenance.get("substeps")
     return Problem(
         SearchSpace(mechanism),
@@ -105,6 +106,14 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         substeps=substeps if isinstance(substeps, int) else 1,
         workers=os.cpu_count() or 1,
     )
+
+
+def _as_found(parameter: Parameter, fit: Fit) -> Parameter:
+    """Return a record's own parameter where the fit found it, free where it is estimated."""
+    own = fit.parameters.get(parameter.name)
+    if own is None:
+        return parameter
+    return replace(parameter, value=own.value, status=Status.FREE if own.status == Status.FREE else Status.KNOWN)
 
 
 def _as_left(target: Target, own: RecordFit) -> Target:
@@ -115,7 +124,7 @@ def _as_left(target: Target, own: RecordFit) -> Target:
 def _to_search(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
     """Return the parameters' names, and d(search coordinates)/d(values of the file)."""
     names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
+    delays = problem.names[problem.space.size :]
     whole = np.eye(problem.size)
     whole[: len(names), : len(names)] = slopes
     return (*names, *delays), np.asarray(np.linalg.inv(whole), dtype=np.float64)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
+from mechid.campaign.campaign import mechanism_name
 from mechid.command.edges import steps_travelled
 from mechid.identification.declaration import taken_record
 from mechid.identification.fit import Fit
@@ -71,10 +72,11 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     """Return the channels of a record, as the fit took it, beside the prediction of that fit; the leading one first."""
     record = as_fitted(record, fit)
     target = target_of(record)
-    own = fit.parameters.get(record.time_offset.name)
-    offset_s = own.value if own else record.time_offset.value
+    values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
+    offset_s = values[record.time_offset.name]
+    stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, latest_s=abs(offset_s))
-    trajectory = simulate_accurately(simulator, fit.mechanism.kernel_values(), time_offset_s=offset_s)
+    trajectory = simulate_accurately(simulator, fit.mechanism.kernel_values(stand), time_offset_s=offset_s)
     travel = steps_travelled(record.command.rate, target.base.times - offset_s)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import mechanism_name
 from mechid.identification.ambiguity import ambiguity_notes
 from mechid.identification.declaration import DECLARED, taken_campaign
 from mechid.identification.ending import Ending
@@ -82,10 +83,11 @@ def _estimates(
         start = campaign.mechanism.value(name)
         out[name] = _estimate(before, mechanism.value(name), start, verdict, errors)
     for record in campaign.estimated:
-        for p in record.parameters:
-            if p.is_free and p.name.endswith("time_offset_s"):
-                target = next(t for t in problem.targets if t.name == record.name)
-                out[p.name] = _estimate(p, problem.time_offset(target, verdict.q), p.value, verdict, errors)
+        target = next(t for t in problem.targets if t.name == record.name)
+        values = {record.time_offset.name: problem.time_offset(target, verdict.q)}
+        own = problem.own_values(target, verdict.q)
+        values |= {p.name: own[mechanism_name(p.name)] for p in record.test_stand}
+        out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
 
 

@@ -64,7 +64,7 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     simulator = Simulator(
         plant, target.command, base.first(past), capacity=problem.space.size, known_edges=target.excitation
     )
-    p = problem.space.kernel(q[: problem.space.size])
+    p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
     run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
     switching = simulate_run(run).switching
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s

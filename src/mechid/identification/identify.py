@@ -127,13 +127,12 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
 
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
     """Return value and standard deviation of what the mechanism file knows beforehand."""
-    return {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
+    return {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
 
 
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
-    delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
-    names = (*(p.name for p in campaign.mechanism.free), *delays)
+    names = (*(p.name for p in campaign.mechanism.free), *trail.problem.names[trail.problem.space.size :])
     growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return

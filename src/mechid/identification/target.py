@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import Command, Excitation
+from mechid.parameter import Parameter
 from mechid.records.record import no_samples
 from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
@@ -96,6 +97,8 @@ class Target:
         Known time offset, s; where it is free, its start.
     time_offset_bounds : (float, float) or None
         Bounds where it is free.
+    stand : tuple of Parameter
+        Its own parameters of the test stand, known and free.
     """
 
     name: str
@@ -105,6 +108,7 @@ class Target:
     excitation: Excitation
     time_offset_s: float = 0.0
     time_offset_bounds: tuple[float, float] | None = None
+    stand: tuple[Parameter, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -120,6 +124,11 @@ class Target:
     def quantities(self) -> tuple[str, ...]:
         """What its channels measure."""
         return tuple(channel.quantity for channel in self.channels)
+
+    @cached_property
+    def moved(self) -> tuple[Parameter, ...]:
+        """Its own parameters of the test stand that are free."""
+        return tuple(q for q in self.stand if q.is_free)
 
     def each(self, change: Callable[[TargetChannel], TargetChannel]) -> Target:
         """Return the target with every channel changed; the same one where none is."""
@@ -148,6 +157,7 @@ def target_of(record: CampaignRecord) -> Target:
         excitation=excitation_over(record.command, base, latest_s),
         time_offset_s=delay.value,
         time_offset_bounds=(delay.min, delay.max) if delay.is_free else None,
+        stand=record.test_stand,
     )
 
 
