@@ -218,9 +218,10 @@ class _Making:
         choice = select(Pool(information, before, seconds, total_s, allowed, limits.most_of_one), criterion, kept)
         if not choice.chosen:
             why = next((f", as {r.name}: {o}" for r, o in zip(pool, objections, strict=True) if o), "")
+            out = sum(map(bool, objections))
             raise UsageError(
-                f"limits: none of {len(pool)} records can be taken in {total_s:g} s; {sum(map(bool, objections))} are left "
-                f"out{why}; widen the limits, or give other candidates"
+                f"limits: none of {len(pool)} records can be taken in {total_s:g} s; {out} are left out{why}; "
+                "widen the limits, or give other candidates"
             )
         return choice
 
