@@ -10,6 +10,7 @@ from freed import assert_found, freed
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.analysis.validation import validate
 from mechid.campaign import load_campaign, mechanism_text
+from mechid.campaign.identify_options import IdentifyOptions
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.visits import Visits
@@ -144,6 +145,14 @@ def test_an_encoder_is_identified_from_with_its_resolution_as_noise(tmp_path, tu
         assert (channel.offset is None, channel.drift is None) == (False, True)
     for name in STEPPER:
         assert fit.parameters[name].std_error > 2.0 * fit.parameters[name].std_error_white
+
+
+def test_rounding_is_not_taken_for_a_stationary_colour(tmp_path, turned):
+    """Truth: the rule; a filter that is asked for is there."""
+    campaign = replace(counted(tmp_path, turned, 0.61), stages=())
+    for colour, whitened in (("auto", False), ("prefilter", True)):
+        fit = identify(replace(campaign, options=IdentifyOptions(colour=colour)), near=STEPPER)
+        assert all((record.prefilter_order > 0) == whitened for record in fit.records.values())
 
 
 @pytest.mark.slow

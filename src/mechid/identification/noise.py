@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
+MOSTLY_ROUNDING = 0.5
+"""Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
 QUIETER = 0.99
 """Share of a prefilter's noise below which another one is much better."""
 MOST_REJECTED = 0.01
@@ -32,7 +34,8 @@ def released(problem: Problem, q: FloatArray, windows: Windows, options: Identif
     """Return the problem with the residual RMS of each record's channels as their sigma, unless that is a misfit.
 
     A channel whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not
-    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it.
+    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it; one
+    that is mainly rounding only where they ask for it.
     No sigma falls below that of the resolution that is declared: a standstill tells nothing of what is within it.
     """
     targets = [
@@ -67,7 +70,8 @@ def _released_channel(
             "its noise is coloured"
         )
     found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
-    if options.colour == "none" or (options.colour == "auto" and not fits):
+    own = fits and found.rounded <= MOSTLY_ROUNDING
+    if options.colour == "none" or (options.colour == "auto" and not own):
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found

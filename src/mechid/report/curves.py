@@ -16,6 +16,7 @@ from mechid.identification.fit import Fit
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram
+from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
 GROUPS = 3000
@@ -110,7 +111,7 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
     removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
     frequency, measured = _spectrum(p.measured - removed, rate_hz)
-    rate = rate_over(as_fitted(record, fit), p)
+    rate = rate_over(as_fitted(record, fit), p.base)
     with np.errstate(all="ignore"):
         return Curves(
             name=name,
@@ -132,9 +133,9 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
         )
 
 
-def rate_over(record: CampaignRecord, prediction: Prediction) -> FloatArray:
+def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
     """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
-    profile, base = record.command.rate, prediction.base
+    profile = record.command.rate
     until = base.start_s + (base.samples - 1) / base.sample_rate_hz
     points = np.array([(t + record.time_offset.value, r) for t, r in _points(profile)])
     inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]

@@ -150,9 +150,9 @@ def _torque(one: Curves, figure: Any) -> None:
     for (torque, residual), samples in ((("whole", "residual"), p.measured.size), (("start", "start residual"), stop)):
         times = p.base.first(samples).times
         measured = (p.measured - np.nan_to_num(p.removed))[:samples]
-        _over_time(axes[torque], times, measured, MEASURED, 1.3, "measured")
-        _over_time(axes[torque], times, p.modelled[:samples], MODELLED, 0.7, "modelled")
-        _over_time(axes[residual], times, p.residual[:samples], RESIDUAL_COLOUR, 0.5, "residual")
+        over_time(axes[torque], times, measured, MEASURED, 1.3, "measured")
+        over_time(axes[torque], times, p.modelled[:samples], MODELLED, 0.7, "modelled")
+        over_time(axes[residual], times, p.residual[:samples], RESIDUAL_COLOUR, 0.5, "residual")
         axes[residual].sharex(axes[torque])
         axes[torque].tick_params(labelbottom=False)
         axes[residual].set_xlabel(TIME)
@@ -168,7 +168,8 @@ def _legend(figure: Any, axes: Any, columns: int) -> None:
     figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place)
 
 
-def _over_time(axes: Any, times: FloatArray, y: FloatArray, colour: str, width: float, label: str) -> None:
+def over_time(axes: Any, times: FloatArray, y: FloatArray, colour: str, width: float, label: str) -> None:
+    """Draw samples, (n,) both, by the least and the largest of each column of the picture."""
     kept = envelope(y, COLUMNS)
     axes.plot(times[kept], y[kept], color=colour, linewidth=width, label=label)
 
