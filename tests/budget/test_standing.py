@@ -159,7 +159,9 @@ def test_the_ecss_sum_of_a_line_with_other_sources(certain):
 def test_what_the_model_misses_of_each_line(tmp_path, certain):
     """Truth: the report's errors of the orders, where it is of the same fit; a line's level is off by as much."""
     content = estimate(fit_percent=90.0) | {"provenance": {"seed": 1}}
-    rows = [{"name": "sweep", "order": 1.0, "amplitude_error_percent": 3.0, "phase_error_deg": np.degrees(0.04)}]
+    row = {"name": "sweep", "quantity": "torque", "order": 1.0, "amplitude_error_percent": 3.0,
+           "phase_error_deg": np.degrees(0.04)}  # fmt: skip
+    rows = [row, row | {"quantity": "rotor_rate", "amplitude_error_percent": 50.0}]
     report = {"provenance": {"seed": 1}, "orders": rows}
     for name, file in (("estimate.json", content), ("report.json", report)):
         (tmp_path / name).write_text(json.dumps(file), encoding="utf-8")

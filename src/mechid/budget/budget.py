@@ -33,6 +33,8 @@ CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
 """Lines a full step whose crossings with modes are listed."""
 BESIDE = (-0.01, -0.003, 0.0, 0.003, 0.01)
 """Rates added at a crossing, relative to it: a mode of 0.5 % damping is 1 % wide."""
+AROUND = 0.05
+"""By so much crossings may lie outside the rates and still be listed."""
 BY_DUTY = "all modes, by duty"
 
 
@@ -208,7 +210,8 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
     rates = [rate for mode in file.modes for rate in mode.rates]
     if not rates:
         return []
-    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), (min(rates), max(rates)))
+    around = (min(rates) * (1.0 - AROUND), max(rates) * (1.0 + AROUND))
+    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), around)
 
 
 def named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> list[tuple[str, float]]:

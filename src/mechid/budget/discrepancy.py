@@ -74,7 +74,8 @@ def _line_errors(content: Mapping[str, Any], folder: Path, seen: list[str], judg
     """Return the relative error of each order, the RMS over records; those within their noise count as none."""
     squares: dict[float, list[float]] = {}
     for row in _report(content, folder).get("orders", []):
-        if row["name"] in seen and row["amplitude_error_percent"] is not None:
+        torque = row["quantity"] == "torque"
+        if torque and row["name"] in seen and row["amplitude_error_percent"] is not None:
             phase = np.radians(row["phase_error_deg"] or 0.0)
             squares.setdefault(float(row["order"]), []).append((row["amplitude_error_percent"] / 100.0) ** 2 + phase**2)
     share = len(seen) / judged

@@ -20,8 +20,6 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     yield from (f"{file.structure.name}: {line}" for line in file.structure.warnings)
     if estimate.outcome:
         yield f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more"
-    if estimate.removed:
-        yield f"left on the bench: {', '.join(estimate.removed)}"
     yield from _free_body(file)
     for made in modes:
         if made.responses:

@@ -63,6 +63,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "campbell_orders": list(CAMPBELL_ORDERS),
         "crossings": [vars(c) for c in budget.crossings],
         "coupling": _coupling(budget),
+        "notes": [f"left on the bench: {', '.join(removed)}"] if (removed := budget.estimate.removed) else [],
         "warnings": list(budget.warnings),
     }  # fmt: skip
 

@@ -18,6 +18,7 @@ from mechid.cli.budget import budget
 from mechid.cli.check import check
 from mechid.cli.compare import compare
 from mechid.cli.demo import demo
+from mechid.cli.design import design
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.new import new
@@ -55,7 +56,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, report, compare, profile, bootstrap, budget, kernel):
+for verb in (demo, new, check, simulate, identify, report, compare, profile, bootstrap, design, budget, kernel):
     app.command()(verb)
 
 

@@ -50,6 +50,7 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "crossing", told[:SHOWN_CROSSINGS])
     if len(told) > SHOWN_CROSSINGS:
         say(console, f"... and {len(told) - SHOWN_CROSSINGS} further crossings in crossings.csv")
+    print_lines(console, "note", data["notes"])
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "written", [str(path) for path in files])
 

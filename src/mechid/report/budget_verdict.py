@@ -12,13 +12,14 @@ from mechid.report.summary import BAD, CAUTION, GOOD
 Data = Mapping[str, Any]
 HEADLINE = {
     GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
-    CAUTION: "All requirements are met by their values; read the cautions before this is relied on.",
+    CAUTION: "No requirement is exceeded; read the cautions before this is relied on.",
     BAD: "Not all requirements are met.",
 }
 NOTHING_ASKED = "No requirement is given; the disturbance alone is shown."
 SHOWN_SHARES, LEAST_SHARE = 3, 0.01
 SHOWN_ROWS = 4
 """Of the requirements, those of the least margins first; all are in the table."""
+NEAR = 0.03
 DIFFERS = 0.05
 """Relative difference of two-way and one-way from which on it is told as one."""
 
@@ -116,11 +117,11 @@ def _worst(data: Data) -> list[str]:
 
 
 def _nearest_crossing(data: Data, rate: float) -> str:
-    """Return the crossing within 2 % of a rate, of the lowest order."""
-    near = [c for c in data["crossings"] if abs(c["rate"] / rate - 1.0) < 0.02] if rate else []
-    if not near:
+    """Return the crossing nearest to a rate, within 3 % of it."""
+    off = {abs(c["rate"] / rate - 1.0): c for c in data["crossings"]} if rate else {}
+    if not off or min(off) > NEAR:
         return ""
-    c = min(near, key=lambda c: c["order"])
+    c = off[min(off)]
     return f"; there order {c['order']:g} meets {c['mode']} ({plain(c['frequency_hz'], 4)} Hz)"
 
 
