@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow bench recovery coverage lint style types format pytest lock clean
+.PHONY: help demo test test-slow test-data bench recovery coverage lint style types format pytest lock clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -19,6 +19,9 @@ test: lint pytest ## All that CI checks: format, lint, types, layers, tests, doc
 
 test-slow: $(VENV)/.installed-dev ## The tests marked slow
 	$(BIN)/python -m pytest -m slow
+
+test-data: $(VENV)/.installed-data ## The tests on measured data by others (MECHID_DATA=folder), a line a figure
+	$(BIN)/python -m pytest -m data
 
 bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machine
 	$(BIN)/python benchmarks/bench_sweep.py
@@ -73,6 +76,10 @@ $(VENV)/.installed: $(SETUP) | $(VENV)/.created
 $(VENV)/.installed-dev: $(SETUP) | $(VENV)/.created
 	$(PIP) install -c constraints.txt -e '.[dev]'
 	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-data: $(SETUP) | $(VENV)/.created
+	$(PIP) install -c constraints.txt -e '.[dev,structures]'
+	@touch $@ $(VENV)/.installed $(VENV)/.installed-dev
 
 $(VENV)/.installed-bench: $(SETUP) | $(VENV)/.created
 	$(PIP) install -c constraints.txt -e '.[bench]'

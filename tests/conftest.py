@@ -1,9 +1,14 @@
-"""Fixtures that several layers' tests share."""
+"""Fixtures that several layers' tests share, and the figures that measured data give."""
 
 import os
 from pathlib import Path
 
 import pytest
+
+import measured_data
+from measured_data import NAMED, Figure
+
+FIGURES = pytest.StashKey[list]()
 
 
 @pytest.fixture(scope="session")
@@ -19,9 +24,38 @@ def campaign_folder():
 @pytest.fixture(scope="session")
 def data_folder():
     """Return the folder of measured data by others, outside the repository."""
-    named = os.environ.get("MECHID_DATA")
-    folder = Path(named or Path(__file__).resolve().parents[2] / "shared" / "data")
-    if not (folder / "formats").is_dir():
-        assert not named, f"MECHID_DATA names {named}, which holds no measured data"
-        pytest.skip("no measured data here; set MECHID_DATA to their folder")
-    return folder
+    return measured_data.data_folder()
+
+
+@pytest.fixture
+def figure(pytestconfig):
+    """Return a function that notes a number reached on measured data, and asserts that it is in its range."""
+
+    def note(what, reached, *, least=-float("inf"), most=float("inf"), unit=""):
+        found = Figure(what, float(reached), float(least), float(most), unit)
+        pytestconfig.stash.setdefault(FIGURES, []).append(found)
+        assert found.is_met, str(found)
+
+    return note
+
+
+def pytest_runtest_setup(item):
+    """Skip the tests on measured data where there are none, all with one line."""
+    if item.get_closest_marker("data"):
+        measured_data.data_folder()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item):
+    """Make a failure of a test on measured data that is skipped although the data are named."""
+    report = yield
+    if report.skipped and not hasattr(report, "wasxfail") and item.get_closest_marker("data") and os.environ.get(NAMED):
+        report.outcome = "failed"
+        report.longrepr = f"{item.nodeid}: skipped although {NAMED} is set: {report.longrepr}"
+    return report
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    """Print a line for each figure."""
+    for figure in config.stash.get(FIGURES, []):
+        terminalreporter.write_line(str(figure))

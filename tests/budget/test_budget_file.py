@@ -24,10 +24,18 @@ def changed(folder, old, new):
 
 def test_the_example_is_read_as_it_stands(folder):
     file = read_budget_file(folder / "budget.toml")
-    scan, slew = file.modes
+    scan, slew, run_up = file.modes
     np.testing.assert_allclose(scan.rates, np.linspace(10.0, 60.0, 26))
     assert (scan.command.microsteps, slew.command.stepping, slew.rates.tolist()) == (16, "full", [92.0])
+    assert scan.refined
+    assert not slew.refined
+    assert (run_up.is_profile, run_up.duration_s, run_up.highest_rate) == (True, 10.0, 60.0)
+    assert [mode.duty for mode in file.modes] == [0.7, 0.02, 0.05]
+    assert [(e.kind, e.axes.tolist()) for e in file.errors] == [
+        ("bias", [True, False]), ("random", [True, True]), ("periodic", [True, True]),
+    ]  # fmt: skip
     assert file.flight.values == {"load.inertia": 0.0105}
+    assert file.flight.uncertain == {"load.inertia": 1e-4}
     assert file.flight.spread == {"stepper.peak_voltage": 0.06}
     assert file.structure.model.frequency_hz[0] == 0.02  # the rigid body under attitude control
     exposure, pointing = file.requirements
@@ -53,11 +61,22 @@ def test_files_that_are_there_stay(folder):
         ("count = 26", "count = 1", "mode[0].rate_range: found 10 to 60 in 1"),
         ("microsteps = 16 }", "microsteps = 16, rate = 5.0 }", "mode[0]: found 2 of command.rate, rates, rate_range"),
         ("rate = 92.0", "rate = -92.0", "mode[1]: found -92; a steady rate is above 0"),
-        ("rate = 92.0", "rate_profile = [[0, 1]]", "command.rate_profile: a budget is made of steady rates"),
+        ("rate = 92.0", "rate_profile = [[0, 1]]", "mode[1].duration_s: found 0; write a number above 0 in s"),
         ("rate = 92.0", "rat = 92.0", "mode[1]: found 0 of command.rate"),
+        ("duty = 0.7 ", "# duty ", "mode[0].duty: missing; other modes have one"),
+        ("duty = 0.7 ", "duty = 0.99 ", "duty: found 1.06 over all modes; together they are 1 at most"),
+        ("duty = 0.05", "duty = 5.0", "mode[2].duty: found 5; write a share from 0 to 1"),
+        ("rms_window_s = 0.5", "settle_s = 0.5", "mode[2].settle_s: is of a mode with steady rates"),
+        ("rms_window_s = 0.5", "rms_window_s = 50", "mode[2].rms_window_s: found 50; the profile takes 10 s"),
+        ('kind = "bias"', 'kind = "bais"', 'error[0].kind: found "bais"; did you mean "bias"'),
+        ("spread_rad = 2e-8", "frequency_hz = 2.0", "error[0].frequency_hz: is of a periodic error, this one is bias"),
+        ("bandwidth_hz = 2.0\n", "", "error[1].bandwidth_hz: missing; a random error needs it"),
+        ("frequency_hz = 33.0", "frequency_hz = 0.0", "error[2].frequency_hz: found 0"),
+        ("load.inertia = 1e-4 }", "load.inertia = -1 }", "flight.uncertain.load.inertia: found -1"),
         ('index = "RPE"', 'index = "RPEE"', 'requirement[0].index: found "RPEE"; did you mean "RPE"'),
         ("window_s = 0.1\n", "", "requirement[0].window_s: found 0; RPE needs window_s"),
-        ('axis = "x"', 'axis = "los"', 'requirement[0].axis: found "los"; write one of "x", "y", "cone"'),
+        ('axis = "x"', 'axis = "los"', 'error[0].axis: found "los"; write one of "x", "y"'),
+        ('axis = "cone"', 'axis = "los"', 'requirement[1].axis: found "los"; write one of "x", "y", "cone"'),
         ('"temporal"', '"temprl"', 'interpretation: found "temprl"; did you mean "temporal"'),
         ("confidence = 0.9973", "confidence = 99.73", "confidence: found 99.73; write a share"),
         ("limit_rad = 6e-7\n", "", "requirement[0].limit_rad: missing; write the limit in rad"),

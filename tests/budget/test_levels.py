@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from mechid.budget.indices import Index
-from mechid.budget.levels import ensemble_level, level, mixed_level
-from mechid.budget.pointing_error import PointingError, Source
+from mechid.budget.levels import always, ensemble_level, level, mixed_level
+from mechid.budget.pointing_error import PointingError, Random, Source
 from mechid.budget.shares import drawn, propagated
 from mechid.budget.summation import Contribution, coverage_factor, total
 from mechid.errors import UsageError
@@ -19,9 +19,9 @@ def line(*phasor, f=10.0, order=1, name="a"):
 
 
 def white(*sigmas):
-    """Return frequency and density of white noise to 100 Hz."""
+    """Return white noise to 100 Hz."""
     f = np.linspace(0.0, 100.0, 1001)
-    return f, np.tile(np.array(sigmas) ** 2 / (1001 * 0.1), (1001, 1))
+    return (Random(f, np.tile(np.array(sigmas) ** 2 / (1001 * 0.1), (1001, 1))),)
 
 
 @pytest.mark.parametrize("confidence", [0.5, 0.95, 0.9973])
@@ -34,14 +34,14 @@ def test_a_line_is_arcsine_distributed(confidence):
 @pytest.mark.parametrize("confidence", [0.68, 0.9973])
 def test_noise_is_gaussian_and_its_cone_rayleigh(confidence):
     """Truth: the Gaussian and the Rayleigh quantile; the cone is sampled, hence 1 %."""
-    error = PointingError(np.zeros(2), (), *white(3.0, 3.0))
+    error = PointingError(np.zeros(2), (), white(3.0, 3.0))
     assert level(error, APE, confidence, 0) == pytest.approx(3.0 * coverage_factor(confidence), rel=1e-6)
     assert level(error, APE, confidence, None) == pytest.approx(3.0 * coverage_factor(confidence, cone=True), rel=1e-2)
 
 
 def test_bias_and_noise():
     """Truth: the folded normal distribution."""
-    error = PointingError(np.array([1.5]), (), *white(1.0))
+    error = PointingError(np.array([1.5]), (), white(1.0))
     assert level(error, APE, 0.9, 0) == pytest.approx(stats.foldnorm(1.5).ppf(0.9), rel=1e-6)
 
 
@@ -49,7 +49,7 @@ def test_line_noise_and_bias_together():
     """Truth: a million draws of the sum, whose quantile has a standard error of some 0.1 %."""
     rng = np.random.default_rng(4)
     draws = 0.4 + 2.0 * np.cos(rng.uniform(0.0, 2.0 * np.pi, 1_000_000)) + rng.normal(0.0, 0.5, 1_000_000)
-    error = PointingError(np.array([0.4]), (line(2.0),), *white(0.5))
+    error = PointingError(np.array([0.4]), (line(2.0),), white(0.5))
     for confidence in (0.5, 0.95, 0.9973):
         expected = np.quantile(np.abs(draws), confidence)
         assert level(error, APE, confidence, 0) == pytest.approx(expected, rel=5e-3)
@@ -92,7 +92,7 @@ def test_relative_error_of_a_line_over_a_window(periods):
 
 def test_interpretations_over_an_ensemble():
     """Truth: the definitions. Of amplitudes 1, 2, 3 temporal takes the worst, ensemble the peaks, mixed all."""
-    members = [PointingError(np.zeros(1), (line(a),)) for a in (1.0, 2.0, 3.0)]
+    members = [always(PointingError(np.zeros(1), (line(a),))) for a in (1.0, 2.0, 3.0)]
     c = 0.9
     assert ensemble_level(members, APE, c, 0, "temporal") == pytest.approx(3.0 * np.sin(0.5 * np.pi * c), rel=1e-4)
     assert ensemble_level(members, APE, c, 0, "ensemble") == pytest.approx(np.quantile([1, 2, 3], c), rel=1e-4)
@@ -161,5 +161,5 @@ def test_a_drawn_band():
 
 
 def test_mixed_of_a_member_is_its_level():
-    error = PointingError(np.zeros(1), (line(1.0),), *white(0.2))
-    assert mixed_level([error, error], APE, 0.9, 0) == pytest.approx(level(error, APE, 0.9, 0), rel=1e-9)
+    error = PointingError(np.zeros(1), (line(1.0),), white(0.2))
+    assert mixed_level([always(error)] * 2, APE, 0.9, 0) == pytest.approx(level(error, APE, 0.9, 0), rel=1e-9)

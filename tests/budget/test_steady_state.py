@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from mechid.budget.budget_file import OperatingMode
 from mechid.budget.coupling import dynamic_stiffness, loop_gain
+from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.flight_entry import Flight, LoadMode
 from mechid.budget.flying_mechanism import on_base, read_flying
 from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import ensemble_draws, nominal_level, respond, standing
+from mechid.budget.line_of_sight import respond
+from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orders import phasors
 from mechid.budget.requirement import Requirement
+from mechid.budget.standing import make_ensemble, nominal_level, standing
 from mechid.budget.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
@@ -85,15 +87,15 @@ def test_gradients_are_those_of_differences(flying, state):
 def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, within):
     """Truth: mechanisms drawn from the covariance, each simulated anew; of n draws sigma is known to 1/sqrt(2 n)."""
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
-    none = (np.zeros(0), np.zeros((0, 0)))
-    band = standing(REQUIREMENT, "scan", respond(state, structure), flying, *none).level
+    none = make_ensemble((), np.zeros(0), (), seed=0)
+    band = standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], flying, none).level
     rng = np.random.default_rng(8)
     nominal = np.array([flying.mechanism.value(name) for name in flying.names])
     levels = []
     for draw in rng.multivariate_normal(nominal, flying.covariance, draws):
         moved = flying.mechanism.with_values(dict(zip(flying.names, draw, strict=True)))
         response = respond(steady_state(moved, MODE, 37.3, (), 2), structure)
-        levels.append(standing(REQUIREMENT, "scan", response, _certain(flying), *none).level.value)
+        levels.append(nominal_level(REQUIREMENT, [(1.0, response)]))
     assert band.sigma == pytest.approx(np.std(levels), rel=within)
     assert band.value == pytest.approx(np.mean(levels), abs=3.0 * band.sigma / np.sqrt(draws) + 0.1 * band.sigma)
     assert sum(band.shares.values()) == pytest.approx(1.0)
@@ -101,7 +103,7 @@ def test_the_band_is_the_scatter_of_resimulated_draws(flying, state, draws, with
 
 def _certain(flying):
     """Return the estimate without uncertainty, so that only the level is worked out."""
-    return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=0.0)
+    return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=Discrepancy())
 
 
 @pytest.mark.parametrize(("noise", "expected"), [(0.0, 0.05), (0.8e-3, 0.03), (0.999e-3, 0.0)])
@@ -110,7 +112,7 @@ def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
     content = estimate(fit_percent=95.0)
     content["records"]["sweep"]["noise_sigma"] = noise
     (tmp_path / "estimate.json").write_text(json.dumps(content), encoding="utf-8")
-    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy == pytest.approx(expected, abs=1e-12)
+    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
 
 
 def test_a_spread_makes_an_ensemble(flying):
@@ -118,15 +120,16 @@ def test_a_spread_makes_an_ensemble(flying):
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
     name, sigma = "stepper.peak_voltage", 0.02
     state = steady_state(flying.mechanism, MODE, 37.3, (name,), SUBSTEPS)
-    draws = ensemble_draws(1, seed=1)
-    worst = standing(REQUIREMENT, "scan", respond(state, structure), _certain(flying), np.array([sigma]), draws)
+    units = make_ensemble((name,), np.array([sigma]), (), seed=1)
+    worst = standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], _certain(flying), units)
     levels = []
-    for draw in (draws.min(), draws.max()):
+    for draw in (units.draws.min(), units.draws.max()):
         moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})
         unit = respond(steady_state(moved, MODE, 37.3, (), SUBSTEPS), structure)
-        levels.append(nominal_level(REQUIREMENT, unit))
+        levels.append(nominal_level(REQUIREMENT, [(1.0, unit)]))
     assert worst.level.value == pytest.approx(max(levels), rel=2e-3)
-    assert worst.level.value > nominal_level(REQUIREMENT, respond(state, structure))
+    assert worst.level.value > worst.nominal_rad == nominal_level(REQUIREMENT, [(1.0, respond(state, structure))])
+    assert worst.spread_shares[name] > 0.9
 
 
 def test_the_test_stand_stays_behind(flying):

@@ -17,11 +17,11 @@ TORQUE = ("torque",)
 def test_every_key_is_read():
     entry = {
         "time_stamps": "regular", "limits": {"torque": [-5, 5.0]}, "max_gap_s": 0.002,
-        "quiet_s": {"torque": [[0.0, 0.5], [9.5, 10]]}, "window_s": [1.0, 9], "decimate": 5,
+        "cumulate": ["torque"], "quiet_s": {"torque": [[0.0, 0.5], [9.5, 10]]}, "window_s": [1.0, 9], "decimate": 5,
     }  # fmt: skip
     assert read_conditioning(entry, PLACE, TORQUE) == Conditioning(
         time_stamps=TimeStamps.REGULAR, limits={"torque": (-5.0, 5.0)}, max_gap_s=0.002,
-        quiet_s={"torque": ((0.0, 0.5), (9.5, 10.0))}, window_s=(1.0, 9.0), decimate=5,
+        cumulate=("torque",), quiet_s={"torque": ((0.0, 0.5), (9.5, 10.0))}, window_s=(1.0, 9.0), decimate=5,
     )  # fmt: skip
 
 
@@ -44,6 +44,8 @@ WRONG = {
     ),
     "limits of a number": ({"limits": 5.0, "max_gap_s": 1.0}, "conditioning.limits: found 5.0; write a table"),
     "quiet stretch": ({"quiet_s": {"torque": []}}, "conditioning.quiet_s.torque: found []; write a list of stretches"),
+    "increments of nothing": ({"cumulate": ["torqe"]}, "conditioning.cumulate[0]: "),
+    "increments": ({"cumulate": True}, "conditioning.cumulate: found true; write a list of quantities"),
     "time stamps": ({"time_stamps": "jittered"}, "conditioning.time_stamps: found"),
 }
 

@@ -2,6 +2,7 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from mechid.campaign import mechanism_from_table, read_mechanism
@@ -39,6 +40,16 @@ def test_the_back_emf_constant_follows_the_torque_constant(mechanism):
     k_v = mechanism.parameters["stepper.back_emf_constant"]
     assert (k_v.status, k_v.tied_to) == (Status.TIED, "stepper.torque_constant")
     assert mechanism.value("stepper.back_emf_constant") == 0.277
+
+
+def test_static_friction_left_out_follows_coulomb_friction(changed):
+    mechanism = read_mechanism(changed("mechanism.toml", "static = 0.03\n", ""))
+    static = mechanism.parameters["friction.static"]
+    assert (static.status, static.tied_to) == (Status.TIED, "friction.coulomb")
+    assert mechanism.value("friction.static") == mechanism.value("friction.coulomb") == 0.0265
+    T_frs, T_frd = (list(map(str, mechanism.plant.parameters)).index(name) for name in ("T_frs", "T_frd"))
+    moved = np.flatnonzero(mechanism.kernel_jacobian()["friction.coulomb"])
+    np.testing.assert_array_equal(moved, sorted((T_frs, T_frd)))
 
 
 def test_a_back_emf_constant_of_its_own_is_not_tied(changed):

@@ -1,8 +1,10 @@
 """What is odd about a record and yet usable is said, and names the record."""
 
+import numpy as np
 import pytest
 
 from mechid.campaign import load_campaign
+from mechid.errors import RecordError
 
 FULL = 'record "full_46": '
 SWEEP = 'record "sweep": '
@@ -21,6 +23,25 @@ def test_a_record_shorter_than_its_command(changed, end, warned):
     path = changed("campaign.toml", "[1.0, 20.0]", f"[{end}, 20.0]")
     warning = f"{SWEEP}the record ends at 1 s of a command that goes on to 1.01 s; is it whole?"
     assert load_campaign(path).warnings == ((warning,) if warned else ())
+
+
+def test_a_text_cut_anywhere_is_refused_or_told_by_its_commands_duration(folder, write_record):
+    """Truth: the whole file. Cut within a line it is refused or its end is warned of, at a line end it is too short."""
+    whole = write_record()
+    ends = [k + 1 for k, letter in enumerate(whole) if letter == "\n"]
+    rng = np.random.default_rng(4)
+    refusals = 0
+    for end in [*rng.integers(0, len(whole) - 2, 50), *rng.choice(ends[20:-2], 50)]:
+        (folder / "sweep.csv").write_text(whole[:end])
+        try:
+            warnings = load_campaign(folder).warnings
+        except RecordError as error:
+            refusals += 1
+            assert str(error).startswith("sweep.csv: ")  # noqa: PT017
+            assert "\n" not in str(error)  # noqa: PT017
+        else:
+            assert any("is it whole?" in line or "is the file cut off there?" in line for line in warnings), end
+    assert 0 < refusals < 50
 
 
 def test_a_command_delayed_beyond_the_record(changed):

@@ -3,7 +3,10 @@
 Truth: the contract of exit codes (DESIGN 3) and the list of bad input in issue A.
 """
 
+import numpy as np
 import pytest
+
+from instrument_files import FORMATS
 
 MECHANISM, CAMPAIGN = "mechanism.toml", "campaign.toml"
 
@@ -61,6 +64,20 @@ def test_a_record_that_cannot_be_used_is_4(refused, folder, tmp_path, kind, verb
     line = refused(4, verb, folder, *(["--out", tmp_path / "out"] if verb != "check" else []))
     assert "full_46.csv" in line
     assert says in line
+
+
+@pytest.mark.parametrize("name", FORMATS)
+def test_a_file_cut_anywhere_is_listed_or_4(run, tmp_path, name):
+    """Truth: half a file is not the file; the readers' tests hold what is read against what was written."""
+    path = tmp_path / FORMATS[name].name
+    FORMATS[name].write(path)
+    whole = path.read_bytes()
+    for end in np.random.default_rng(5).integers(0, len(whole) - 1, 10):
+        path.write_bytes(whole[:end])
+        result = run("check", path)
+        assert result.exit_code in (0, 4), result.stderr
+        assert len(result.stderr.splitlines()) == (result.exit_code == 4)
+        assert result.exception is None or isinstance(result.exception, SystemExit)
 
 
 @pytest.mark.parametrize(

@@ -2,18 +2,19 @@
 
 import csv
 import json
+import re
 
 import numpy as np
 import pytest
 
-from mechid.budget.example import BUDGET, STRUCTURE
+from mechid.budget.example import BUDGET, STRUCTURE, write_example
 from paper_estimate import write_estimate_of_paper
 
+WITHOUT_DUTY = re.sub(r"duty = .*\n", "", BUDGET)
+ALONE = WITHOUT_DUTY[: WITHOUT_DUTY.index('[[mode]]\nname = "slew"')] + BUDGET[BUDGET.index("[[requirement]]") :]
 SMALL = (
-    BUDGET.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
-    .replace("limit_rad = 6e-7", "limit_rad = 1e-7")
-    .replace('[[mode]]\nname = "slew"\ncommand = { stepping = "full", rate = 92.0, start_angle_deg = 45.0 }\n', "")
-)  # fmt: skip
+    ALONE.replace("rate_range = { from = 10.0, to = 60.0, count = 26 }", "rates = [20.0, 47.5]")
+    .replace("limit_rad = 6e-7", "limit_rad = 1e-7"))  # fmt: skip
 
 
 @pytest.fixture
@@ -83,3 +84,49 @@ def test_a_missing_estimate_says_what_writes_it(refused, folder):
     (folder / "estimate.json").unlink()
     line = refused(3, "budget", folder / "budget.toml", "--out", folder / "out")
     assert 'there is no such file; "mechid identify" writes it' in line
+
+
+PROFILE = SMALL.replace(
+    'command = { stepping = "micro", microsteps = 16 }\nrates = [20.0, 47.5]\n',
+    'command = { stepping = "micro", microsteps = 16, rate_profile = [[0.0, 0.0], [2.0, 50.0]] }\n',
+)
+
+
+def test_a_profile_from_file_to_file(run, folder):
+    """Truth: Parseval on the series in the file, and the windows of that series."""
+    h5py = pytest.importorskip("h5py")
+    assert "rate_profile" in PROFILE
+    (folder / "budget.toml").write_text(PROFILE, encoding="utf-8")
+    result = run("budget", folder / "budget.toml", "--out", folder / "out")
+    assert result.exit_code == 0, result.stderr
+    data = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))
+    (mode,) = data["modes"]
+    rows = list(csv.DictReader((folder / "out" / "windowed.csv").read_text(encoding="utf-8").splitlines()))
+    assert max(float(row["rms_x_rad"]) for row in rows) == pytest.approx(mode["line_of_sight_rms_rad"][0])
+    with h5py.File(folder / "out" / "disturbance.h5") as file:
+        scan = file["scan"]
+        series, rate = scan["line_of_sight_x"][:], scan.attrs["line_of_sight_sample_rate_Hz"]
+        step = scan["line_of_sight_frequency"][1]
+        assert scan["line_of_sight_x_psd"][:].sum() * step == pytest.approx(np.mean(series**2), rel=1e-6)
+        assert series.size == pytest.approx(2.0 * rate, abs=1.0)
+    n = round(mode["rms_window_s"] * rate)
+    last = float(rows[-1]["rms_x_rad"])
+    assert last == pytest.approx(series[-n:].std(), rel=1e-6)
+    assert mode["rates"] == []
+    assert {row["mode"] for row in data["requirements"]} == {"scan"}
+
+
+@pytest.mark.slow
+def test_the_example_runs_as_it_is(run, tmp_path):
+    """Truth: the file as the demo writes it, without a change; every mode stands against every requirement."""
+    write_estimate_of_paper(tmp_path, fit_percent=99.0)
+    write_example(tmp_path)
+    result = run("budget", tmp_path / "budget.toml", "--out", tmp_path / "out", "--workers", "2")
+    assert result.exit_code == 0, result.stderr
+    data = json.loads((tmp_path / "out" / "budget.json").read_text(encoding="utf-8"))
+    assert [(r["requirement"], r["mode"]) for r in data["requirements"]] == [
+        (requirement, mode)
+        for mode in ("scan", "slew", "run up", "all modes, by duty")
+        for requirement in ("stability in an exposure", "pointing")
+    ]
+    assert (tmp_path / "out" / "budget.html").stat().st_size > 500_000

@@ -55,3 +55,21 @@ def test_a_mechanism_that_diverges_is_warned(run, changed):
 def test_stages_are_told(run, staged):
     result = run("check", staged)
     assert "stage 1: gear.stiffness, gear.damping; full_46, 0 s to 0.05 s" in result.stdout
+
+
+def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, tmp_path):
+    """Truth: the labels that must stand in it; the SVG keeps text as text."""
+    result = run("check", folder, "--out", tmp_path / "pictures")
+    assert result.exit_code == 0
+    for name in ("full_46", "sweep"):
+        path = tmp_path / "pictures" / f"{name}.svg"
+        assert f"written: {path}" in result.stdout
+        text = path.read_text()
+        assert all(label in text for label in (name, "torque,", "N m", "time, s", "rate,", "full steps/s"))
+        assert path.with_suffix(".png").stat().st_size > 5000
+
+
+def test_a_picture_of_a_bare_file_is_refused(run, folder, tmp_path):
+    result = run("check", folder / "full_46.csv", "--out", tmp_path)
+    assert result.exit_code == 2
+    assert "--out" in result.stderr

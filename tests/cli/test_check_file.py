@@ -43,6 +43,28 @@ def test_an_irregular_clock_is_a_warning(run, tmp_path):
     assert sum(line.startswith("warning: run.csv: line 12: irregular time") for line in result.stdout.splitlines()) == 1
 
 
+def test_the_samples_of_a_text_without_a_clock_are_counted(run, tmp_path):
+    (tmp_path / "run.txt").write_text("1 2\n" * 77)
+    assert [" ".join(line.split()) for line in run("check", tmp_path / "run.txt").stdout.splitlines()][3:5] == [
+        "0 77", "1 77",
+    ]  # fmt: skip
+
+
+def test_an_irregular_clock_has_its_median_rate(tmp_path):
+    write_csv(tmp_path / "run.csv")
+    text = (tmp_path / "run.csv").read_text().replace("0.010000", "0.010400")
+    (tmp_path / "run.csv").write_text(text)
+    row = file_data(tmp_path / "run.csv")["columns"][1]
+    assert (row["text"]["sample_rate_hz"], row["clock"], row["text"]["start_s"]) == ("1000", "irregular", "")
+
+
+def test_a_prose_text_is_4(refused, tmp_path):
+    (tmp_path / "README.txt").write_text("What this is, in words\nSource: somewhere, and no numbers\n")
+    assert "is not a number" in refused(4, "check", tmp_path / "README.txt")
+    (tmp_path / "LICENSE.rst").write_text("words")
+    assert 'no reader for ".rst"; mechid reads .csv' in refused(4, "check", tmp_path / "LICENSE.rst")
+
+
 def test_a_damaged_file_is_4(refused, tmp_path):
     (tmp_path / "run.tdms").write_bytes(b"TDSm" + bytes(40))
     assert "run.tdms: " in refused(4, "check", tmp_path / "run.tdms")

@@ -5,19 +5,17 @@ tests/identification/test_nist_strd.py` prints the table of docs/validation.md.
 """
 
 import inspect
-import os
 import sys
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 
+from measured_data import data_folder
 from mechid.identification.solve import covariance, descend, solve
 from nist_strd import NAMES, digits, read
 
-BESIDE = Path(__file__).resolve().parents[3] / "shared" / "data"
-FOLDER = Path(os.environ.get("MECHID_DATA", BESIDE)) / "nist_strd" / "NIST_STRD"
+pytestmark = pytest.mark.data
 STEPS = 3000
 OWN_TOLERANCE, TIGHT_TOLERANCE = inspect.signature(solve).parameters["tolerance"].default, 1e-15
 """Relative fall of the cost that ends a search: as an identification uses it, and down to rounding."""
@@ -29,9 +27,7 @@ deviation, is known to some three digits."""
 
 @cache
 def problem(name):
-    if not FOLDER.is_dir():
-        pytest.skip("no NIST StRD here; set MECHID_DATA to the folder that holds nist_strd/")
-    return read(FOLDER / f"{name}.dat")
+    return read(data_folder() / "nist_strd" / "NIST_STRD" / f"{name}.dat")
 
 
 def solved(name, start, tolerance):
@@ -47,11 +43,14 @@ def solved(name, start, tolerance):
 
 @pytest.mark.parametrize("start", [0, 1], ids=["far", "near"])
 @pytest.mark.parametrize("name", NAMES)
-def test_six_certified_digits(name, start):
+def test_six_certified_digits(name, start, figure):
     solution, errors = solved(name, start, TIGHT_TOLERANCE)
     assert solution.converged
-    assert digits(solution.q, problem(name).certified) >= PROMISED
-    assert digits(errors, problem(name).certified_errors) >= ROUNDED.get(name, PROMISED)
+    where = f"NIST {name}, {('far', 'near')[start]} start: digits of the"
+    figure(f"{where} parameters", digits(solution.q, problem(name).certified), least=PROMISED)
+    figure(
+        f"{where} standard errors", digits(errors, problem(name).certified_errors), least=ROUNDED.get(name, PROMISED)
+    )
     assert digits(solution.triangle.cost, problem(name).certified_sum) >= ROUNDED.get(name, PROMISED)
 
 

@@ -4,13 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
+from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
-from synthetic import COMMANDS, displaced, measured, measuring, record, truth
+from synthetic import COMMANDS, displaced, measured, measuring, record, truth, with_leading
 
 FREE = {
     "stepper.coil_resistance": 1.03, "stepper.detent.1.amplitude": 1.1, "stepper.detent.1.phase_deg": 1.05,
@@ -107,6 +109,36 @@ def test_the_gradient_is_that_of_the_cost(problem):
         h[j] = 1e-1 / size  # a tenth of a sigma
         near, far = (cost(problem.start + k * h) - cost(problem.start - k * h) for k in (1, 2))
         assert gradient[j] / size == pytest.approx((8.0 * near - far) / (12.0 * h[j]) / size, rel=1e-5, abs=1e-3)
+
+
+MASKED = np.concatenate([[3, 4], np.arange(400, 460), [1023, 1024], np.arange(1500, 1505), [2480]])
+"""A gap at the beginning, a long one, one across two blocks of the simulator, a short one, a single sample."""
+
+
+@pytest.mark.parametrize("window", [(0, 2501), (402, 1502)])
+@pytest.mark.parametrize("taps", [(1.0,), (1.0, -0.7, 0.2, 0.1)])
+def test_samples_that_do_not_count_are_not_there(problem, window, taps):
+    """Truth: the dense problem of each stretch between gaps filtered by itself, its first samples left out."""
+    target = problem.targets[0]
+    colour, order = Autoregression(np.array(taps), 3e-3), len(taps) - 1
+    spoilt = target.leading.measured.copy()
+    spoilt[MASKED] = 7.0
+    masked = with_leading(target, measured=spoilt, rejected=MASKED, prefilter=colour if order else None, linear=0)
+    r, J = dense(problem, with_leading(target, linear=0), problem.start, (0, target.samples))
+    sigma = target.leading.sigma
+    rows = np.column_stack([np.vander(np.arange(len(r), dtype=float), 2), r * sigma, J * sigma])
+    counted = np.setdiff1d(np.arange(*window), MASKED)
+    stretches = [rows[part] for part in np.split(counted, np.flatnonzero(np.diff(counted) > 1) + 1)]
+    kept = np.vstack([lfilter(taps, [1.0], part, axis=0)[order:] for part in stretches])
+    kept /= colour.sigma if order else sigma
+    phi, rest = kept[:, :2], kept[:, 2:]
+    rest = rest - phi @ np.linalg.lstsq(phi, rest, rcond=None)[0]
+    triangle = problem.triangle(with_leading(masked, linear=2), problem.start, window)
+    assert triangle.cost == pytest.approx(rest[:, 0] @ rest[:, 0], rel=1e-9)
+    size = np.linalg.norm(rest[:, 1:], axis=0)
+    size[size == 0.0] = 1.0
+    reduced, scaled = triangle.jacobian / size, rest[:, 1:] / size
+    np.testing.assert_allclose(reduced.T @ reduced, scaled.T @ scaled, rtol=1e-8, atol=1e-8)
 
 
 def test_offset_and_drift_change_nothing(problem):

@@ -11,8 +11,8 @@ from mechid.identification.problem import Problem
 from mechid.identification.solve import covariance, solve
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import target_of
-from mechid.identification.uncertainty import residual, uncertainty
-from mechid.signal.autoregression import autocovariance
+from mechid.identification.uncertainty import _score_variance, residual, uncertainty
+from mechid.signal.autoregression import Autoregression, autocovariance
 from synthetic import COMMANDS, NOISE_NM, displaced, measuring, record, torque_of, truth, with_leading
 
 FREE = {"gear.stiffness": 1.005, "gear.damping": 1.1, "stepper.torque_constant": 0.99}
@@ -67,6 +67,19 @@ def scatter(factors, names, noise, draws, *, seconds, seed):
         u = uncertainty(here, solution.q, here.whole(), solution.triangle, np.ones(here.size, dtype=bool))
         found.append((solution.q - exact, u.white, u.robust))
     return Scatter(*map(np.array, zip(*found, strict=True)))
+
+
+@pytest.mark.parametrize("linear", [0, 1, 2])
+def test_the_score_of_white_noise_is_in_the_triangle(linear):
+    """Truth: the streamed sum over samples, taken by a colour whose one coefficient is zero."""
+    torque = torque_of(truth(), COMMANDS["full_46"], 801)
+    target = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), linear=linear, sigma=NOISE_NM)
+    problem = Problem(SearchSpace(displaced(truth(), FREE)), (target,), substeps=2)
+    scores = [
+        _score_variance(problem, target, problem.start, (100, 801), (Autoregression(np.array(a), 0.003),))
+        for a in ([1.0], [1.0, 0.0])
+    ]
+    assert scores[0] == pytest.approx(scores[1], rel=1e-9)
 
 
 DRAWS = 100

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sympy import Symbol
 
 from hand_typed import motor_torque
 from hand_typed_blocks import (
@@ -158,3 +159,16 @@ def test_a_direct_drive_is_a_mass_on_friction(quantity, inertia, output):
     rates = equations.rates(x, u, entered(equations, x, u, p), p)
     np.testing.assert_allclose(rates, [0.0, -0.1, (40.0 + 7.0 - 3.0 + 20.0 + 20.0) / 95.0], rtol=1e-12)
     assert equations.outputs(x, u, entered(equations, x, u, p), p)[0] == 0.3
+
+
+def test_an_unbalanced_axis_is_a_pendulum_that_may_begin_in_motion():
+    """Truth: J a'' = T + T_0 - W sin(a) - T_c sign(a') - T_v a'; a'(0) is the start rate."""
+    table = {"load": {"inertia": 0.06, "unbalance": 1.5, "start_rate": 0.7}, "drive": {"offset": -0.1},
+             "friction": {"coulomb": 0.2, "viscous": 0.05}, "assembly": "direct_torque_drive"}  # fmt: skip
+    m = mechanism_of(table)
+    equations = equations_of(m.plant)
+    x, u, p = [0.4, 0.8, -2.0], [1.1, 0.0], m.kernel_values()
+    rates = equations.rates(x, u, entered(equations, x, u, p), p)
+    expected = (1.1 + 0.4 - 0.1 - 1.5 * np.sin(0.8) + 0.2 + 0.05 * 2.0) / 0.06
+    np.testing.assert_allclose(rates, [0.0, -2.0, expected], rtol=1e-12)
+    assert list(m.plant.initial) == [0, 0, Symbol("omega_start")]

@@ -82,6 +82,15 @@ def test_a_record_too_short_to_decimate_is_refused(tmp_path):
     assert "too few to decimate by 40" in refused(tmp_path, Conditioning(decimate=40))
 
 
+def test_increments_are_summed_up_and_told(tmp_path):
+    """Truth: the tone, which the test takes apart into increments."""
+    increments = np.diff(tone(TIME), prepend=0.0)
+    record = read(tmp_path, Conditioning(cumulate=("torque",), window_s=(1.0, 2.0)), torque=increments)
+    np.testing.assert_allclose(torque_of(record) - torque_of(record)[0], tone(TIME[1000:2001]) - tone(1.0), atol=1e-12)
+    assert steps(record) == ["cumulate", "window"]
+    np.testing.assert_array_equal(record.channel("rotor_angle").data, np.cos(TIME[1000:2001]))
+
+
 def test_a_quiet_stretch_gives_the_offset(tmp_path):
     torque = np.where(TIME < 0.5, 0.0, np.sin(TIME)) + 0.25
     record = read(tmp_path, Conditioning(quiet_s={"torque": ((0.0, 0.499),)}), torque=torque)
@@ -128,6 +137,28 @@ def test_a_gap_is_bridged_by_a_straight_line_and_told(tmp_path):
     assert (done["step"], done["samples"], done["gaps"]) == ("gaps", 10, 1)
     assert done["longest_s"] == pytest.approx(0.010)
     assert done["first_at_s"] == [0.7]
+    np.testing.assert_array_equal(record.channel("torque").bridged, np.arange(700, 710))
+    assert record.channel("rotor_angle").bridged.size == 0
+
+
+def test_bridged_samples_keep_their_places_in_a_window(tmp_path):
+    how = Conditioning(max_gap_s=0.010, quiet_s={"torque": ((0.1, 0.2),)}, window_s=(0.705, 1.0))
+    record = read(tmp_path, how, torque=with_gap(700, 706))
+    np.testing.assert_array_equal(record.channel("torque").bridged, [0])
+
+
+def test_decimated_samples_in_which_bridged_ones_have_a_part_are_none_either(tmp_path):
+    """Truth: two records that differ within the gap alone differ nowhere else by more than that share of it."""
+    how = Conditioning(max_gap_s=0.020, decimate=4)
+    missing = read(tmp_path, how, torque=with_gap(2000, 2020)).channel("torque")
+    other = 2.0 * TIME
+    other[2000:2020] += 1.0
+    moved = np.abs(read(tmp_path, Conditioning(decimate=4), torque=other).channel("torque").data - missing.data)
+    kept = np.ones(moved.size, dtype=bool)
+    kept[missing.bridged] = False
+    assert set(range(500, 505)) <= set(missing.bridged.tolist())
+    assert 5 <= missing.bridged.size < 60
+    assert moved[kept].max() < 0.03 < moved[500:505].min()
 
 
 @pytest.mark.parametrize(

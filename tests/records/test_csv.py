@@ -310,6 +310,33 @@ def test_a_file_cut_within_its_last_number_is_said(tmp_path):
     assert read(write(tmp_path, whole)).warnings == ()
 
 
+SHORTEST = "time_s,torque_Nm\n" + "".join(
+    f"{t!r},{m!r}\n" for t, m in zip(TIME.tolist(), (3e-4 * TORQUE).tolist(), strict=True)
+)
+LAST = {"as short as can be": "1.2345678901234567e-05", "many digits": "0.12345678901234567", "a whole part": "123.5"}
+COUNTS = "t_s,torque_Nm\n" + "".join(f"{t!r},{7**k % 100003}\n" for k, t in enumerate(TIME.tolist()))
+
+
+@pytest.mark.parametrize("last", LAST.values(), ids=LAST)
+def test_a_cut_in_a_number_of_any_length_is_said_or_does_not_matter(tmp_path, last):
+    """Truth: the number before the cut; a digit in the 10th place of a torque does not matter."""
+    whole = SHORTEST + f"0.02,{last}"
+    for end in range(len(whole) - len(last) + 1, len(whole)):
+        try:
+            record = read(write(tmp_path, whole[:end]))
+        except RecordError as error:
+            assert "is not a number" in str(error)  # noqa: PT017
+            continue
+        if not record.warnings:
+            assert record.channel("torque").data[-1] == pytest.approx(float(last), abs=1e-9)
+    assert read(write(tmp_path, whole + "\n")).warnings == ()
+
+
+def test_a_cut_in_a_whole_number_is_said(tmp_path):
+    assert "is the file cut off there?" in read(write(tmp_path, COUNTS[:-2])).warnings[0]
+    assert read(write(tmp_path, COUNTS)).warnings == ()
+
+
 def test_the_suffix_may_be_in_capitals(tmp_path):
     assert read(write(tmp_path, text(), "RUN.CSV")).samples == 20
 

@@ -351,6 +351,31 @@ def test_a_file_larger_than_memory_is_refused_and_a_part_of_it_read(tmp_path):
     )
 
 
+@pytest.mark.parametrize("name", ["csv", "mat 5", "uff 58", "uff 58b"])
+def test_a_file_larger_than_memory_that_is_read_whole_is_refused(name, tmp_path):
+    """Truth: 8 TiB that were never written take no room on the disk."""
+    path = tmp_path / FORMATS[name].name
+    FORMATS[name].write(path)
+    with path.open("r+b") as file:
+        try:
+            file.truncate(2**43)
+        except OSError:
+            pytest.skip("this file system has no files of 8 TiB")
+    message = refused(path, torque(FORMATS[name].torque))
+    assert "8.19e+03 GiB, and there are" in message
+    assert "is read whole: save it as HDF5 or Parquet" in message
+
+
+def test_a_mapped_file_larger_than_memory_is_refused(tmp_path):
+    """Truth: 2^40 samples by its head, all but 64 of them never written."""
+    path = tmp_path / "run.npy"
+    try:
+        np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(2**40,))[5000:5064] = TORQUE
+    except OSError:
+        pytest.skip("this file system has no files of 8 TiB")
+    assert "GiB of memory" in refused(path, torque(0), sample_rate_hz=RATE)
+
+
 def test_only_the_chosen_rows_of_a_long_channel_are_in_memory(tmp_path):
     import tracemalloc
 

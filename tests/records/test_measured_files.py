@@ -7,6 +7,8 @@ import scipy.io
 from mechid.errors import RecordError
 from mechid.records import ChannelSpec, Conditioning, RecordSpec, TimeStamps, open_table, read_record
 
+pytestmark = pytest.mark.data
+
 
 def table(folder, name):
     return open_table(folder / name, name)
@@ -27,7 +29,7 @@ def read(folder, name, *channels, **asked):
 UFF = "formats/uff/"
 
 
-def test_the_same_record_in_ascii_and_binary_58_agrees(data_folder):
+def test_the_same_record_in_ascii_and_binary_58_agrees(data_folder, figure):
     """Published: n = 79 292, dx = 1.526e-5 s; ASCII has six digits after the point."""
     ascii_, binary = (table(data_folder, UFF + name) for name in ("Sample_UFF58_ascii.uff", "Sample_UFF58b_bin.uff"))
     (one,), (two,) = ascii_.read([0]), binary.read([0])
@@ -35,7 +37,8 @@ def test_the_same_record_in_ascii_and_binary_58_agrees(data_folder):
     np.testing.assert_allclose(one, two, rtol=6e-6, atol=1e-7)
     for opened in (ascii_, binary):
         assert opened.columns[0].unit == "Pa"
-        assert 1.0 / opened.columns[0].clock.rate_hz == pytest.approx(1.52588e-5, rel=1e-6)
+        interval = 1.0 / opened.columns[0].clock.rate_hz
+        figure("UFF 58: sample interval", interval, least=1.525875e-5, most=1.525885e-5, unit="s")
 
 
 def test_a_sine_of_double_precision_in_58b_is_one(data_folder):
@@ -247,12 +250,13 @@ def test_a_drives_export_with_its_own_head_is_read(data_folder):
     assert record.metadata["line 4"] == "Interval (us)\t1000"
 
 
-def test_the_accelerometers_line_of_125_hz_is_there(data_folder):
+def test_the_accelerometers_line_of_125_hz_is_there(data_folder, figure):
     """Published: a line of 125 Hz, every 32 steps of 250 us, 0.04 g in amplitude (one digit); 16384 counts per g."""
     asked = ChannelSpec(quantity="force", column=1, unit="N", gain=1.0 / 16384.0)  # no quantity of acceleration
     record = read(data_folder, "stepper_accel/goniometer/250usec_slew.txt", asked, sample_rate_hz=4000.0)
     data = record.channel("force").data
     spectrum = np.abs(np.fft.rfft(data - data.mean())) * 2.0 / data.size
     line = int(np.argmax(spectrum))
-    assert line * 4000.0 / data.size == pytest.approx(125.0, abs=1.3)
-    assert 0.035 <= np.sqrt(np.sum(spectrum[line - 4 : line + 5] ** 2)) <= 0.045
+    figure("stepper's accelerometer: largest line", line * 4000.0 / data.size, least=123.7, most=126.3, unit="Hz")
+    amplitude = np.sqrt(np.sum(spectrum[line - 4 : line + 5] ** 2))
+    figure("stepper's accelerometer: amplitude of the line", amplitude, least=0.035, most=0.045, unit="g")

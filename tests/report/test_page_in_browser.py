@@ -70,9 +70,7 @@ def test_every_sample_of_the_record_is_in_the_page(opened, reported):
     """Truth: the record as it was read; a sample may be off by a twentieth of its noise."""
     script = "const s = await mechid.records.get('full_46').samples(); return [[...s.measured], [...s.modelled]];"
     measured, modelled = map(np.array, waited(opened, script))
-    curves = record_curves(
-        reported.campaign, reported.fit, "full_46", reported.validation["full_46"].channels["torque"]
-    )
+    (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["full_46"])
     noise = reported.fit.records["full_46"].noise_sigma
     removed = curves.trace.offset + curves.trace.drift * np.arange(measured.size)
     assert np.abs(measured + removed - curves.prediction.measured).max() <= 0.0501 * noise
@@ -82,9 +80,7 @@ def test_every_sample_of_the_record_is_in_the_page(opened, reported):
 
 def test_a_zoom_shows_every_sample_and_the_whole_its_extremes(opened, reported):
     """Truth: the Python twins of the script, `decode` and `envelope`."""
-    curves = record_curves(
-        reported.campaign, reported.fit, "full_46", reported.validation["full_46"].channels["torque"]
-    )
+    (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["full_46"])
     measured = decode(curves.trace)[0]
     columns = waited(opened, SOURCE + "return shown.width()")
     x, y = waited(opened, SOURCE + "return source('measured')")

@@ -86,8 +86,7 @@ def test_correlation_and_information_are_the_fits(reported, data):
 
 def test_the_spectrum_has_the_lines_of_the_step_rate(reported):
     """Published: lines at 46, 92 and 138 Hz; truth: NumPy's transform of the record."""
-    channel = reported.validation["full_46"].channels["torque"]
-    curves = record_curves(reported.campaign, reported.fit, "full_46", channel)
+    (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["full_46"])
     p = curves.prediction
     y = p.measured - p.removed
     amplitude = 2.0 * np.abs(np.fft.rfft(y)) / y.size
@@ -99,8 +98,7 @@ def test_the_spectrum_has_the_lines_of_the_step_rate(reported):
 
 
 def test_the_curves_of_a_sweep_know_its_rate(reported):
-    channel = reported.validation["sweep"].channels["torque"]
-    curves = record_curves(reported.campaign, reported.fit, "sweep", channel)
+    (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["sweep"])
     assert curves.rate.tolist() == [[0.0, 0.0], [pytest.approx(2.0), pytest.approx(60.0)]]
     assert curves.spectrogram.measured.shape == curves.spectrogram.modelled.shape
 

@@ -18,12 +18,20 @@ def data():
     """Return a report of a good fit: one record explained, one held out, two parameters."""
     bands = [{"centre_hz": 50.0, "residual_rms": 0.001}, {"centre_hz": 1000.0, "residual_rms": 0.004}]
     validation = [
-        {"name": n, "use": use, "residual_rms": 0.00201, "bands": bands, "text": {"fit_percent": "99.2"}}
+        {
+            "name": n,
+            "use": use,
+            "quantity": "torque",
+            "residual_rms": 0.00201,
+            "bands": bands,
+            "text": {"fit_percent": "99.2"},
+        }
         for n, use in (("full_46", "estimate"), ("sweep", "validate"))
-    ]
+    ]  # fmt: skip
     return {
         "outcome": {"good": True, "message": "It has converged."},
         "validation": validation,
+        "channels": [],
         "records": [{"name": n, "noise_sigma": 0.002} for n in ("full_46", "sweep")],
         "parameters": [
             parameter("gear.stiffness", 913.0, 0.9),

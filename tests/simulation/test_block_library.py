@@ -160,6 +160,25 @@ def test_an_edge_that_throws_a_stuck_body_releases_it_at_that_instant():
     np.testing.assert_allclose(twin.jacobian[:, 0], expected, rtol=0, atol=1e-6)
 
 
+def test_a_body_that_begins_in_motion_runs_out():
+    """Truth: J w' = -T_v w from w(0) = v: x = v tau (1 - exp(-t/tau)), tau = J/T_v, and dx/dv = x/v."""
+    m = mechanism_of({
+        "assembly": "direct_torque_drive", "load": {"inertia": 2e-3, "start_rate": 3.0}, "drive": {},
+        "friction": {"coulomb": 0.0, "viscous": 0.05},
+    })  # fmt: skip
+    time_base = base(0.1, rate_hz=1e3)
+    nothing = InputChannel(quantity="torque", samples=np.zeros(time_base.samples))
+    command = MeasuredCommand().driven_by((nothing,), 1e3, 0.0)
+    chosen = [list(map(str, m.plant.parameters)).index("omega_start")]
+    x = 3.0 * 0.04 * -np.expm1(-time_base.times / 0.04)
+    kernel = run_kernel(m, command, time_base, sensitive=chosen, substeps=4)
+    np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(kernel.jacobian["output_angle"][:, 0], x / 3.0, rtol=0, atol=1e-9)
+    twin = run_twin(m, command, time_base, sensitive=chosen)
+    np.testing.assert_allclose(twin.y[:, 0], x, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(twin.jacobian[:, 0, 0], x / 3.0, rtol=0, atol=1e-7)
+
+
 @pytest.mark.parametrize("held", [True, False])
 def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
     """Truth: m x'' = F in closed form, F the steps or the straight lines through the samples."""

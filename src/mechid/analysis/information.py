@@ -1,4 +1,4 @@
-"""Which record tells what: the information that each holds on each parameter, and what one more would add."""
+"""Which record and which channel tells what: the information that each holds on each parameter."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from mechid.identification.fit import Fit, RecordFit
 from mechid.identification.problem import Problem
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import Target, target_of
-from mechid.parameter import Status
+from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]
 
@@ -33,6 +33,11 @@ class Information:
         Factor on the standard error if the record were missing; inf where the others cannot tell.
     repeated : (P, K)
         Factor on the standard error if the record were there twice.
+    channels : tuple of str
+        C quantities, in the order of the plant.
+    channel_share, without_channel : (P, C)
+        The same of the quantities, each over all records: part of the information, and factor on the standard error
+        if it were not measured.
     """
 
     parameters: tuple[str, ...]
@@ -40,12 +45,15 @@ class Information:
     share: FloatArray
     without: FloatArray
     repeated: FloatArray
+    channels: tuple[str, ...]
+    channel_share: FloatArray
+    without_channel: FloatArray
 
 
 def record_information(campaign: Campaign, fit: Fit) -> Information | None:
-    """Return the information by record at an estimate, each record over its whole length.
+    """Return the information by record and by channel at an estimate, each record over its whole length.
 
-    The Fisher matrix of a record is J^T J / s^2 with the exact Jacobian J and the residual's RMS s; offset and
+    The Fisher matrix of a channel is J^T J / s^2 with the exact Jacobian J and the residual's RMS s; offset and
     drift are projected out. None where nothing is free, a simulation fails, or all records together leave a
     direction undetermined.
     """
@@ -53,12 +61,27 @@ def record_information(campaign: Campaign, fit: Fit) -> Information | None:
     if problem.size == 0:
         return None
     q = problem.start
+    whole = problem.whole()
     with np.errstate(all="ignore"):
-        jacobians = [t.jacobian for t in problem.triangles(q, problem.whole())]
-    if not all(np.all(np.isfinite(J)) for J in jacobians):
-        return None
+        triangles = [problem.channel_triangles(t, q, whole[t.name]) for t in problem.targets]
     names, to_search = _to_search(problem, q)
-    return _judged(names, tuple(t.name for t in problem.targets), [J @ to_search for J in jacobians])
+    parts = [
+        Part(target.name, quantity, triangle.jacobian @ to_search)
+        for target, own in zip(problem.targets, triangles, strict=True)
+        for quantity, triangle in zip(target.quantities, own or (), strict=bool(own))
+    ]
+    if None in triangles or not all(np.all(np.isfinite(part.jacobian)) for part in parts):
+        return None
+    return _judged(names, tuple(problem.space.mechanism.plant.outputs), parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """What one channel of a record tells: its Jacobian to the file's values in sigmas, (n, P)."""
+
+    record: str
+    quantity: str
+    jacobian: FloatArray
 
 
 def _problem(campaign: Campaign, fit: Fit) -> Problem:
@@ -74,7 +97,8 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
         offset = delay.value if delay else target.time_offset_s
         target = _as_left(target, fit.records[record.name])
-        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds))
+        stand = tuple(_as_found(q, fit) for q in target.stand)
+        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand))
     substeps = fit.provenance.get("substeps")
     return Problem(
         SearchSpace(mechanism),
@@ -82,6 +106,14 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
         substeps=substeps if isinstance(substeps, int) else 1,
         workers=os.cpu_count() or 1,
     )
+
+
+def _as_found(parameter: Parameter, fit: Fit) -> Parameter:
+    """Return a record's own parameter where the fit found it, free where it is estimated."""
+    own = fit.parameters.get(parameter.name)
+    if own is None:
+        return parameter
+    return replace(parameter, value=own.value, status=Status.FREE if own.status == Status.FREE else Status.KNOWN)
 
 
 def _as_left(target: Target, own: RecordFit) -> Target:
@@ -92,27 +124,38 @@ def _as_left(target: Target, own: RecordFit) -> Target:
 def _to_search(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
     """Return the parameters' names, and d(search coordinates)/d(values of the file)."""
     names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
+    delays = problem.names[problem.space.size :]
     whole = np.eye(problem.size)
     whole[: len(names), : len(names)] = slopes
     return (*names, *delays), np.asarray(np.linalg.inv(whole), dtype=np.float64)
 
 
-def _judged(names: tuple[str, ...], records: tuple[str, ...], jacobians: list[FloatArray]) -> Information | None:
-    scale = np.sqrt(sum(np.sum(J**2, axis=0) for J in jacobians))
+def _judged(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[Part]) -> Information | None:
+    scale = np.sqrt(sum(np.sum(part.jacobian**2, axis=0) for part in parts))
     if not np.all(scale > 0.0):
         return None
-    fishers = [(J / scale).T @ (J / scale) for J in jacobians]
-    total = np.sum(fishers, axis=0)
+    each = [(part, (part.jacobian / scale).T @ (part.jacobian / scale)) for part in parts]
+    records = tuple(dict.fromkeys(part.record for part in parts))
+    channels = tuple(quantity for quantity in outputs if any(part.quantity == quantity for part in parts))
+    by_record = [np.sum([F for part, F in each if part.record == record], axis=0) for record in records]
+    by_channel = [np.sum([F for part, F in each if part.quantity == quantity], axis=0) for quantity in channels]
+    total = np.sum(by_record, axis=0)
     variance = _variances(total)
     if not np.all(np.isfinite(variance)):
         return None
+
+    def factors(fishers: list[FloatArray]) -> FloatArray:
+        return np.sqrt(np.column_stack([_variances(F) for F in fishers]) / variance[:, None])
+
     return Information(
         parameters=names,
         records=records,
-        share=np.column_stack([np.diag(F) for F in fishers]),
-        without=np.sqrt(np.column_stack([_variances(total - F) for F in fishers]) / variance[:, None]),
-        repeated=np.sqrt(np.column_stack([_variances(total + F) for F in fishers]) / variance[:, None]),
+        share=np.column_stack([np.diag(F) for F in by_record]),
+        without=factors([total - F for F in by_record]),
+        repeated=factors([total + F for F in by_record]),
+        channels=channels,
+        channel_share=np.column_stack([np.diag(F) for F in by_channel]),
+        without_channel=factors([total - F for F in by_channel]),
     )
 
 

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
+from mechid.campaign.campaign import mechanism_name
 from mechid.command.edges import steps_travelled
 from mechid.identification.declaration import taken_record
 from mechid.identification.fit import Fit
 from mechid.identification.target import Samples, TargetChannel, channel_of, target_of
+from mechid.signal.runs import samples_of
 from mechid.signal.trend import fit_line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase
@@ -70,16 +72,26 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     """Return the channels of a record, as the fit took it, beside the prediction of that fit; the leading one first."""
     record = as_fitted(record, fit)
     target = target_of(record)
-    own = fit.parameters.get(record.time_offset.name)
-    offset_s = own.value if own else record.time_offset.value
+    values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
+    offset_s = values[record.time_offset.name]
+    stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, latest_s=abs(offset_s))
-    trajectory = simulate_accurately(simulator, fit.mechanism.kernel_values(), time_offset_s=offset_s)
+    trajectory = simulate_accurately(simulator, fit.mechanism.kernel_values(stand), time_offset_s=offset_s)
     travel = steps_travelled(record.command.rate, target.base.times - offset_s)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {
-        channel.quantity: _beside(channel, trajectory.values[channel.quantity], travel, target.base)
+        channel.quantity: _beside(
+            _as_counted(channel, fit, record.name), trajectory.values[channel.quantity], travel, target.base
+        )
         for channel in (*target.channels, *others)
     }
+
+
+def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
+    """Return a channel without the samples that the fit rejected."""
+    own = fit.records[record].channels.get(channel.quantity) if record in fit.records else None
+    runs = own.rejected_runs if own else ()
+    return replace(channel, rejected=np.union1d(channel.rejected, samples_of(runs))) if runs else channel
 
 
 def _beside(channel: TargetChannel, modelled: FloatArray, travel: FloatArray, base: TimeBase) -> Prediction:

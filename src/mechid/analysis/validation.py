@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
-from mechid.campaign import Campaign
+from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.fit import Fit
 from mechid.identification.parallel import one_core_algebra
@@ -67,6 +67,8 @@ class ChannelValidation:
         The same in third octaves; empty where the simulation failed.
     orders : tuple of OrderError
         Empty where the command travels less than four full steps, or the simulation failed.
+    use : str
+        ``"validate"`` where the channel is only compared in a record that is estimated from; else empty.
     """
 
     quantity: str
@@ -83,6 +85,7 @@ class ChannelValidation:
     residual_density: FloatArray
     bands: tuple[BandError, ...]
     orders: tuple[OrderError, ...]
+    use: str = ""
 
     def to_dict(self) -> dict[str, Any]:
         """Return what estimate.json holds of it: all but the fine spectra."""
@@ -145,11 +148,19 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
                 name=record.name,
                 use=as_fitted(record, fit).use,
                 command=_stepping(as_fitted(record, fit).command),
-                channels={q: channel_validation(q, SI_UNIT[q], p) for q, p in predict(record, fit).items()},
+                channels={
+                    q: replace(channel_validation(q, SI_UNIT[q], p), use=_only_compared(record, q))
+                    for q, p in predict(record, fit).items()
+                },
             )
             for record in campaign.records
             if record.data is not None
         }
+
+
+def _only_compared(record: CampaignRecord, quantity: str) -> str:
+    """Return ``"validate"`` for a channel that is not fitted, else nothing."""
+    return "" if any(match.quantity == quantity for match in record.estimated) else "validate"
 
 
 def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordValidation]) -> dict[str, Any]:
@@ -161,7 +172,8 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
 
 def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValidation:
     """Return the judgement on one predicted channel."""
-    measured, r = p.measured - p.removed, p.residual
+    measured, r, modelled = p.measured - p.removed, p.residual, p.modelled
+    counted = np.delete(np.arange(r.size), p.rejected) if p.rejected.size else slice(None)
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]
     return ChannelValidation(
@@ -169,11 +181,11 @@ def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValida
         unit=unit,
         samples=r.size,
         samples_sha256=_digest(p),
-        fit_percent=fit_percent(measured, r) if p.finite else math.nan,
-        residual_rms=float(np.sqrt(np.mean(r**2))),
-        theil=theil_inequality(measured, p.modelled),
-        whiteness=ljung_box(r),
-        effective_samples=effective_samples(r),
+        fit_percent=fit_percent(measured[counted], r[counted]) if p.finite else math.nan,
+        residual_rms=float(np.sqrt(np.mean(r[counted] ** 2))),
+        theil=theil_inequality(measured[counted], modelled[counted]),
+        whiteness=ljung_box(r, rejected=p.rejected),
+        effective_samples=effective_samples(r) * (1.0 - p.rejected.size / r.size),
         spectrum_hz=frequency,
         measured_density=measured_density,
         residual_density=residual_density,

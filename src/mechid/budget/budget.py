@@ -3,81 +3,63 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget_file import BudgetFile, OperatingMode
-from mechid.budget.coupling import SUFFICES, coupled_modes, loop_gain
+from mechid.budget.budget_file import BudgetFile
+from mechid.budget.coupling import coupled_modes, loop_gain
+from mechid.budget.findings import findings
 from mechid.budget.flying_mechanism import Estimate, on_base, read_flying
-from mechid.budget.line_of_sight import Response, ensemble_draws, nominal_level, respond, standing
-from mechid.budget.orders import Crossing, OrderMap, crossings, rates_to_avoid
+from mechid.budget.line_of_sight import LineOfSight, Response, respond
+from mechid.budget.mode_budget import ModeBudget
+from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.orders import Crossing, crossings, rates_to_avoid
+from mechid.budget.over_rate import level_curve, rms_bands
+from mechid.budget.profile_run import run_profile
 from mechid.budget.requirement import Standing
+from mechid.budget.standing import Ensemble, make_ensemble, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.identification.parallel import mapped, one_core_algebra
 from mechid.plant.mechanism import Mechanism
 from mechid.structure import Modes, Structure
 
 FloatArray = NDArray[np.float64]
+Listener = Callable[[str], None]
 
 CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
 """Lines a full step whose crossings with modes are listed."""
-TOLD_UNCOVERED, TOLD_UNSTEADY = 0.05, 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class ModeBudget:
-    """One mode of operation.
-
-    Attributes
-    ----------
-    mode : OperatingMode
-    responses : tuple of Response, (r,)
-        One-way, at each rate.
-    worst : int
-        Position of the rate with the largest RMS along any line of sight.
-    two_way : Response or None
-        At the worst rate, the structure's modes joined with the mechanism.
-    loop_gain : float
-        Largest |receptance x dynamic stiffness| at the lines of the worst rate; NaN where not known.
-    standings : tuple of Standing
-        At the worst rate of each requirement.
-    avoid : mapping of requirement to ranges
-        Rates, from and to, at which the nominal level exceeds the limit; of a mode with several rates.
-    """
-
-    mode: OperatingMode
-    responses: tuple[Response, ...]
-    worst: int
-    two_way: Response | None
-    loop_gain: float
-    standings: tuple[Standing, ...]
-    avoid: dict[str, tuple[tuple[float, float], ...]]
-
-    @property
-    def order_map(self) -> OrderMap:
-        """Torque lines over the rate, N m."""
-        most = max(response.state.orders.size for response in self.responses)
-        lines = np.full((len(self.responses), most), np.nan, dtype=np.complex128)
-        for row, response in enumerate(self.responses):
-            lines[row, : response.state.lines.size] = response.state.lines
-        return OrderMap(self.mode.rates, 0.5 * np.arange(1.0, most + 1.0, dtype=np.float64), lines)
+BESIDE = (-0.01, -0.003, 0.0, 0.003, 0.01)
+"""Rates added at a crossing, relative to it: a mode of 0.5 % damping is 1 % wide."""
+AROUND = 0.05
+"""By so much crossings may lie outside the rates and still be listed."""
+BY_DUTY = "all modes, by duty"
 
 
 @dataclass(frozen=True, eq=False)
 class Budget:
-    """What a budget file leads to."""
+    """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
+
+    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement.
+    """
 
     file: BudgetFile
     estimate: Estimate
     modes: tuple[ModeBudget, ...]
+    by_duty: tuple[Standing, ...]
+    two_way_by_duty: dict[str, float]
     crossings: tuple[Crossing, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def standings(self) -> list[Standing]:
+        """Of every mode, then of all by their duty."""
+        return [*(s for mode in self.modes for s in mode.standings), *self.by_duty]
 
-def make_budget(file: BudgetFile, workers: int = 1, listener: Callable[[str], None] | None = None) -> Budget:
+
+def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = None) -> Budget:
     """Return the budget of a file.
 
     Parameters
@@ -92,67 +74,147 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Callable[[str], No
     ------
     InputFileError
         The estimate is missing or wrong, or does not fit the file.
+    UsageError
+        A profile is shorter than a requirement's windows.
     FitError
         The mechanism diverged.
     """
     estimate = read_flying(file.estimate, file.flight)
+    spread = file.flight.spread
+    ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
+    maker = _Maker(file, estimate, ensemble, workers, listener or _silent)
     with one_core_algebra():
-        modes = tuple(_mode_budget(mode, file, estimate, workers, listener or _silent) for mode in file.modes)
-    return Budget(file, estimate, modes, tuple(_crossings(file, estimate)), tuple(_warnings(file, estimate, modes)))
+        modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
+        by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
+    told = tuple(findings(file, estimate, modes))
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told)
 
 
 def _silent(line: str) -> None:
     """Listen to nothing."""
 
 
-def _mode_budget(
-    mode: OperatingMode, file: BudgetFile, estimate: Estimate, workers: int, listener: Callable[[str], None]
-) -> ModeBudget:
-    listener(f'mode "{mode.name}": {mode.rates.size} rates')
-    names = (*estimate.names, *file.flight.spread)
-    substeps = enough_substeps(estimate.mechanism, mode)
-    one = partial(_steady, estimate.mechanism, mode, names, substeps)
-    states = mapped(one, [float(rate) for rate in mode.rates], workers)
-    responses = tuple(respond(state, file.structure) for state in states)
-    worst = int(np.argmax([response.rms().max() for response in responses]))
-    draws = ensemble_draws(len(file.flight.spread), file.seed)
-    spread = np.array(list(file.flight.spread.values()))
-    standings, avoid = [], {}
-    for requirement in file.requirements:
-        levels = np.array([nominal_level(requirement, r) for r in responses])
-        at = responses[int(levels.argmax())]
-        standings.append(standing(requirement, mode.name, at, estimate, spread, draws))
-        if mode.rates.size > 1:
-            avoid[requirement.name] = tuple(rates_to_avoid(mode.rates, levels, requirement.limit_rad))
-    listener(f'mode "{mode.name}": two-way at {mode.rates[worst]:.6g} steps/s')
-    state = responses[worst].state
-    gains = loop_gain(file.structure, estimate.mechanism, state.frequency_hz)
-    return ModeBudget(
-        mode, responses, worst, _two_way(mode, file, estimate, state), float(np.nanmax(gains, initial=0.0)),
-        tuple(standings), avoid,
-    )  # fmt: skip
+@dataclass(frozen=True, eq=False)
+class _Maker:
+    """What all modes share."""
+
+    file: BudgetFile
+    estimate: Estimate
+    ensemble: Ensemble
+    workers: int
+    listener: Listener
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters to which derivatives are wanted."""
+        return (*self.estimate.names, *self.ensemble.names)
+
+    def steady(self, mode: OperatingMode) -> ModeBudget:
+        """Return the budget of a mode with steady rates."""
+        file, mode = self.file, _refined(mode, self.file, self.estimate)
+        self.listener(f'mode "{mode.name}": {mode.rates.size} rates')
+        responses = self._responses(self.estimate.mechanism, mode, self.names)
+        levels = {r.name: level_curve(r, responses, self.estimate, file.errors, file.seed) for r in file.requirements}
+        worst = int(np.argmax([response.rms().max() for response in responses]))
+        self.listener(f'mode "{mode.name}": two-way')
+        joined = coupled_modes(file.structure, file.coupled_below_hz)
+        two_way = self._responses(on_base(self.estimate.mechanism, joined), mode, ()) if joined else ()
+        gains = loop_gain(file.structure, self.estimate.mechanism, responses[worst].state.frequency_hz)
+        several = mode.rates.size > 1
+        avoid = {
+            r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
+            for r in (file.requirements if several else ())
+        }
+        made = ModeBudget(
+            mode, responses, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
+            float(np.nanmax(gains, initial=0.0)), levels, self._two_way_levels(two_way), (), avoid,
+        )  # fmt: skip
+        return self._with_standings(made)
+
+    def _responses(self, mechanism: Mechanism, mode: OperatingMode, names: Sequence[str]) -> tuple[Response, ...]:
+        one = partial(_steady, mechanism, mode, names, enough_substeps(mechanism, mode))
+        states = mapped(one, [float(rate) for rate in mode.rates], self.workers)
+        return tuple(respond(state, self.file.structure) for state in states)
+
+    def profile(self, mode: OperatingMode) -> ModeBudget:
+        """Return the budget of a mode with a profile."""
+        file, mechanism = self.file, self.estimate.mechanism
+        self.listener(f'mode "{mode.name}": a profile of {mode.duration_s:.6g} s')
+        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode), file.structure)
+        joined, two_way = coupled_modes(file.structure, file.coupled_below_hz), None
+        if joined:
+            moving = on_base(mechanism, joined)
+            two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
+        frequency = np.linspace(1.0, mode.highest_hz, 2000)
+        gain = float(np.nanmax(loop_gain(file.structure, mechanism, frequency), initial=0.0))
+        levels = self._two_way_levels([two_way]) if two_way else {}
+        made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
+        return self._with_standings(made)
+
+    def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, tuple[int, float]]:
+        out = {}
+        for r in self.file.requirements if responses else ():
+            levels = [nominal_level(r, [(1.0, one)], self.file.errors) for one in responses]
+            out[r.name] = (int(np.argmax(levels)), max(levels))
+        return out
+
+    def _with_standings(self, made: ModeBudget) -> ModeBudget:
+        self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
+        standings = mapped(
+            lambda r: standing(r, made.mode.name, [(1.0, made.worst_for(r))], self.estimate, self.ensemble),
+            self.file.requirements, self.workers,
+        )  # fmt: skip
+        return replace(made, standings=tuple(standings))
+
+    def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:
+        """Return how all modes together, each at its worst rate for its share of the time, stand; none without duty."""
+        if _without_duty(modes):
+            return ()
+        self.listener("all modes by duty")
+        return tuple(
+            standing(r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes],
+                     self.estimate, self.ensemble)
+            for r in self.file.requirements
+        )  # fmt: skip
+
+    def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
+        """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""
+        out: dict[str, float] = {}
+        for r in () if _without_duty(modes) else self.file.requirements:
+            parts = [(made.mode.duty or 0.0, worst) for made in modes if (worst := made.two_way_worst_for(r))]
+            if len(parts) == len(modes):
+                out[r.name] = nominal_level(r, parts, self.file.errors)
+        return out
+
+
+def _without_duty(modes: Sequence[ModeBudget]) -> bool:
+    return any(made.mode.duty is None for made in modes)
 
 
 def _steady(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, rate: float) -> SteadyState:
     return steady_state(mechanism, mode, rate, names, substeps)
 
 
-def _two_way(mode: OperatingMode, file: BudgetFile, estimate: Estimate, held: SteadyState) -> Response | None:
-    """Return the response with the structure's modes joined, at the same rate."""
-    modes = coupled_modes(file.structure, file.coupled_below_hz)
-    if modes is None:
-        return None
-    mechanism = on_base(estimate.mechanism, modes)
-    substeps = enough_substeps(mechanism, mode)
-    return respond(steady_state(mechanism, mode, held.rate, (), substeps), file.structure)
+def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:
+    """Return a mode with rates added around each crossing of an order and a mode of the structure or the mechanism."""
+    if not mode.refined:
+        return mode
+    ends = (float(mode.rates[0]), float(mode.rates[-1]))
+    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), ends)
+    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
+    inside = near[(near >= ends[0]) & (near <= ends[1])]
+    return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
 
 
 def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
     rates = [rate for mode in file.modes for rate in mode.rates]
-    return crossings(CAMPBELL_ORDERS, _named_modes(file.structure, estimate, file), (min(rates), max(rates)))
+    if not rates:
+        return []
+    around = (min(rates) * (1.0 - AROUND), max(rates) * (1.0 + AROUND))
+    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), around)
 
 
-def _named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> list[tuple[str, float]]:
+def named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> list[tuple[str, float]]:
     """Return the modes that orders may meet: of gear and load on a stuck rotor, of the load, of the structure."""
     v = estimate.mechanism.value
     named = [("gear and load", float(np.sqrt(v("gear.stiffness") / v("load.inertia")) / (2.0 * np.pi)))]
@@ -161,28 +223,3 @@ def _named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> 
         modes = structure.model
         named += [(f"structure {k}", float(f)) for k, f in enumerate(modes.frequency_hz) if not modes.rigid[k]]
     return named
-
-
-def _warnings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) -> list[str]:
-    out = [f"{file.structure.name}: {line}" for line in file.structure.warnings]
-    if estimate.outcome:
-        out.append(f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more")
-    if estimate.removed:
-        out.append(f"left on the bench: {', '.join(estimate.removed)}")
-    for budget in modes:
-        name, at = budget.mode.name, budget.responses[budget.worst]
-        if at.uncovered > TOLD_UNCOVERED:
-            low, high = file.structure.coverage_hz
-            share = 100.0 * at.uncovered
-            out.append(f'mode "{name}": {share:.2g} % of its torque is outside {low:.4g} to {high:.4g} Hz, not counted')
-        unsteady = max(budget.responses, key=lambda r: r.state.unsteady).state
-        if unsteady.unsteady > TOLD_UNSTEADY:
-            share = 100.0 * unsteady.unsteady
-            out.append(
-                f'mode "{name}": at {unsteady.rate:.6g} steps/s {share:.2g} % of the torque does not repeat with the '
-                "steps; it counts as random; a longer settle_s may let it settle"
-            )
-        if not np.isnan(budget.loop_gain) and budget.loop_gain > SUFFICES:
-            gain = budget.loop_gain
-            out.append(f'mode "{name}": |receptance x dynamic stiffness| reaches {gain:.2g}: take the two-way result')
-    return out

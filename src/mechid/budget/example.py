@@ -45,6 +45,7 @@ axis = "rz"
 load_inertia = 0.0105               # kg m2, in place of the bench's test mass
 # peak_voltage = 5.7                # V
 # values = { stepper.coil_resistance = 11.2 }    # any parameter at flight temperature
+uncertain = { load.inertia = 1e-4 }              # what is not known exactly: standard deviation, part of the band
 spread = { stepper.peak_voltage = 0.06 }         # standard deviation from unit to unit, over temperature
 
 [structure]
@@ -55,10 +56,37 @@ attitude_control = { bandwidth_hz = 0.02, damping = 0.7 }
 name = "scan"
 command = { stepping = "micro", microsteps = 16 }
 rate_range = { from = 10.0, to = 60.0, count = 26 }
+duty = 0.7                          # share of the time; what is left over to 1, the mechanism rests
 
 [[mode]]
 name = "slew"
 command = { stepping = "full", rate = 92.0, start_angle_deg = 45.0 }
+duty = 0.02
+
+[[mode]]
+name = "run up"
+command = { stepping = "micro", microsteps = 16, rate_profile = [[0.0, 0.0], [6.0, 60.0], [8.0, 60.0], [10.0, 0.0]] }
+rms_window_s = 0.5
+duty = 0.05
+
+[[error]]                           # of other sources
+name = "thermal distortion"
+kind = "bias"
+axis = "x"
+size_rad = 5e-8
+spread_rad = 2e-8
+
+[[error]]
+name = "attitude noise"
+kind = "random"
+size_rad = 4e-8                     # standard deviation over time
+bandwidth_hz = 2.0
+
+[[error]]
+name = "reaction wheel"
+kind = "periodic"
+size_rad = 3e-8                     # amplitude
+frequency_hz = 33.0
 
 [[requirement]]
 name = "stability in an exposure"
@@ -74,7 +102,7 @@ evaluation_period_s = 600.0
 name = "pointing"
 index = "APE"
 axis = "cone"
-limit_rad = 1e-6
+limit_rad = 2e-5
 interpretation = "mixed"
 confidence = 0.9545
 evaluation_period_s = 600.0

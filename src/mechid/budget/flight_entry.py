@@ -9,7 +9,7 @@ from typing import Any
 from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables
 from mechid.command.entry import is_table
 
-KEYS = ("load_inertia", "peak_voltage", "values", "spread", "load_mode")
+KEYS = ("load_inertia", "peak_voltage", "values", "uncertain", "spread", "load_mode")
 LOAD_MODE_KEYS = ("frequency_hz", "damping", "inertia")
 SHORT = {"load_inertia": "load.inertia", "peak_voltage": "stepper.peak_voltage"}
 
@@ -33,12 +33,15 @@ class Flight:
         In the mechanism file's units; other voltage, load, or temperature.
     spread : mapping of dotted name to standard deviation
         From unit to unit, over temperature, of the voltage: the ensemble of the requirements.
+    uncertain : mapping of dotted name to standard deviation
+        Of what is not estimated and not known exactly, as voltage or flight load: part of the band.
     load_modes : tuple of LoadMode
         Their inertias are part of the load's.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
     spread: Mapping[str, float] = field(default_factory=dict)
+    uncertain: Mapping[str, float] = field(default_factory=dict)
     load_modes: tuple[LoadMode, ...] = ()
 
 
@@ -55,13 +58,10 @@ def read_flight(entry: Any, place: Place) -> Flight:
     refuse_unknown_keys(entry, KEYS, place)
     values = {SHORT[key]: number(entry[key], place.key(key), "SI units") for key in SHORT if key in entry}
     values |= _numbers(entry.get("values", {}), place.key("values"))
-    spread = _numbers(entry.get("spread", {}), place.key("spread"))
-    for name, sigma in spread.items():
-        if sigma < 0.0:
-            raise place.key("spread").key(name).error(f"found {sigma:.9g}; a standard deviation is 0 or above")
+    spread, uncertain = (_deviations(entry.get(key, {}), place.key(key)) for key in ("spread", "uncertain"))
     entries = tables(entry.get("load_mode", []), place.key("load_mode"))
     modes = tuple(_load_mode(mode, place.key("load_mode").item(k)) for k, mode in enumerate(entries))
-    return Flight(values, spread, modes)
+    return Flight(values, spread, uncertain, modes)
 
 
 def _numbers(entry: Any, place: Place) -> dict[str, float]:
@@ -75,6 +75,14 @@ def _numbers(entry: Any, place: Place) -> dict[str, float]:
         else:
             out[key] = number(value, place.key(key), "the mechanism file's unit")
     return out
+
+
+def _deviations(entry: Any, place: Place) -> dict[str, float]:
+    numbers = _numbers(entry, place)
+    for name, sigma in numbers.items():
+        if sigma < 0.0:
+            raise place.key(name).error(f"found {sigma:.9g}; a standard deviation is 0 or above")
+    return numbers
 
 
 def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import block_diag
 
+from mechid.budget.discrepancy import Discrepancy, read_discrepancy
 from mechid.budget.flight_entry import Flight
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.mechanism_structure import detent_order
@@ -25,9 +27,6 @@ FloatArray = NDArray[np.float64]
 
 TEST_STAND = ("housing",)
 """Tables of the mechanism that stay on the bench: the paper's housing filter has no reaction on it."""
-NOISE_ERROR = 3.7
-"""Relative standard error of residual power over noise power, times the root of the samples: sqrt(2) of the one and
-2 x 1.7 of the other (`signal.noise`), by their squares."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,11 +38,11 @@ class Estimate:
     mechanism : Mechanism
         As it flies, on a held base: rigid or flexible load, no housing.
     names : tuple of str, (n,)
-        Estimated parameters that fly.
+        Estimated parameters that fly, then those of `Flight.uncertain`.
     covariance : (n, n)
         Of them, in the mechanism file's units.
-    discrepancy : float
-        Share of the torque that the model misses on validation records (or, without any, on all), noise removed.
+    discrepancy : Discrepancy
+        What the model misses on validation records.
     removed : tuple of str
         Estimated parameters of the test stand.
     outcome : str
@@ -53,7 +52,7 @@ class Estimate:
     mechanism: Mechanism
     names: tuple[str, ...]
     covariance: FloatArray
-    discrepancy: float
+    discrepancy: Discrepancy
     removed: tuple[str, ...]
     outcome: str = ""
 
@@ -69,21 +68,24 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
     content = read_estimate(path)
     values = {name: entry["value"] for name, entry in content["parameters"].items()}
     own = {n: v for n, v in values.items() if n.partition(".")[0] not in TEST_STAND}
-    for where, given in (("values", flight.values), ("spread", flight.spread)):
+    for where, given in (("values", flight.values), ("spread", flight.spread), ("uncertain", flight.uncertain)):
         for name in given:
             if name not in own:
                 near = did_you_mean(name, own) or f"; the parameters are {', '.join(own)}"
                 raise InputFileError(f"flight.{where}: unknown parameter {name}{near}")
-    for name in flight.spread:
-        if content["parameters"][name]["status"] == "tied":
-            raise InputFileError(f"flight.spread: {name} follows another parameter; give the spread of that one")
+        for name in given if where != "values" else ():
+            if content["parameters"][name]["status"] == "tied" and name not in flight.values:
+                raise InputFileError(f"flight.{where}: {name} follows another parameter; name that one")
     names, covariance = _covariance(content, path)
     flying = [k for k, name in enumerate(names) if name in own and name not in flight.values]
+    known = tuple(names[k] for k in flying)
+    for name in set(flight.uncertain) & set(known):
+        raise InputFileError(f"flight.uncertain: {name} is estimated and has its error from there; leave it out")
     return Estimate(
         mechanism=_mechanism({**own, **flight.values}, flight, content["parameters"], path.name),
-        names=tuple(names[k] for k in flying),
-        covariance=covariance[np.ix_(flying, flying)],
-        discrepancy=_discrepancy(content["records"]),
+        names=(*known, *flight.uncertain),
+        covariance=block_diag(covariance[np.ix_(flying, flying)], np.diag(np.square(list(flight.uncertain.values())))),
+        discrepancy=read_discrepancy(content, path.parent),
         removed=tuple(name for name in names if name not in own),
         outcome=_doubt(content["outcome"]),
     )
@@ -169,19 +171,3 @@ def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...]
     if not np.isfinite(covariance).all():
         raise InputFileError(f"{path.name}: correlation or a standard error is missing; identify to the end")
     return names, covariance
-
-
-def _discrepancy(records: Mapping[str, Any]) -> float:
-    """Return the RMS over records of the share that is missed beyond the noise; none where that may be chance."""
-    judged = [r for r in records.values() if r["use"] == "validate"] or list(records.values())
-    shares = [(1.0 - (r["fit_percent"] or 0.0) / 100.0) ** 2 * _beyond_noise(r) for r in judged]
-    return float(np.sqrt(np.mean(shares))) if shares else 0.0
-
-
-def _beyond_noise(record: Mapping[str, Any]) -> float:
-    """Return the share of the residual's power that is no noise, 0 within three standard errors of none."""
-    residual, noise = record["residual_rms"] or 0.0, record["noise_sigma"] or 0.0
-    if residual <= noise:
-        return 0.0
-    share = 1.0 - (noise / residual) ** 2
-    return share if share > 3.0 * NOISE_ERROR / np.sqrt(max(record["samples"], 1)) else 0.0

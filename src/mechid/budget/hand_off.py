@@ -2,31 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from mechid.budget.budget import Budget, ModeBudget
+from mechid.budget.budget import Budget
 from mechid.budget.hdf5 import is_available, write_hdf5
-from mechid.budget.requirement import Standing
+from mechid.budget.line_of_sight import Response
+from mechid.budget.numbers import band_edges, budget_data
 from mechid.campaign.toml_file import write_whole
 from mechid.errors import UsageError
 from mechid.identification.estimate_file import json_text
-from mechid.signal.power import cumulative_rms
 
-FORMAT = "mechid-budget/1"
+FloatArray = NDArray[np.float64]
+
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
-CROSSINGS, JSON = "crossings.csv", "budget.json"
-LOWEST_BAND_HZ, BANDS_PER_DECADE = 1.0, 10
-"""Of the envelope: third octaves, as their tenth of a decade."""
+CROSSINGS, WINDOWED, JSON = "crossings.csv", "windowed.csv", "budget.json"
 
 
-def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
+def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
     """Write the files of a budget into a folder, made where it is missing; each whole or not at all.
 
-    Time series and densities go into disturbance.h5 where h5py is there.
+    Time series and densities go into disturbance.h5 where h5py is there. `data` is what `budget_data` made, where it
+    is at hand.
 
     Raises
     ------
@@ -34,13 +35,15 @@ def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
         The folder cannot be written to.
     """
     folder = Path(folder)
-    texts = {
+    texts: dict[str, str | Iterable[str]] = {
         HARMONICS: _harmonics(budget),
         LINES: _line_of_sight(budget),
         ENVELOPE: _envelope(budget),
         CROSSINGS: _crossings(budget),
-        JSON: json_text(budget_data(budget)),
+        JSON: json_text(budget_data(budget) if data is None else data),
     }
+    if any(made.course is not None for made in budget.modes):
+        texts[WINDOWED] = _windowed(budget)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in texts.items():
@@ -51,96 +54,66 @@ def write_budget(budget: Budget, folder: Path | str) -> list[Path]:
     return [*files, write_hdf5(budget, folder)] if is_available() else files
 
 
-def budget_data(budget: Budget) -> dict[str, Any]:
-    """Return every number of the budget that is shown, as a plain dict."""
-    return {
-        "format": FORMAT,
-        "estimate": str(budget.file.estimate),
-        "structure": budget.file.structure.name,
-        "line_of_sight": list(budget.file.structure.line_of_sight),
-        "model_discrepancy": budget.estimate.discrepancy,
-        "modes": [_mode(mode) for mode in budget.modes],
-        "requirements": [_standing(s) for mode in budget.modes for s in mode.standings],
-        "crossings": [vars(c) for c in budget.crossings],
-        "warnings": list(budget.warnings),
-    }
-
-
-def _mode(budget: ModeBudget) -> dict[str, Any]:
-    at = budget.responses[budget.worst]
-    two_way = budget.two_way.rms().tolist() if budget.two_way else None
-    density = _cumulative(budget)
-    return {
-        "name": budget.mode.name,
-        "rates": budget.mode.rates.tolist(),
-        "worst_rate": at.state.rate,
-        "torque_rms_Nm": at.state.rms,
-        "line_of_sight_rms_rad": at.rms().tolist(),
-        "line_of_sight_rms_two_way_rad": two_way,
-        "loop_gain": budget.loop_gain,
-        "unsteady": at.state.unsteady,
-        "uncovered": at.uncovered,
-        "cumulative_rms_rad": density,
-        "avoid": {name: [list(r) for r in ranges] for name, ranges in budget.avoid.items()},
-    }
-
-
-def _cumulative(budget: ModeBudget) -> dict[str, Any]:
-    """Return RMS of all lines at or below each line, at the worst rate."""
-    at = budget.responses[budget.worst]
-    rms = np.sqrt(np.cumsum(0.5 * np.abs(at.phasors) ** 2, axis=0))
-    out: dict[str, Any] = {"frequency_Hz": at.state.frequency_hz.tolist(), "lines": rms.T.tolist()}
-    if at.frequency_hz is not None and at.density is not None:
-        parts = [cumulative_rms(at.frequency_hz, column)[-1] for column in at.density.T]
-        out["random_total"] = [float(part) for part in parts]
-    return out
-
-
-def _standing(s: Standing) -> dict[str, Any]:
-    r = s.requirement
-    return {
-        "requirement": r.name, "mode": s.mode, "index": r.index.kind, "window_s": r.index.window_s,
-        "separation_s": r.index.separation_s, "axis": r.axis, "interpretation": r.interpretation,
-        "confidence": r.confidence, "evaluation_period_s": r.evaluation_period_s, "limit_rad": r.limit_rad,
-        "level_rad": s.level.value, "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95),
-        "ecss_summation_rad": s.ecss_rad, "margin": s.margin, "margin95": list(s.margin95), "met": s.met,
-        "variance_shares": dict(sorted(s.level.shares.items(), key=lambda item: -abs(item[1]))),
-    }  # fmt: skip
-
-
 def _harmonics(budget: Budget) -> Iterator[str]:
     """Yield the torque's lines: rate, order a full step, amplitude, phase, and the amplitude's sigma."""
-    yield "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm\n"
-    n = len(budget.estimate.names)
-    for mode in budget.modes:
-        for response in mode.responses:
+    yield "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm\n"
+    for made in budget.modes:
+        for k, response in enumerate(made.responses):
             s = response.state
-            unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
-            slope = (unit[:, None] * s.gradient[:, :n]).real
-            own = np.einsum("ij,jk,ik->i", slope, budget.estimate.covariance, slope)
-            sigma = np.sqrt(np.maximum(own, 0.0) + (budget.estimate.discrepancy * np.abs(s.lines)) ** 2)
-            for order, f, line, error in zip(0.5 * s.orders, s.frequency_hz, s.lines, sigma, strict=True):
-                phase = np.degrees(np.angle(line))
-                yield f"{mode.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},{phase:.4f},{error:.3e}\n"
+            joined = np.abs(made.two_way[k].state.lines) if made.two_way else np.full(s.lines.size, np.nan)
+            rows = zip(s.step_orders, s.frequency_hz, s.lines, line_sigmas(budget, response), joined, strict=True)
+            for order, f, line, error, two_way in rows:
+                yield (
+                    f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
+                    f"{np.degrees(np.angle(line)):.4f},{error:.3e},{_number(two_way)}\n"
+                )
+
+
+def line_sigmas(budget: Budget, response: Response) -> FloatArray:
+    """Return the standard error of each torque line's amplitude, (n,) N m: covariance and what the model misses."""
+    s, estimate = response.state, budget.estimate
+    unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
+    slope = (unit[:, None] * s.gradient[:, : len(estimate.names)]).real
+    own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
+    missed = estimate.discrepancy.of_lines(s.step_orders) * np.abs(s.lines)
+    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2), dtype=np.float64)
+
+
+def _number(value: float) -> str:
+    """Return a number, nothing where there is none."""
+    return "" if np.isnan(value) else f"{value:.9e}"
 
 
 def _line_of_sight(budget: Budget) -> Iterator[str]:
     axes = budget.file.structure.line_of_sight
-    yield "mode,rate_steps_per_s," + ",".join(f"rms_{axis}_rad" for axis in axes) + "\n"
-    for mode in budget.modes:
-        for response in mode.responses:
-            rms = ",".join(f"{value:.9e}" for value in response.rms())
-            yield f"{mode.mode.name},{response.state.rate:.9g},{rms}\n"
+    columns = [f"{part}_{axis}_rad" for part in ("rms", "low95", "high95", "two_way") for axis in axes]
+    yield "mode,rate_steps_per_s," + ",".join(columns) + "\n"
+    for made in budget.modes:
+        for k, response in enumerate(made.responses):
+            joined = made.two_way[k].rms() if made.two_way else np.full(len(axes), np.nan)
+            low, high = made.rms_band[k].T
+            numbers = ",".join(_number(v) for v in (*response.rms(), *low, *high, *joined))
+            yield f"{made.mode.name},{response.state.rate:.9g},{numbers}\n"
+
+
+def _windowed(budget: Budget) -> Iterator[str]:
+    axes = budget.file.structure.line_of_sight
+    yield "mode,time_s,torque_rms_Nm," + ",".join(f"rms_{axis}_rad" for axis in axes) + "\n"
+    for made in budget.modes:
+        if made.course is not None:
+            rows = zip(made.course.window_times_s, made.course.windowed_torque(), made.course.windowed(), strict=True)
+            for time, torque, rms in rows:
+                yield f"{made.mode.name},{time:.9g},{torque:.9e}," + ",".join(f"{v:.9e}" for v in rms) + "\n"
 
 
 def _envelope(budget: Budget) -> Iterator[str]:
     """Yield the largest torque line in each band at any rate, mode by mode."""
     yield "mode,from_Hz,to_Hz,torque_amplitude_Nm\n"
-    for mode in budget.modes:
-        decades = np.log10(mode.mode.highest_hz / LOWEST_BAND_HZ)
-        edges = LOWEST_BAND_HZ * 10.0 ** (np.arange(np.ceil(decades * BANDS_PER_DECADE) + 1) / BANDS_PER_DECADE)
-        for low, high, size in zip(edges, edges[1:], mode.order_map.envelope(edges), strict=False):
-            yield f"{mode.mode.name},{low:.6g},{high:.6g},{size:.9e}\n"
+    for made in budget.modes:
+        if made.responses:
+            edges = band_edges(made.mode.highest_hz)
+            for low, high, size in zip(edges, edges[1:], made.order_map.envelope(edges), strict=False):
+                yield f"{made.mode.name},{low:.6g},{high:.6g},{size:.9e}\n"
 
 
 def _crossings(budget: Budget) -> Iterator[str]:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget import Budget, ModeBudget
+from mechid.budget.budget import Budget
+from mechid.budget.mode_budget import ModeBudget
 from mechid.errors import UsageError
 from mechid.signal.power import power_density
 
@@ -28,7 +29,9 @@ def is_available() -> bool:
 
 
 def write_hdf5(budget: Budget, folder: Path) -> Path:
-    """Write torque and line of sight of each mode at its worst rate: a group a mode, every data set with its unit.
+    """Write torque and line of sight of each mode: a group a mode, every data set with its unit.
+
+    Of steady rates at the worst one; of a profile all of it.
 
     Raises
     ------
@@ -61,19 +64,27 @@ def line_of_sight_series(mode: ModeBudget) -> FloatArray:
     return total
 
 
-def _write_mode(group: Any, mode: ModeBudget, axes: tuple[str, ...]) -> None:
-    state = mode.responses[mode.worst].state
-    los = line_of_sight_series(mode)
-    frequency, torque = power_density(state.torque, state.sample_rate_hz)
+def _write_mode(group: Any, made: ModeBudget, axes: tuple[str, ...]) -> None:
+    if made.course is not None:
+        torque, rate_hz = made.course.torque, made.course.sample_rate_hz
+        los, los_rate_hz = made.course.series, made.course.series_rate_hz
+    else:
+        state = made.responses[made.worst].state
+        torque, rate_hz = state.torque, state.sample_rate_hz
+        los, los_rate_hz = line_of_sight_series(made), rate_hz
+        group.attrs["rate_steps_per_s"] = state.rate
+    frequency, density = power_density(torque, rate_hz)
     sets: dict[str, tuple[FloatArray, str]] = {
-        "torque": (state.torque, "N*m"),
+        "torque": (torque, "N*m"),
         "frequency": (frequency, "Hz"),
-        "torque_psd": (torque, "(N*m)^2/Hz"),
+        "torque_psd": (density, "(N*m)^2/Hz"),
     }
     for k, axis in enumerate(axes):
+        at, density = power_density(los[:, k], los_rate_hz)
+        sets["line_of_sight_frequency"] = (at, "Hz")
         sets[f"line_of_sight_{axis}"] = (los[:, k], "rad")
-        sets[f"line_of_sight_{axis}_psd"] = (power_density(los[:, k], state.sample_rate_hz)[1], "rad^2/Hz")
-    group.attrs["rate_steps_per_s"] = state.rate
-    group.attrs["sample_rate_Hz"] = state.sample_rate_hz
+        sets[f"line_of_sight_{axis}_psd"] = (density, "rad^2/Hz")
+    group.attrs["sample_rate_Hz"] = rate_hz
+    group.attrs["line_of_sight_sample_rate_Hz"] = los_rate_hz
     for name, (data, unit) in sets.items():
         group.create_dataset(name, data=data).attrs["unit"] = unit

@@ -74,6 +74,11 @@ class Index:
         """Whether a constant error counts."""
         return self.kind in ("APE", "MPE")
 
+    @property
+    def longest_s(self) -> float:
+        """Time from the first to the last instant that it needs, s."""
+        return self.window_s + self.separation_s
+
     def weight(self, frequency_hz: FloatArray) -> FloatArray:
         """Return the share of the variance at each frequency that the index keeps, (n,); up to 4 for PDE, PRE."""
         s = np.sinc(frequency_hz * self.window_s)

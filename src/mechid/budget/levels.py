@@ -14,6 +14,8 @@ The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the conf
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +31,19 @@ FloatArray = NDArray[np.float64]
 
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"
+ENSEMBLE_POINTS = 2048
+"""Instants of each member where there are several."""
 CONE_DRAWS = 16
 """Draws of the random part for each instant of the periodic one."""
+
+
+Mixture: TypeAlias = Sequence[tuple[float, PointingError]]
+"""The errors of one member by the share of the time in which each is there; the shares add to 1."""
+
+
+def always(error: PointingError) -> Mixture:
+    """Return a member whose error is the same all the time."""
+    return ((1.0, error),)
 
 
 def level(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
@@ -45,20 +58,22 @@ def level(error: PointingError, index: Index, confidence: float, axis: int | Non
     axis : int or None
         Of the line of sight; None takes the half angle of the cone, the root of the squares' sum.
     """
-    return mixed_level([error], index, confidence, axis)
+    return mixed_level([always(error)], index, confidence, axis)
 
 
 def mixed_level(
-    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, points: int = POINTS
+    members: Sequence[Mixture], index: Index, confidence: float, axis: int | None, points: int = POINTS
 ) -> float:
     """Return the level in rad for a share of all times of all members."""
-    parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for e in members]
+    weighted = [(w, e) for member in members for w, e in member if w > 0.0]
+    parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for _, e in weighted]
     centres, sigmas = (np.concatenate(column) for column in zip(*parts, strict=True))
-    return _quantile(centres, sigmas, confidence)
+    weights = np.concatenate([np.full(c.size, w / c.size) for (w, _), (c, _) in zip(weighted, parts, strict=True)])
+    return _quantile(centres, sigmas, weights / weights.sum(), confidence)
 
 
 def ensemble_level(
-    members: Sequence[PointingError], index: Index, confidence: float, axis: int | None, interpretation: str
+    members: Sequence[Mixture], index: Index, confidence: float, axis: int | None, interpretation: str
 ) -> float:
     """Return the level in rad by a statistical interpretation.
 
@@ -67,12 +82,14 @@ def ensemble_level(
     UsageError
         The interpretation is unknown.
     """
+    points = ENSEMBLE_POINTS if len(members) > 1 else POINTS
     if interpretation == "mixed":
-        return mixed_level(members, index, confidence, axis, points=512)
+        return mixed_level(members, index, confidence, axis, points)
     if interpretation == "temporal":
-        return max(level(member, index, confidence, axis) for member in members)
+        levels = [mixed_level([member], index, confidence, axis, points) for member in members]
+        return mixed_level([members[int(np.argmax(levels))]], index, confidence, axis)
     if interpretation == "ensemble":
-        worst = [worst_time(member, index, confidence, axis) for member in members]
+        worst = [max(worst_time(e, index, confidence, axis) for w, e in m if w > 0.0) for m in members]
         return float(np.quantile(worst, confidence))
     known = did_you_mean(interpretation, INTERPRETATIONS) or f"; write one of {', '.join(INTERPRETATIONS)}"
     raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
@@ -100,19 +117,30 @@ def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, 
     """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
     sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
     if np.any(sigma > 0.0):
-        draws = qmc.Sobol(sigma.size, seed=0).random(points * CONE_DRAWS)
-        total = np.repeat(total, CONE_DRAWS, axis=0) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
+        total = np.repeat(total, CONE_DRAWS, axis=0) + _gaussian(points * CONE_DRAWS, sigma.size) * sigma
     angle = np.sqrt(np.sum(total**2, axis=1))
     return angle, np.zeros(angle.size)
 
 
-def _quantile(centres: FloatArray, sigmas: FloatArray, confidence: float) -> float:
-    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians of equal weight, some of no width."""
+@lru_cache(maxsize=8)
+def _gaussian(count: int, axes: int) -> FloatArray:
+    """Return quasi-random normal draws, (count, axes), the same at each call."""
+    draws = qmc.Sobol(axes, seed=0).random(count)
+    return np.asarray(ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
+
+
+def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
+    """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width; weights add to 1."""
     if not np.any(sigmas > 0.0):
-        return float(np.quantile(np.abs(centres), confidence, method="hazen"))
+        size = np.abs(centres)
+        if np.ptp(weights) <= 1e-12 * weights.max():
+            return float(np.quantile(size, confidence, method="hazen"))
+        order = np.argsort(size)
+        reached = np.cumsum(weights[order]) - 0.5 * weights[order]  # Hazen's plotting positions
+        return float(np.interp(confidence, reached, size[order]))
     width = np.maximum(sigmas, 1e-9 * sigmas.max())
 
     def missing(x: float) -> float:
-        return float(np.mean(ndtr((x - centres) / width) - ndtr((-x - centres) / width))) - confidence
+        return float(weights @ (ndtr((x - centres) / width) - ndtr((-x - centres) / width))) - confidence
 
     return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))

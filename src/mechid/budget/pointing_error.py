@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,58 +41,118 @@ class Source:
         """Of each line, (n,)."""
         return np.asarray(self.orders * self.fundamental_hz, dtype=np.float64)
 
+    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
+        """Return what it is under an index, (p, m) rad, at phases (p,) of its fundamental, in turns."""
+        turning = np.exp(2j * np.pi * np.outer(phase, self.orders))
+        gains = index.gains(self.frequency_hz, position - 0.5)
+        return np.asarray(((turning * gains) @ self.phasors).real, dtype=np.float64)
+
+    def square(self, index: Index) -> FloatArray:
+        """Return its mean square under an index, (m,) rad^2, by the index's weights."""
+        return np.asarray(index.weight(self.frequency_hz) @ (0.5 * np.abs(self.phasors) ** 2), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Sampled:
+    """A part that is known at instants: its values under one index, which is that of every call.
+
+    Parameters
+    ----------
+    values : (n, m)
+        rad; equidistributed over the time, in no order.
+    """
+
+    values: FloatArray
+
+    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
+        """Return the values, (p, m) rad, at places (p,) from 0 to 1 in the list."""
+        del index, position
+        return np.asarray(self.values[(phase * len(self.values)).astype(np.int64)], dtype=np.float64)
+
+    def square(self, index: Index) -> FloatArray:
+        """Return the mean square, (m,) rad^2."""
+        del index
+        return np.asarray(np.mean(self.values**2, axis=0), dtype=np.float64)
+
+
+class Part(Protocol):
+    """What an error consists of beside bias and noise: something whose value is known up to one phase."""
+
+    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
+        """Return what it is under an index, (p, m) rad; phase and position in the window (p,), 0 to 1."""
+
+    def square(self, index: Index) -> FloatArray:
+        """Return its mean square under an index, (m,) rad^2."""
+
+
+@dataclass(frozen=True, eq=False)
+class Random:
+    """A Gaussian part: its one-sided power spectral density.
+
+    Parameters
+    ----------
+    frequency_hz : (k,)
+        In equal steps.
+    density : (k, m)
+        rad^2/Hz.
+    """
+
+    frequency_hz: FloatArray
+    density: FloatArray
+
+    def variance(self, index: Index) -> FloatArray:
+        """Return its variance under an index, (m,) rad^2."""
+        return np.array([index.variance(self.frequency_hz, column) for column in self.density.T])
+
 
 @dataclass(frozen=True, eq=False)
 class PointingError:
-    """The error along m lines of sight; sources are not synchronous with one another.
+    """The error along m lines of sight; its parts are not synchronous with one another.
 
     Parameters
     ----------
     bias : (m,)
         rad.
-    sources : tuple of Source
-    frequency_hz : (k,)
-        In equal steps; empty where there is no random part.
-    density : (k, m)
-        One-sided power spectral density of the random part, Gaussian, rad^2/Hz.
+    parts : tuple of Part
+        `Source` for lines, `Sampled` for a course over time.
+    randoms : tuple of Random
     """
 
     bias: FloatArray
-    sources: tuple[Source, ...] = ()
-    frequency_hz: FloatArray | None = None
-    density: FloatArray | None = None
+    parts: tuple[Part, ...] = ()
+    randoms: tuple[Random, ...] = ()
 
     def sigma(self, index: Index) -> FloatArray:
-        """Return the standard deviation of the random part under an index, (m,) rad."""
-        if self.frequency_hz is None or self.density is None:
-            return np.zeros_like(self.bias)
-        return np.sqrt([index.variance(self.frequency_hz, column) for column in self.density.T])
+        """Return the standard deviation of the random parts under an index, (m,) rad."""
+        total = np.zeros_like(self.bias)
+        for random in self.randoms:
+            total = total + random.variance(index)
+        return np.asarray(np.sqrt(total), dtype=np.float64)
 
     def kept_bias(self, index: Index) -> FloatArray:
         """Return the bias under an index, (m,) rad."""
         return self.bias if index.keeps_bias else np.zeros_like(self.bias)
 
     def rms(self, index: Index) -> FloatArray:
-        """Return the root mean square under an index, bias included, (m,) rad, by the index's weights."""
+        """Return the root mean square under an index, bias included, (m,) rad."""
         square = self.kept_bias(index) ** 2 + self.sigma(index) ** 2
-        for source in self.sources:
-            square = square + index.weight(source.frequency_hz) @ (0.5 * np.abs(source.phasors) ** 2)
+        for part in self.parts:
+            square = square + part.square(index)
         return np.asarray(np.sqrt(square), dtype=np.float64)
 
     def waveforms(self, index: Index, points: int = POINTS) -> FloatArray:
-        """Return what the periodic parts are under an index, (points, m) rad, without bias and random part.
+        """Return what the parts are together under an index, (points, m) rad, without bias and random part.
 
-        The instants are equidistributed over all sources' phases and over the index's window.
+        The instants are equidistributed over all parts' phases and over the index's window.
         """
-        *phases, position = _phases(len(self.sources) + 1, points)
+        *own, position = phases(len(self.parts) + 1, points)
         total = np.zeros((points, self.bias.size))
-        for source, phase in zip(self.sources, phases, strict=True):
-            turning = np.exp(2j * np.pi * np.outer(phase, source.orders))
-            total += ((turning * index.gains(source.frequency_hz, position - 0.5)) @ source.phasors).real
+        for part, phase in zip(self.parts, own, strict=True):
+            total += part.waveform(index, phase, position)
         return total
 
 
-def _phases(count: int, points: int) -> list[FloatArray]:
+def phases(count: int, points: int) -> list[FloatArray]:
     """Return positions in turns, `count` times (points,): a Kronecker sequence, equidistributed on their torus.
 
     The first walks evenly through its period, the others in steps of the powers of one irrational number, the

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from mechid.budget.indices import Index
 from mechid.budget.shares import Band
@@ -43,14 +44,23 @@ class Standing:
     ----------
     level : Band
         rad at the requirement's confidence.
+    nominal_rad : float
+        The level over time of the nominal unit.
     ecss_rad : float
-        The same by the standard's own summation, |mean| + n_p sigma.
+        The same as `level` by the standard's own summation, |mean| + n_p sigma.
+    others_rad : float
+        The level over time of the other sources alone, while the mechanism rests.
+    spread_shares : mapping of str to float
+        Who makes the levels differ within the ensemble: shares of their variance.
     """
 
     requirement: Requirement
     mode: str
     level: Band
+    nominal_rad: float
     ecss_rad: float
+    others_rad: float = 0.0
+    spread_shares: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def margin(self) -> float:

@@ -55,6 +55,13 @@ def propagated(value: float, gradient: FloatArray, covariance: FloatArray, names
     return Band(value, float(np.sqrt(variance)), dict(zip(names, (parts / variance).tolist(), strict=True)))
 
 
+def deviations(covariance: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
+    """Return draws (count, n) of deviations from a covariance (n, n), which may be singular."""
+    sizes, axes = np.linalg.eigh(covariance)
+    root = axes * np.sqrt(np.maximum(sizes, 0.0))
+    return np.asarray(rng.normal(size=(count, len(sizes))) @ root.T, dtype=np.float64)
+
+
 def drawn(value: float, function: Callable[[FloatArray], float], covariance: FloatArray, names: Sequence[str]) -> Band:
     """Return the band of a function that a gradient at one point would not do justice, as a quantile with its kinks.
 
@@ -87,3 +94,18 @@ def drawn(value: float, function: Callable[[FloatArray], float], covariance: Flo
     return Band(
         value, float(np.sqrt(variance)), {**dict(zip(names, shares.tolist(), strict=True)), CURVATURE: rest / variance}
     )
+
+
+def line_shares(draws: FloatArray, values: FloatArray, names: Sequence[str]) -> dict[str, float]:
+    """Return shares in the variance of values (k,) of independent draws (k, n), by the straight line through them.
+
+    What no straight line explains is `CURVATURE`; draws that do not vary have no share.
+    """
+    columns = np.column_stack([draws, np.ones(len(draws))])
+    fitted = np.linalg.lstsq(columns, values, rcond=None)[0]
+    parts = fitted[:-1] ** 2 * np.var(draws, axis=0)
+    rest = float(np.var(values - columns @ fitted))
+    whole = float(parts.sum()) + rest
+    if whole <= 0.0:
+        return dict.fromkeys(names, 0.0)
+    return {**dict(zip(names, (parts / whole).tolist(), strict=True)), CURVATURE: rest / whole}

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget_file import OperatingMode
+from mechid.budget.operating_mode import OperatingMode
 from mechid.command import RateProfile
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
@@ -60,6 +60,11 @@ class SteadyState:
         return np.asarray(0.5 * self.rate * self.orders, dtype=np.float64)
 
     @property
+    def step_orders(self) -> FloatArray:
+        """Of each line, (n,): its multiple of the step rate."""
+        return np.asarray(0.5 * self.orders, dtype=np.float64)
+
+    @property
     def rms(self) -> float:
         """Of the torque about its mean, N m."""
         return float(np.std(self.torque))
@@ -99,7 +104,7 @@ def steady_state(
     periods = max(LEAST_PERIODS, math.ceil(LEAST_S * rate / 2.0))
     first = math.ceil(mode.settle_s * rate / 2.0) * per_period
     base = TimeBase(fs, first + periods * per_period)
-    y, J = _run(_simulator(mechanism, mode, rate, base, len(names)), mechanism, names, substeps)
+    y, J = simulated(_simulator(mechanism, mode, rate, base, len(names)), mechanism, names, substeps)
     orders = np.arange(1, min(int(2.0 * mode.highest_hz / rate), per_period // 2 - 1) + 1)
     lines, residual = _lines(y[first:], periods, orders)
     gradient, _ = _lines(J[first:], periods, orders)
@@ -109,7 +114,7 @@ def steady_state(
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode) -> int:
     """Return the integration steps a sample that the promised accuracy needs at the mode's highest rate."""
     base = TimeBase(SAMPLE_RATE_HZ, round(0.2 * SAMPLE_RATE_HZ))
-    simulator = _simulator(mechanism, mode, float(mode.rates[-1]), base, 0)
+    simulator = _simulator(mechanism, mode, mode.highest_rate, base, 0)
     return simulate_accurately(simulator, mechanism.kernel_values()).substeps
 
 
@@ -118,10 +123,16 @@ def _simulator(mechanism: Mechanism, mode: OperatingMode, rate: float, base: Tim
     return Simulator(mechanism.plant, command, base, capacity=lanes)
 
 
-def _run(
+def simulated(
     simulator: Simulator, mechanism: Mechanism, names: Sequence[str], substeps: int
 ) -> tuple[FloatArray, FloatArray]:
-    """Return torque (n, 1) and its derivatives (n, p)."""
+    """Return torque (n, 1) and its derivatives (n, p) to the parameters named.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
     slopes = mechanism.kernel_jacobian()
     p = mechanism.kernel_values()
     directions = np.column_stack([slopes[name] for name in names]) if names else np.zeros((p.size, 0))
@@ -133,7 +144,7 @@ def _run(
         if names:
             J[block.start : block.stop] = block.jacobian[:, 0, : len(names)]
     if run.outcome is not SimulationOutcome.COMPLETE:
-        raise FitError(f"at {simulator.command.rate.rates[0]:.6g} steps/s: {run.outcome.value}")
+        raise FitError(f"at {max(simulator.command.rate.rates, key=abs):.6g} steps/s: {run.outcome.value}")
     return y, J
 
 

@@ -45,6 +45,8 @@ class Contribution:
         Mean and standard deviation of the size over the ensemble, rad.
     group : str
         Contributions of one group are correlated; empty is a group of its own.
+    form : float
+        Of a periodic one: root mean square over largest value; of a single line that of a sine.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Contribution:
     size: float
     spread: float = 0.0
     group: str = ""
+    form: float = math.sqrt(0.5)
 
 
 def moments(c: Contribution, interpretation: str, n_p: float) -> tuple[float, float]:
@@ -62,7 +65,7 @@ def moments(c: Contribution, interpretation: str, n_p: float) -> tuple[float, fl
     UsageError
         The kind or the interpretation is unknown.
     """
-    scale = {"bias": 1.0, "random": 1.0, "periodic": math.sqrt(0.5)}.get(c.kind)
+    scale = {"bias": 1.0, "random": 1.0, "periodic": c.form}.get(c.kind)
     if scale is None:
         raise UsageError(f'{c.name}: unknown kind "{c.kind}"; write one of {", ".join(KINDS)}')
     worst = abs(c.size) + n_p * c.spread

@@ -72,7 +72,7 @@ class CampaignRecord:
     matches : tuple of Match
         The channels that the model has to explain, the leading one first: the torque where it is among them.
     parameters : tuple of Parameter
-        One for each of `RECORD_DECLARATIONS`.
+        One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand.
     data : Record or None
         What the file holds, where it was read.
     """
@@ -100,6 +100,11 @@ class CampaignRecord:
         """Return the record's own parameter of a key, e.g. ``"time_offset_s"``."""
         name = record_parameter_name(self.name, key)
         return next(q for q in self.parameters if q.name == name)
+
+    @property
+    def test_stand(self) -> tuple[Parameter, ...]:
+        """Its own parameters of the mechanism's test stand, ``record.<name>.transducer.gain`` and the like."""
+        return self.parameters[len(RECORD_DECLARATIONS) :]
 
     @property
     def time_offset(self) -> Parameter:
@@ -185,6 +190,17 @@ def parameters_of(mechanism: Mechanism, records: tuple[CampaignRecord, ...]) -> 
     """Return all parameters by dotted name."""
     own = {q.name: q for record in records for q in record.parameters}
     return {**mechanism.parameters, **own}
+
+
+def mechanism_name(record_parameter: str) -> str:
+    """Return the mechanism's name of a record's own parameter.
+
+    Examples
+    --------
+    >>> mechanism_name("record.full_46.transducer.gain")
+    'transducer.gain'
+    """
+    return record_parameter.split(".", 2)[2]
 
 
 def record_parameter_name(record: str, key: str) -> str:

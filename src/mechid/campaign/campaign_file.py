@@ -15,6 +15,7 @@ from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
+from mechid.campaign.test_stand_entry import with_test_stands
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
@@ -54,6 +55,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     records = read_record_entries(table, place, file.parent, need_files=need_files)
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
+    records = with_test_stands(records, table["record"], mechanism, place)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time
         records = tuple(_with_data(record, mechanism) for record in records)

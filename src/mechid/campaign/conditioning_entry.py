@@ -9,7 +9,7 @@ from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_k
 from mechid.command.entry import is_table, is_whole
 from mechid.records import Conditioning, TimeStamps
 
-KEYS = ("time_stamps", "limits", "max_gap_s", "quiet_s", "window_s", "decimate")
+KEYS = ("time_stamps", "limits", "max_gap_s", "cumulate", "quiet_s", "window_s", "decimate")
 MOST_DECIMATED = 1000
 Pair = tuple[float, float]
 Entry = TypeVar("Entry")
@@ -45,6 +45,7 @@ def read_conditioning(entry: Any, place: Place, quantities: Sequence[str]) -> Co
         time_stamps=TimeStamps(one_of(entry.get("time_stamps", "strict"), tuple(TimeStamps), place.key("time_stamps"))),
         limits=limits,
         max_gap_s=_gap(entry["max_gap_s"], place.key("max_gap_s")) if "max_gap_s" in entry else None,
+        cumulate=_quantities(entry.get("cumulate", []), place.key("cumulate"), quantities),
         quiet_s=_by_quantity(entry, place.key("quiet_s"), quantities, _stretches),
         window_s=_pair(entry["window_s"], place.key("window_s"), "s") if "window_s" in entry else None,
         decimate=_factor(entry.get("decimate", 1), place.key("decimate")),
@@ -60,6 +61,12 @@ def _by_quantity(
         raise place.error(f"{found(entries)}; write a table by quantity, as {{ torque = ... }}")
     refuse_unknown_keys(entries, quantities, place)
     return {quantity: read(value, place.key(quantity)) for quantity, value in entries.items()}
+
+
+def _quantities(entry: Any, place: Place, quantities: Sequence[str]) -> tuple[str, ...]:
+    if not isinstance(entry, list):
+        raise place.error(f'{found(entry)}; write a list of quantities, as ["rotor_angle"]')
+    return tuple(one_of(value, tuple(quantities), place.item(index)) for index, value in enumerate(entry))
 
 
 def _pair(entry: Any, place: Place, unit: str) -> Pair:

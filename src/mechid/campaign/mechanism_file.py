@@ -18,9 +18,9 @@ from mechid.plant.layout import LIST_TABLES
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import OPTIONAL_TABLES
 
-TIED_WHERE_ABSENT = {"stepper.back_emf_constant": "stepper.torque_constant"}
 """Parameters that follow another one where the file does not name them."""
 STATIC, COULOMB = "friction.static", "friction.coulomb"
+TIED_WHERE_ABSENT = {"stepper.back_emf_constant": "stepper.torque_constant", STATIC: COULOMB}
 POLES = "stepper.poles"
 HERTZ_BELOW = 1500.0
 """A resonance of the housing or the transducer this low in rad/s is 240 Hz: the number may well be meant in hertz."""
@@ -80,7 +80,7 @@ def _parameter(
     if name in entries:
         divides = name in divisors(structure.plant)
         return read_parameter(entries[name], name, declaration, place.key(name), divides=divides)
-    if declaration.default is None and name not in TIED_WHERE_ABSENT:
+    if declaration.default is None and TIED_WHERE_ABSENT.get(name) not in structure.plant.declarations:
         table, _, key = name.rpartition(".")
         plain = table.rstrip("0123456789").removesuffix(".")
         header = f"[[{plain}]]" if plain in LIST_TABLES else f"[{table}]"
@@ -93,7 +93,7 @@ def _parameter(
 def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any]) -> None:
     """Make those that the file does not name follow their masters."""
     for name, master in TIED_WHERE_ABSENT.items():
-        if name in parameters and name not in entries:
+        if name in parameters and master in parameters and name not in entries:
             parameters[name] = Parameter(
                 name=name,
                 value=parameters[master].value,

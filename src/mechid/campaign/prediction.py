@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import Campaign, CampaignRecord, mechanism_name
 from mechid.campaign.measured_input import with_inputs
 from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError, UsageError
@@ -68,7 +68,7 @@ def simulate(
         _ = simulator.excitation
     except UsageError as error:
         raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
-    p = campaign.mechanism.kernel_values()
+    p = campaign.mechanism.kernel_values({mechanism_name(q.name): q.value for q in chosen.test_stand})
     if substeps is None:
         return simulate_accurately(simulator, p, time_offset_s=offset)
     if substeps < 1:

@@ -31,7 +31,7 @@ from mechid.records import RecordSpec, Role
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
-KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", *OWN_KEYS)
+KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'

@@ -150,8 +150,10 @@ and may have
   channels       [{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}]; without it
                  the torque is the second column, or the first where sample_rate_hz is given; quantities:
                  {", ".join(QUANTITIES[:6])},
-                 {", ".join(QUANTITIES[6:])}
+                 {", ".join(QUANTITIES[6:])};
+                 of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
+  test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone
   conditioning   {{ window_s = [0.5, 20.0], decimate = 5 }}: what is done to the samples first; also
                  time_stamps, limits, max_gap_s, quiet_s; see docs/records.md"""
 

@@ -16,9 +16,13 @@ def budget(
     """Predict the microvibration at the payload, against requirements."""
     from mechid.budget.budget import make_budget
     from mechid.budget.budget_file import read_budget_file
-    from mechid.budget.hand_off import budget_data, write_budget
+    from mechid.budget.hand_off import write_budget
+    from mechid.budget.numbers import budget_data
     from mechid.report.budget import print_budget
+    from mechid.report.budget_writing import write_budget_report
     from mechid.report.terminal import console_on
 
     made = make_budget(read_budget_file(file), workers, lambda line: typer.echo(line, err=True))
-    print_budget(budget_data(made), console_on(), write_budget(made, out))
+    data = budget_data(made)
+    files = write_budget(made, out, data)
+    print_budget(data, console_on(), [*files, *write_budget_report(data, out)])

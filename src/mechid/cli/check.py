@@ -12,18 +12,27 @@ def check(
     campaign: Annotated[
         Path, typer.Argument(metavar="CAMPAIGN|FILE", help="campaign.toml, its folder, or a data file.")
     ],
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write a picture of each record with its command into DIR.")
+    ] = None,
 ) -> None:
     """Read a campaign and say what was understood, and what is odd; or list what a data file holds."""
     from mechid.campaign import load_campaign
     from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.errors import UsageError
     from mechid.identification.visibility import start_warnings
-    from mechid.records import READERS
     from mechid.report import campaign_data, file_data, print_campaign, print_file
-    from mechid.report.terminal import console_on
+    from mechid.report.terminal import console_on, print_lines
 
-    if campaign.suffix.lower() in READERS and not campaign.is_dir():
+    if campaign.suffix.lower() not in ("", ".toml") and not campaign.is_dir():
+        if out is not None:
+            raise UsageError(f"--out: {campaign} is a data file; pictures are of a campaign's records")
         print_file(file_data(campaign), console_on())
         return
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, start_warnings(loaded)), console_on())
+    if out is not None:
+        from mechid.report.record_figures import write_record_figures
+
+        print_lines(console_on(), "written", map(str, write_record_figures(loaded, out)))

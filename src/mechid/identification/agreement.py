@@ -135,10 +135,10 @@ def explains(problem: Problem, start: Candidate) -> bool:
 
 
 def carried(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
-    """Return the point of another problem with the same mechanism, its new time offsets at their starts."""
-    offsets = dict(zip(problem.delayed_targets, q[problem.space.size :], strict=True))
-    own = [offsets.get(t.name, t.time_offset_s) for t in to.targets if t.time_offset_bounds]
-    return np.concatenate([q[: problem.space.size], own])
+    """Return the point of another problem with the same mechanism, what is new of its records at its start."""
+    size = problem.space.size
+    known = dict(zip(problem.names[size:], q[size:].tolist(), strict=True))
+    return np.concatenate([q[:size], to.records_point(known)])
 
 
 def _rest(

@@ -9,6 +9,7 @@ from mechid.identification.agreement import Agreement
 from mechid.identification.alternatives import Judged, first_moments
 from mechid.identification.declaration import Taken
 from mechid.identification.target import target_of
+from mechid.units import unit_words
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
@@ -25,11 +26,12 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     samples = first_moments(target)
     seconds = (samples - 1) / target.base.sample_rate_hz
     what, remedy = _words(record, found.taken)
+    unit = unit_words(record.leading)
     counted = samples * len(target.channels)
     before, after = (target.leading.sigma * math.sqrt(j.cost / counted) for j in (declared, found))
     return (
         f"record {record.name}: not followed as declared, but with {what}, and so taken: under the model of the other "
-        f"records the residual of its first {seconds:.3g} s is {before:.3g} N m RMS as declared and {after:.3g} as "
+        f"records the residual of its first {seconds:.3g} s is {before:.3g} {unit} RMS as declared and {after:.3g} as "
         f"taken, the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}; if that is right, write "
         f"{remedy} for it in the campaign file"
     )
@@ -39,8 +41,9 @@ def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
     """Return what is taken and declared, and what to write."""
     said, remedies = [], []
     if taken.polarity < 0:
-        said.append("its torque of the other sign (polarity -1, declared +1)")
-        remedies.append("the other sign of its torque channel's gain (gain = -1.0 where there is none)")
+        what = record.leading.replace("_", " ")
+        said.append(f"its {what} of the other sign (polarity -1, declared +1)")
+        remedies.append(f"the other sign of its {what} channel's gain (gain = -1.0 where there is none)")
     if taken.direction < 0:
         said.append("its commanded rate of the other sign")
         remedies.append("the other sign of its rate")

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from mechid.command import Command
+from mechid.command import Command, MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.declaration import Taken, taken_target
 from mechid.identification.gates import followed
@@ -50,7 +50,9 @@ def first_moments(target: Target) -> int:
 
 
 def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
-    """Return the periods of each detent in one electrical turn."""
+    """Return the periods of each detent in one electrical turn; none where no motor has any."""
+    if "stepper.poles" not in mechanism.parameters:
+        return ()
     period_deg = 720.0 / mechanism.value("stepper.poles")
     pairs = mechanism.plant.polar_pairs
     return tuple(period_deg / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in pairs)
@@ -82,7 +84,12 @@ def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
 
 
 def variants(command: Command, orders: Sequence[float]) -> tuple[Taken, ...]:
-    """Return all that a record may be by sign, direction and start angle; the declared comes first."""
+    """Return all that a record may be by sign, direction and start angle; the declared comes first.
+
+    One that measured channels drive has no direction or start of its own.
+    """
+    if isinstance(command, MeasuredCommand):
+        return Taken(), Taken(polarity=-1)
     return tuple(
         Taken(
             polarity=polarity,
@@ -157,7 +164,7 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost:
 def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
     """Return the likeliest time offset, up to half the time of the first full step either way."""
     reach = _reach(target)
-    if reach < 1:
+    if reach < 1 or isinstance(target.command, MeasuredCommand):
         return None
     shift = _best_shift(problem, q, target, reach)
     tick = target.base.interval_s

@@ -147,7 +147,7 @@ class _World:
 def _world(optimum: Optimum) -> _World:
     problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
     used = [t for t in problem.targets if t.name in windows]
-    noise = {t.name: tuple(map(fit_autoregression, residual(problem, t, q, windows[t.name]))) for t in used}
+    noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
     triangle = combined(problem.triangles(q, windows))
     counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
@@ -155,6 +155,14 @@ def _world(optimum: Optimum) -> _World:
     root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
     signals = {t.name: problem.predict(t, q, t.samples) for t in used}
     return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root)
+
+
+def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Return the model of what is left of each channel."""
+    return tuple(
+        fit_autoregression(r, rejected=channel.rejected_within(window))
+        for channel, r in zip(target.channels, residual(problem, target, q, window), strict=True)
+    )
 
 
 def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[str, object]:

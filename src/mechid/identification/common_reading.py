@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechid.command import MeasuredCommand
 from mechid.command.waveform import WAVEFORMS
 from mechid.identification.agreement import explaining_start
 from mechid.identification.declaration import Taken, taken_target
@@ -49,6 +50,8 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
 
 def _readings(problem: Problem) -> list[tuple[str, Problem]]:
     signs = replace(problem, targets=tuple(taken_target(t, Taken(polarity=-1)) for t in problem.targets))
+    if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):
+        return [(SIGN, signs)]
     waves = replace(problem, targets=tuple(map(_of_other_waveform, problem.targets)))
     names = sorted({t.command.waveform for t in waves.targets})
     return [(SIGN, signs), (f'waveform = "{" or ".join(names)}" in the commands', waves)]

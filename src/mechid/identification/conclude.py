@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import mechanism_name
+from mechid.identification.ambiguity import ambiguity_notes
 from mechid.identification.declaration import DECLARED, taken_campaign
 from mechid.identification.ending import Ending
 from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
@@ -55,7 +57,7 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
         stages=ending.stages,
         outcome=ending.outcome,
         warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),
-        notes=_notes(campaign),
+        notes=ambiguity_notes(campaign),
         provenance=_provenance(campaign, ending),
     )
 
@@ -81,10 +83,11 @@ def _estimates(
         start = campaign.mechanism.value(name)
         out[name] = _estimate(before, mechanism.value(name), start, verdict, errors)
     for record in campaign.estimated:
-        for p in record.parameters:
-            if p.is_free and p.name.endswith("time_offset_s"):
-                target = next(t for t in problem.targets if t.name == record.name)
-                out[p.name] = _estimate(p, problem.time_offset(target, verdict.q), p.value, verdict, errors)
+        target = next(t for t in problem.targets if t.name == record.name)
+        values = {record.time_offset.name: problem.time_offset(target, verdict.q)}
+        own = problem.own_values(target, verdict.q)
+        values |= {p.name: own[mechanism_name(p.name)] for p in record.test_stand}
+        out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
 
 
@@ -137,35 +140,6 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
         for p in parameters.values()
         if p.prior and p.prior.dominates
     ]
-
-
-def _notes(campaign: Campaign) -> tuple[str, ...]:
-    """Say what no record of this kind can tell."""
-    if "stepper.peak_voltage" not in campaign.mechanism.parameters:
-        return (_frame(campaign),) if "stepper.poles" in campaign.mechanism.parameters else ()
-    voltage = (
-        "stepper.peak_voltage is taken as known: without a current or voltage channel a relative error e of it "
-        "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
-    )
-    return voltage, _frame(campaign)
-
-
-def _frame(campaign: Campaign) -> str:
-    """Say which turns, reversals and moves give the same records."""
-    mechanism = campaign.mechanism
-    period = 720.0 / mechanism.value("stepper.poles")
-    orders = [
-        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg"))
-        for p in mechanism.plant.polar_pairs
-        if p.amplitude.startswith("stepper.detent.")
-    ]
-    turned = " and ".join(f"-{order:g} delta" for order in orders)
-    phases = f" with the detent phases turned by {turned}" if orders else ""
-    return (
-        f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come from "
-        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg), from all signs "
-        "reversed with those of the phases, and from a move by whole teeth."
-    )
 
 
 def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:

@@ -49,7 +49,7 @@ def consider_covariance(
 def file_slopes(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
     """Return the names of all free parameters, (m,), and d(value)/dq, (m, n), time offsets included."""
     names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = tuple(f"record.{name}.time_offset_s" for name in problem.delayed_targets)
+    delays = problem.names[problem.space.size :]
     whole = np.zeros((len(names) + len(delays), problem.size))
     whole[: len(names), : problem.space.size] = slopes
     whole[len(names) :, problem.space.size :] = np.eye(len(delays))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import argrelmax
 
+from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.alternatives import detent_orders
 from mechid.identification.gates import WINDOW_S
@@ -39,7 +40,8 @@ def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> 
     base, offset_s = target.base, problem.time_offset(target, q)
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
     rate = _rate(target, at_s)
-    said = [f"the command runs at {rate:.4g} steps/s there"]
+    driven = isinstance(target.command, MeasuredCommand)
+    said = ["its input channels drive it there"] if driven else [f"the command runs at {rate:.4g} steps/s there"]
     switch = _switch(problem, q, target, horizon)
     if switch:
         said.append(switch)
@@ -62,7 +64,7 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     simulator = Simulator(
         plant, target.command, base.first(past), capacity=problem.space.size, known_edges=target.excitation
     )
-    p = problem.space.kernel(q[: problem.space.size])
+    p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
     run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
     switching = simulate_run(run).switching
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s

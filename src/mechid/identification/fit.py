@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.declaration import DECLARED, Taken
 from mechid.plant.mechanism import Mechanism
+from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
@@ -120,7 +121,10 @@ class ChannelFit:
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
-        Samples that do not count.
+        Samples that do not count, of those used.
+    rejected_runs : tuple of (int, int)
+        All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
+        each run.
     """
 
     unit: str
@@ -133,6 +137,7 @@ class ChannelFit:
     quantisation: float = 0.0
     prefilter_order: int = 0
     rejected: int = 0
+    rejected_runs: Runs = ()
 
 
 @dataclass(frozen=True, kw_only=True)

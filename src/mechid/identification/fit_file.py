@@ -89,7 +89,12 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
 
 
 def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
-    return {quantity: ChannelFit(**_kept(own, tuple(own))) for quantity, own in entries.items()}
+    return {quantity: _channel(_kept(own, tuple(own))) for quantity, own in entries.items()}
+
+
+def _channel(own: Mapping[str, Any]) -> ChannelFit:
+    runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
+    return ChannelFit(**{**own, "rejected_runs": runs})
 
 
 def _taken(entries: Mapping[str, Any]) -> Taken:

@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.errors import FitError, InputFileError
+from mechid.errors import FitError
 from mechid.identification.accuracy import enough_substeps
 from mechid.identification.agreement import Agreement, agreement, explains
 from mechid.identification.agreement_text import agreement_warnings
+from mechid.identification.ambiguity import refuse_free_voltage
 from mechid.identification.common_reading import common_readings
 from mechid.identification.conclude import conclude
 from mechid.identification.departure import departure
@@ -97,7 +98,7 @@ def identify(
                 follow_stages(trail, campaign)
             else:
                 _follow_plan(trail, campaign, seed, near)
-            if trail.outcome.good:
+            if trail.outcome.good or trail.outcome in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED):
                 freeze_dependent(trail, campaign, frozen)
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
@@ -113,7 +114,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
             "give those to be estimated as { value, min, max }"
         )
-    _refuse_free_voltage(campaign)
+    refuse_free_voltage(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
         targets = tuple(map(without_spikes, targets))
@@ -127,24 +128,12 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
 
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
     """Return value and standard deviation of what the mechanism file knows beforehand."""
-    return {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
-
-
-def _refuse_free_voltage(campaign: Campaign) -> None:
-    """Refuse a free supply voltage beside R, L and k_m: torque alone cannot tell them apart."""
-    scaled = ("stepper.peak_voltage", "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
-    free = {q.name for q in campaign.mechanism.free}
-    if free.issuperset(scaled):
-        raise InputFileError(
-            f"{campaign.mechanism_path}: stepper.peak_voltage: free together with R, L and k_m, which torque records "
-            "cannot tell apart (U -> c U, k_m -> c k_m, R and L -> c^2 gives the same torque); give it as a number"
-        )
+    return {q.name: (q.value, q.sigma) for q in campaign.free if q.sigma}
 
 
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
-    delays = (f"record.{name}.time_offset_s" for name in trail.problem.delayed_targets)
-    names = (*(p.name for p in campaign.mechanism.free), *delays)
+    names = (*(p.name for p in campaign.mechanism.free), *trail.problem.names[trail.problem.space.size :])
     growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return

@@ -31,7 +31,8 @@ def target_digest(target: Target) -> str:
     base, bounds = target.base, target.time_offset_bounds
     command = [target.command.start_angle_deg, target.command.start]
     channels = list(map(_weight, target.channels))
-    known = [base.sample_rate_hz, base.start_s, channels, target.time_offset_s, bounds, command]
+    stand = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.stand]
+    known = [base.sample_rate_hz, base.start_s, channels, target.time_offset_s, bounds, command, stand]
     total.update(digest(known).encode())
     return total.hexdigest()
 

@@ -144,7 +144,8 @@ def robust_cost(residual: FloatArray) -> float:
     """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
     if not np.all(np.isfinite(residual)):
         return math.inf
-    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(np.sqrt(1.0 + (residual / ROBUST_SIGMAS) ** 2) - 1.0))
+    square = (residual / ROBUST_SIGMAS) ** 2
+    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
 
 
 def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:

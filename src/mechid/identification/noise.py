@@ -22,6 +22,8 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
+MOSTLY_ROUNDING = 0.5
+"""Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
 QUIETER = 0.99
 """Share of a prefilter's noise below which another one is much better."""
 MOST_REJECTED = 0.01
@@ -32,7 +34,8 @@ def released(problem: Problem, q: FloatArray, windows: Windows, options: Identif
     """Return the problem with the residual RMS of each record's channels as their sigma, unless that is a misfit.
 
     A channel whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not
-    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it.
+    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it; one
+    that is mainly rounding only where they ask for it.
     No sigma falls below that of the resolution that is declared: a standstill tells nothing of what is within it.
     """
     targets = [
@@ -67,9 +70,10 @@ def _released_channel(
             "its noise is coloured"
         )
     found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
-    if options.colour == "none" or (options.colour == "auto" and not fits):
+    own = fits and found.rounded <= MOSTLY_ROUNDING
+    if options.colour == "none" or (options.colour == "auto" and not own):
         return found
-    colour = fit_autoregression(r)
+    colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found
 
 
@@ -90,7 +94,7 @@ def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tup
         return target
     series = residual(problem, target, q, window)
     found = [
-        replace(c, prefilter=fit_autoregression(r)) if c.prefilter else c
+        replace(c, prefilter=fit_autoregression(r, rejected=c.rejected_within(window))) if c.prefilter else c
         for c, r in zip(target.channels, series, strict=True)
     ]
     quieter = any(
@@ -132,7 +136,8 @@ def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) ->
 
     def own(channel: TargetChannel) -> TargetChannel:
         r = series[channel.quantity]
-        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(r.size)))
+        counted = max(r.size - channel.rejected.size, 1)
+        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(counted)))
 
     return target.each(own)
 
@@ -178,10 +183,11 @@ def rejection_warnings(problem: Problem) -> list[str]:
     lines = []
     for t in problem.targets:
         for c in t.channels:
-            if not c.rejected.size:
+            spikes = np.setdiff1d(c.rejected, c.bridged)
+            if not spikes.size:
                 continue
-            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in c.rejected[:5].tolist())
-            more = ", ..." if c.rejected.size > 5 else ""
+            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in spikes[:5].tolist())
+            more = ", ..." if spikes.size > 5 else ""
             what = "samples" if len(t.channels) == 1 else f"samples of {c.quantity}"
-            lines.append(f"record {t.name}: {c.rejected.size} {what} rejected as spikes, at {instants}{more} s")
+            lines.append(f"record {t.name}: {spikes.size} {what} rejected as spikes, at {instants}{more} s")
     return lines

@@ -11,11 +11,13 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.campaign.campaign import mechanism_name
 from mechid.identification.parallel import mapped
 from mechid.identification.reduction import Triangle, absorb, combined, finished, of_rows
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import Target, TargetChannel
 from mechid.identification.weighted_rows import WeightedRows
+from mechid.parameter import Parameter
 from mechid.simulation.simulator import Block, Run, Simulator
 
 FloatArray = NDArray[np.float64]
@@ -30,7 +32,7 @@ Windows = Mapping[str, tuple[int, int]]
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """All targets and the search space. Coordinates are the mechanism's, then free time offsets.
+    """All targets and the search space. Coordinates: the mechanism's, free time offsets, records' own test stands.
 
     `priors` holds (value, standard deviation) by dotted name, in the file's units; those of parameters that the
     space does not move say nothing. `substeps` is the number of integration steps per sample, `workers` of
@@ -49,28 +51,39 @@ class Problem:
         return tuple(t.name for t in self.targets if t.time_offset_bounds)
 
     @cached_property
+    def own(self) -> tuple[tuple[str, Parameter], ...]:
+        """Target and parameter behind each coordinate of a test stand of its own."""
+        return tuple((t.name, q) for t in self.targets for q in t.moved)
+
+    @cached_property
     def lower(self) -> FloatArray:
         """Lower bounds of all coordinates."""
-        return np.concatenate([self.space.lower, [b[0] for t in self.targets if (b := t.time_offset_bounds)]])
+        delays = [b[0] for t in self.targets if (b := t.time_offset_bounds)]
+        return np.concatenate([self.space.lower, delays, [q.min for _, q in self.own]])
 
     @cached_property
     def upper(self) -> FloatArray:
         """Upper bounds of all coordinates."""
-        return np.concatenate([self.space.upper, [b[1] for t in self.targets if (b := t.time_offset_bounds)]])
+        delays = [b[1] for t in self.targets if (b := t.time_offset_bounds)]
+        return np.concatenate([self.space.upper, delays, [q.max for _, q in self.own]])
 
     @cached_property
     def start(self) -> FloatArray:
         """The values of the file in search coordinates."""
-        return np.concatenate([self.space.start, [t.time_offset_s for t in self.targets if t.time_offset_bounds]])
+        delays = [t.time_offset_s for t in self.targets if t.time_offset_bounds]
+        return np.concatenate([self.space.start, delays, [q.value for _, q in self.own]])
 
     def point(self, values: Mapping[str, float]) -> FloatArray:
         """Return the coordinates, (n,), of values by dotted name; what is not among them keeps that of the file."""
         mechanism = self.space.mechanism.parameters
         here = self.space.from_values({**{name: p.value for name, p in mechanism.items()}, **values})
-        offsets = [
-            values.get(f"record.{t.name}.time_offset_s", t.time_offset_s) for t in self.targets if t.time_offset_bounds
-        ]
-        return np.concatenate([here, offsets])
+        return np.concatenate([here, self.records_point(values)])
+
+    def records_point(self, values: Mapping[str, float]) -> FloatArray:
+        """Return the coordinates that belong to single records, by dotted name; others keep that of the file."""
+        first = self.space.size
+        pairs = zip(self.names[first:], self.start[first:].tolist(), strict=True)
+        return np.array([values.get(name, start) for name, start in pairs])
 
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values of all that is free, by dotted name, at `q`."""
@@ -82,7 +95,7 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""
         delays = (f"record.{name}.time_offset_s" for name in self.delayed_targets)
-        return (*(c.name for c in self.space.coordinates), *delays)
+        return (*(c.name for c in self.space.coordinates), *delays, *(q.name for _, q in self.own))
 
     def in_polar(self, amplitudes: frozenset[str], q: FloatArray) -> tuple[Problem, FloatArray]:
         """Return the problem, and its point, with some detents searched by amplitude and phase."""
@@ -108,7 +121,7 @@ class Problem:
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return self.space.size + len(self.delayed_targets)
+        return self.space.size + len(self.delayed_targets) + len(self.own)
 
     def only(self, names: Sequence[str]) -> Problem:
         """Return the problem with some targets alone; coordinates of other time offsets are dropped."""
@@ -138,13 +151,21 @@ class Problem:
             return target.time_offset_s
         return float(q[self.space.size + self.delayed_targets.index(target.name)])
 
+    def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
+        """Return the values of the test stand that are a target's own at `q`, by the mechanism's names."""
+        values = {p.name: p.value for p in target.stand}
+        first = self.size - len(self.own)
+        values |= {p.name: float(x) for (name, p), x in zip(self.own, q[first:], strict=True) if name == target.name}
+        return {mechanism_name(name): value for name, value in values.items()}
+
     def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False, events: int = 0) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
-        here = q[: self.space.size]
-        p = self.space.kernel(here)
+        here, own = q[: self.space.size], self.own_values(target, q) if target.stand else None
+        p = self.space.kernel(here, own)
         directions = None
         if jacobian:  # a time offset that is free alone needs sensitivities too
-            directions = self.space.kernel_jacobian(here) if self.space.size else np.zeros((p.size, 1))
+            directions = self.space.kernel_jacobian(here, own, [mechanism_name(m.name) for m in target.moved])
+            directions = directions if directions.size else np.zeros((p.size, 1))
         return self._simulator(target).run(
             p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop,
             events=events,
@@ -156,7 +177,7 @@ class Problem:
                 self.space.mechanism.plant,
                 target.command,
                 target.base,
-                capacity=self.space.size,
+                capacity=self.space.size + max((len(t.moved) for t in self.targets), default=0),
                 known_edges=target.excitation,
             )
         return self._simulators[target.name]
@@ -194,14 +215,31 @@ class Problem:
         return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
 
     def triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
-        """Return the reduced problem of a target in a window, of all its channels together."""
-        samples = window[1] - window[0]
+        """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""
+        key = (target, q.tobytes(), window)
+        if target.name not in self._last or self._last[target.name][0] != key:
+            self._last[target.name] = key, self._triangle(target, q, window)
+        return self._last[target.name][1]
+
+    @cached_property
+    def _last(self) -> dict[str, tuple[tuple[Target, bytes, tuple[int, int]], Triangle]]:
+        """Where each target was last reduced, and what came of it: an end is looked at from several sides."""
+        return {}
+
+    def _triangle(self, target: Target, q: FloatArray, window: tuple[int, int]) -> Triangle:
+        each = self.channel_triangles(target, q, window)
+        if each is None:
+            lost = np.full((1 + self.size, self.size), np.nan)
+            return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
+        return each[0] if len(each) == 1 else combined(each)
+
+    def channel_triangles(self, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Triangle] | None:
+        """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
         triangles, succeeded = self.reduced(target, q, window, jacobian=True)
         if not succeeded:
-            lost = np.full((1 + self.size, self.size), np.nan)
-            return Triangle(np.inf, lost, samples * len(target.channels))
-        each = [finished(R, c.linear, samples) for c, R in zip(target.channels, triangles, strict=True)]
-        return each[0] if len(each) == 1 else combined(each)
+            return None
+        n = window[1] - window[0]
+        return [finished(R, c.linear, n) for c, R in zip(target.channels, triangles, strict=True)]
 
     def reduced(
         self, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
@@ -221,6 +259,10 @@ class Problem:
         rows[:moved, :n] = block.jacobian[-n:, j, :moved].T
         for i, name in enumerate(self.delayed_targets):
             rows[moved + i, :n] = -block.rate[-n:, j] if name == target.name else 0.0
+        lane, first = moved, moved + len(self.delayed_targets)
+        for i, (name, _) in enumerate(self.own):
+            rows[first + i, :n] = block.jacobian[-n:, j, lane] if name == target.name else 0.0
+            lane += name == target.name
 
     def jacobian_block(self, target: Target, channel: TargetChannel, block: Block, n: int) -> FloatArray:
         """Return dy/dq of a channel over the last n samples of a block, (n, size)."""
@@ -254,7 +296,10 @@ class Problem:
         names, slopes = self.space.value_jacobian(here)
         values = self.space.values(here)
         rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
-        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
+        own = [(j, *self.priors[name]) for j, name in enumerate(self.names) if j >= here.size and name in self.priors]
+        away, J = np.zeros(len(rows) + len(own)), np.zeros((len(rows) + len(own), self.size))
+        for k, (j, value, sigma) in enumerate(own, len(rows)):
+            away[k], J[k, j] = (q[j] - value) / sigma, 1.0 / sigma
         for k, (i, name, value, sigma) in enumerate(rows):
             off = values[name] - value
             if self.space.mechanism.parameters[name].is_periodic:

@@ -27,6 +27,7 @@ from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem
 from mechid.identification.reopened import Optimum
 from mechid.identification.solve import solve
+from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]
 QUANTILE = float(chi2.ppf(0.95, 1))
@@ -214,10 +215,16 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
         return without(problem, q, names, {name: value})
     at = problem.names.index(name)
     targets = tuple(
-        replace(t, time_offset_s=value, time_offset_bounds=None) if name == f"record.{t.name}.time_offset_s" else t
+        replace(t, time_offset_s=value, time_offset_bounds=None)
+        if name == f"record.{t.name}.time_offset_s"
+        else replace(t, stand=tuple(_known(p, value) if p.name == name else p for p in t.stand))
         for t in problem.targets
     )
     return replace(problem, targets=targets), np.delete(q, at)
+
+
+def _known(parameter: Parameter, value: float) -> Parameter:
+    return replace(parameter, value=value, status=Status.KNOWN)
 
 
 def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArray]) -> dict[str, object]:

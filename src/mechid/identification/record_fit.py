@@ -13,6 +13,7 @@ from mechid.identification.fit import ChannelFit, RecordFit
 from mechid.identification.gates import followed
 from mechid.identification.problem import Problem, Windows
 from mechid.identification.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.signal.runs import runs_of
 from mechid.signal.trend import Line, fit_line
 from mechid.units import SI_UNIT
 
@@ -76,6 +77,7 @@ def _channel(
         quantisation=channel.rounding * math.sqrt(12.0),
         prefilter_order=channel.order,
         rejected=rejected.size,
+        rejected_runs=runs_of(channel.rejected),
     )
 
 

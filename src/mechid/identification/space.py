@@ -8,7 +8,7 @@ Coulomb friction. Everything else as it is.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -87,7 +87,8 @@ class SearchSpace:
             return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
         if q.name == COULOMB and STATIC in self.mechanism.parameters:
             static = self.mechanism.parameters[STATIC]
-            most = min(q.max, static.max if static.is_free else static.value)
+            above = math.inf if static.tied_to else static.max if static.is_free else static.value
+            most = min(q.max, above)
             return Coordinate(q.name, "linear", q.min, max(most, q.min + 1e-12))
         if q.is_periodic:
             return Coordinate(q.name, "linear", -720.0, 720.0)
@@ -178,18 +179,24 @@ class SearchSpace:
         """Return the mechanism with its free parameters at `q`."""
         return self.mechanism.with_values(self.values(q))
 
-    def kernel(self, q: FloatArray) -> FloatArray:
-        """Return the kernel's parameters, (NP,), at `q`."""
-        return self.mechanism.kernel_values(self.values(q))
+    def kernel(self, q: FloatArray, own: Mapping[str, float] | None = None) -> FloatArray:
+        """Return the kernel's parameters, (NP,), at `q`; `own` are values that hold in place of the mechanism's."""
+        return self.mechanism.kernel_values({**self.values(q), **(own or {})})
 
-    def kernel_jacobian(self, q: FloatArray) -> FloatArray:
-        """Return dp/dq, (NP, n)."""
-        mechanism = self.at(q)
+    def kernel_jacobian(
+        self, q: FloatArray, own: Mapping[str, float] | None = None, moved: Sequence[str] = ()
+    ) -> FloatArray:
+        """Return dp/dq, (NP, n), at `q` and with `own` values; then dp/d(value), a column for each of those `moved`."""
+        mechanism = self.at(q).with_values(own or {})
         by_file = mechanism.kernel_jacobian()
         order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
         pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
-        out, carries = np.zeros((len(order), self.size)), self._carries_static(q)
+        out, carries = np.zeros((len(order), self.size + len(moved))), self._carries_static(q)
+        for j, name in enumerate(moved, self.size):
+            out[:, j] = by_file[name]
         for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
+            if own and c.name in own:
+                continue
             if c.kind in ("cosine", "sine"):
                 pair = pairs[c.name]
                 out[order[pair.cosine if c.kind == "cosine" else pair.sine], j] = 1.0

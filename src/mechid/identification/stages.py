@@ -13,6 +13,7 @@ from mechid.identification.noise import released
 from mechid.identification.space import SearchSpace
 from mechid.identification.target import Target
 from mechid.identification.trail import Trail, cliff_warnings, joint_fit
+from mechid.parameter import Status
 
 Window = tuple[int, int]
 
@@ -62,10 +63,16 @@ def begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Map
 
 
 def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
-    """Return a target whose time offset is free only where it is named."""
-    own = campaign.record(target.name).time_offset
+    """Return a target whose time offset, and test stand of its own, is free only where it is named."""
+    record = campaign.record(target.name)
+    own = record.time_offset
     bounds = (own.min, own.max) if own.name in names else None
-    return replace(target, time_offset_s=values.get(own.name, own.value), time_offset_bounds=bounds)
+    stand = tuple(
+        replace(q, value=values.get(q.name, q.value), status=q.status if q.name in names else Status.KNOWN)
+        for q in record.test_stand
+    )
+    offset = values.get(own.name, own.value)
+    return replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand)
 
 
 def _window(target: Target, stage: Stage) -> Window:

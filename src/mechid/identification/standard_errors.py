@@ -49,7 +49,7 @@ class StandardErrors:
         if name not in self.names:
             return None, None
         i = self.names.index(name)
-        return math.sqrt(self.robust[i, i]), math.sqrt(self.white[i, i])
+        return _root(self.robust[i, i]), _root(self.white[i, i])
 
     def of_records_alone(self, name: str) -> float | None:
         """Return the white standard error of a parameter without any prior, None where no prior counts."""
@@ -60,7 +60,7 @@ class StandardErrors:
     @property
     def correlation(self) -> FloatArray:
         """Correlation matrix, (n, n)."""
-        scale = np.sqrt(np.diag(self.robust))
+        scale = np.sqrt(np.maximum(np.diag(self.robust), 0.0))
         scale[scale == 0.0] = 1.0
         return np.asarray(self.robust / np.outer(scale, scale), dtype=np.float64)
 
@@ -90,6 +90,11 @@ def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> Sta
         local_only=_concerned(ending, q, verdict, local),
         warnings=(*map(_warning, local), *map(str, grazing)),
     )
+
+
+def _root(variance: float) -> float:
+    """Return the square root of a variance; infinite where rounding has left none, in a direction that is not seen."""
+    return math.sqrt(variance) if variance >= 0.0 else math.inf
 
 
 def _without_priors(ending: Ending, q: FloatArray, verdict: Verdict, maps: FloatArray) -> FloatArray:

@@ -12,16 +12,14 @@ from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import Command, Excitation
+from mechid.parameter import Parameter
+from mechid.records.record import no_samples
 from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 FloatArray = NDArray[np.float64]
 Samples = NDArray[np.int64]
-
-
-def _none() -> Samples:
-    return np.zeros(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,9 @@ class TargetChannel:
     prefilter : Autoregression or None
         Model of its noise where that is whitened before it is weighted.
     rejected : (s,) of int
-        Samples that do not count, ascending.
+        Samples that do not count, ascending: those bridged, and spikes.
+    bridged : (b,) of int
+        Those among them that were never measured.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
     """
@@ -51,13 +51,19 @@ class TargetChannel:
     sigma: float
     linear: int = 2
     prefilter: Autoregression | None = None
-    rejected: Samples = field(default_factory=_none)
+    rejected: Samples = field(default_factory=no_samples)
     rounding: float = 0.0
+    bridged: Samples = field(default_factory=no_samples)
 
     @property
     def scale(self) -> float:
         """Standard deviation of what is left of the noise behind the prefilter."""
         return self.prefilter.sigma if self.prefilter else self.sigma
+
+    @property
+    def rounded(self) -> float:
+        """Share of the noise's variance that is rounding; none of it behind a prefilter, which takes it for colour."""
+        return 0.0 if self.prefilter else min((self.rounding / self.sigma) ** 2, 1.0)
 
     @property
     def order(self) -> int:
@@ -70,7 +76,8 @@ class TargetChannel:
 
     def first(self, samples: int) -> TargetChannel:
         """Return the first samples alone."""
-        return replace(self, measured=self.measured[:samples], rejected=self.rejected[self.rejected < samples])
+        rejected, bridged = (some[some < samples] for some in (self.rejected, self.bridged))
+        return replace(self, measured=self.measured[:samples], rejected=rejected, bridged=bridged)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +97,8 @@ class Target:
         Known time offset, s; where it is free, its start.
     time_offset_bounds : (float, float) or None
         Bounds where it is free.
+    stand : tuple of Parameter
+        Its own parameters of the test stand, known and free.
     """
 
     name: str
@@ -99,6 +108,7 @@ class Target:
     excitation: Excitation
     time_offset_s: float = 0.0
     time_offset_bounds: tuple[float, float] | None = None
+    stand: tuple[Parameter, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -114,6 +124,11 @@ class Target:
     def quantities(self) -> tuple[str, ...]:
         """What its channels measure."""
         return tuple(channel.quantity for channel in self.channels)
+
+    @cached_property
+    def moved(self) -> tuple[Parameter, ...]:
+        """Its own parameters of the test stand that are free."""
+        return tuple(q for q in self.stand if q.is_free)
 
     def each(self, change: Callable[[TargetChannel], TargetChannel]) -> Target:
         """Return the target with every channel changed; the same one where none is."""
@@ -142,6 +157,7 @@ def target_of(record: CampaignRecord) -> Target:
         excitation=excitation_over(record.command, base, latest_s),
         time_offset_s=delay.value,
         time_offset_bounds=(delay.min, delay.max) if delay.is_free else None,
+        stand=record.test_stand,
     )
 
 
@@ -155,6 +171,8 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         sigma=noise_sigma(record, match),
         linear=(2 if match.drift else 1) if match.offset else 0,
         rounding=_rounding(record, match),
+        rejected=channel.bridged,
+        bridged=channel.bridged,
     )
 
 
@@ -170,7 +188,9 @@ def noise_sigma(record: CampaignRecord, match: Match) -> float:
     if match.noise_sigma is not None:
         return max(abs(channel.scale) * match.noise_sigma, least)
     quiet = record.data.quiet_rms(match.quantity)
-    return max(noise_floor(channel.data, record.data.sample_rate_hz) if quiet is None else quiet, least)
+    if quiet is not None:
+        return max(quiet, least)
+    return max(noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged), least)
 
 
 def _rounding(record: CampaignRecord, match: Match) -> float:

@@ -19,6 +19,7 @@ from mechid.identification.problem import Problem, Windows
 from mechid.identification.reduction import Triangle
 from mechid.identification.solve import covariance
 from mechid.identification.target import Target, TargetChannel
+from mechid.identification.visits import Visits
 from mechid.identification.weighted_rows import WeightedRows
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.trend import fit_line
@@ -46,7 +47,7 @@ def uncertainty(
     used = [t for t in problem.targets if t.name in windows]
     inverse = np.zeros((problem.size, problem.size))
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
-    colour = {t.name: tuple(map(fit_autoregression, _whitened(problem, t, q, windows[t.name]))) for t in used}
+    colour = {t.name: _colours(problem, t, q, windows[t.name]) for t in used}
     _, known = problem.prior_rows(q)
     score = known.T @ known
     for t in used:
@@ -62,6 +63,15 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
         fit_line(r, channel.linear, rejected).take_from(r)
         r[rejected] = 0.0
     return series
+
+
+def _colours(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Return the model of what stands behind each channel's prefilter."""
+    series = _whitened(problem, target, q, window)
+    return tuple(
+        fit_autoregression(r, rejected=channel.rejected_within(window))
+        for channel, r in zip(target.channels, series, strict=True)
+    )
 
 
 def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[FloatArray]:
@@ -85,19 +95,37 @@ def _white(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> Fl
 def _score_variance(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: tuple[Autoregression, ...]
 ) -> FloatArray:
-    """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance, by filtering J through 1/A."""
+    """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance.
+
+    Coloured noise: by filtering J through 1/A. Rounding: its error stands still while the channel does, so it is one
+    for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits.
+    """
     triangles, _ = problem.reduced(target, q, window, jacobian=True)
+    if not any(own.order or c.rounded for own, c in zip(colour, target.channels, strict=True)):
+        return sum(map(_white_score, triangles, target.channels, colour), np.zeros((problem.size, problem.size)))
     projections = [_projection(R, c.linear) for R, c in zip(triangles, target.channels, strict=True)]
     memories = [np.zeros((own.order, problem.size)) for own in colour]
     totals = np.zeros((len(colour), problem.size, problem.size))
+    visits = [Visits(c.measured[slice(*window)], problem.size) if c.rounded else None for c in target.channels]
     for k, rows, n in WeightedRows(problem, target, q, window, jacobian=True):
         linear, scale = target.channels[k].linear, target.channels[k].scale
         J = rows[linear + 1 :, :n].T / scale - rows[:linear, :n].T @ projections[k]
+        if (seen := visits[k]) is not None:
+            seen.add(J)
         if colour[k].order:
             J, memories[k] = lfilter([1.0], colour[k].coefficients, J, axis=0, zi=memories[k])
         totals[k] += J.T @ J
-    spread = [own.sigma / c.scale for own, c in zip(colour, target.channels, strict=True)]
-    return np.asarray(sum(total * s**2 for total, s in zip(totals, spread, strict=True)), dtype=np.float64)
+    score = np.zeros((problem.size, problem.size))
+    for channel, total, own, steps in zip(target.channels, totals, colour, visits, strict=True):
+        score += total * (1.0 - channel.rounded) * (own.sigma / channel.scale) ** 2
+        score += steps.total * channel.rounded if steps else 0.0
+    return score
+
+
+def _white_score(R: FloatArray, channel: TargetChannel, own: Autoregression) -> FloatArray:
+    """Return what `_score_variance` is for a white channel: the triangle holds all of it."""
+    J = R[channel.linear :, channel.linear + 1 :]
+    return np.asarray(J.T @ J * (own.sigma / channel.scale) ** 2, dtype=np.float64)
 
 
 def _projection(R: FloatArray, linear: int) -> FloatArray:

@@ -92,5 +92,5 @@ def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: NDArray[n
     found = problem.space.values(q[:size])
     hidden = {c.name for c, is_unseen in zip(problem.space.coordinates, unseen, strict=False) if is_unseen}
     here = problem.space.from_values({**values, **{n: v for n, v in found.items() if n not in hidden}})
-    offsets = [campaign.record(name).time_offset.value for name in problem.delayed_targets]
-    return np.where(unseen, np.concatenate([here, offsets]), q)
+    own = {q.name: q.value for record in campaign.records for q in record.parameters}
+    return np.where(unseen, np.concatenate([here, problem.records_point(own)]), q)

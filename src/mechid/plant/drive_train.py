@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Integer, Symbol, symbols
+from sympy import Expr, Integer, Symbol, sin, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block
@@ -14,8 +14,15 @@ COMMANDED = theta_0 / (p / 2)
 INERTIA = Declaration(key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0)
 
 
-def rotor(*, geared: bool = True, start: Expr = COMMANDED, inertia: Declaration = INERTIA) -> Block:
-    """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg.
+def rotor(
+    *,
+    geared: bool = True,
+    start: Expr = COMMANDED,
+    inertia: Declaration = INERTIA,
+    start_rate: Declaration | None = None,
+    unbalance: Declaration | None = None,
+) -> Block:
+    """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg, and - W sin(alpha) where it is unbalanced.
 
     Equation (6) of [Kornienko2013]_; N m, rad, rad/s. The friction block beside it gives T_fr, and `free`, which
     is 0 while it holds the rotor.
@@ -28,17 +35,24 @@ def rotor(*, geared: bool = True, start: Expr = COMMANDED, inertia: Declaration 
         Angle at the start of a record, rad.
     inertia : Declaration
         Of J_rot; its key says where in the file it stands.
+    start_rate : Declaration or None
+        Of the speed at the start of a record; None: at rest.
+    unbalance : Declaration or None
+        Of W = m c g, of an axis that hangs at alpha = 0; None: balanced, or across gravity.
     """
     T_mot, T_rg, T_fr, free = symbols("T_mot_in T_rg_in T_fr_in free_in")
     drive, T_res, J_rot = symbols(f"T_drive T_res {inertia.symbol}")
+    driven = T_mot - T_rg if geared else T_mot
+    if unbalance:
+        driven -= Symbol(unbalance.symbol) * sin(alpha)
     return Block(
         name="rotor",
         table="rotor",
-        declarations=(inertia,),
+        declarations=tuple(d for d in (inertia, start_rate, unbalance) if d),
         inputs=(T_mot, *([T_rg] if geared else []), T_fr, free),
-        terms={drive: T_mot - T_rg if geared else T_mot, T_res: free * (drive - T_fr)},
+        terms={drive: driven, T_res: free * (drive - T_fr)},
         rates={alpha: omega, omega: T_res / J_rot},
-        initial={alpha: start, omega: 0},
+        initial={alpha: start, omega: Symbol(start_rate.symbol) if start_rate else 0},
         outputs={"alpha": alpha, "omega": omega, "T_res": T_res, "T_drive": drive},
     )
 

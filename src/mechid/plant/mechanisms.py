@@ -115,6 +115,14 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
         unit="kg m2" if turning else "kg", meaning="moving inertia" if turning else "moving mass", lower=0.0,
         source="the drive",
     )  # fmt: skip
+    start_rate = Declaration(
+        key="load.start_rate", symbol="omega_start", unit=rate, default=0.0, source="the records",
+        meaning="speed at the start of the records",
+    )  # fmt: skip
+    unbalance = Declaration(
+        key="load.unbalance", symbol="W_u", unit="N m", default=0.0, source="a pendulum's equation",
+        meaning="mass times gravity times the distance of the centre of mass from the axis; it hangs at angle 0",
+    )  # fmt: skip
     names = ("output_angle", "output_rate") if turning else ("position", "velocity")
 
     def parts(layout: Layout) -> Parts:
@@ -124,7 +132,13 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
         laws = friction.UNGEARED_LAWS
         blocks = [
             measured_drive(((quantity, "T_mot"),), "drive", _offset(unit)),
-            rotor(geared=False, start=Integer(0), inertia=inertia),
+            rotor(
+                geared=False,
+                start=Integer(0),
+                inertia=inertia,
+                start_rate=start_rate,
+                unbalance=unbalance if turning else None,
+            ),
             *laws[layout.law("friction", tuple(laws))](site),
         ]
         return blocks, {}, dict(zip(names, ("rotor.alpha", "rotor.omega"), strict=True))

@@ -63,7 +63,9 @@ class Plant:
         outputs = {quantity: self.offered[quantity] for quantity in quantities}
         seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
         system = self.filter if seen & set(self.filter.states) else NO_FILTER
-        found = _parameters(self.blocks, self.inputs, self.terms, self.rates, self.switches, system, outputs)
+        found = _parameters(
+            self.blocks, self.inputs, self.terms, (*self.rates, *self.initial), self.switches, system, outputs
+        )
         own = {s for s, _ in self.terms} | {*self.states, *self.filter.states}
         return replace(self, outputs=outputs, filter=system, parameters=tuple(s for s in found if s not in own))
 

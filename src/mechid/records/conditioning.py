@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ import numpy as np
 from mechid.records.columns import Layout
 from mechid.records.gaps import bridge, missing_runs
 from mechid.records.spec import Conditioning
-from mechid.records.table import Clock, FloatArray, Table, column_label
-from mechid.signal.decimation import PASS, anti_alias_filter, decimate
+from mechid.records.table import Clock, FloatArray, IntArray, Table, column_label
+from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
 
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
@@ -32,11 +32,14 @@ class Samples:
     data : tuple of ndarray
         One of shape (N,) for each channel of the layout, in SI.
     treatments : tuple of Treatment
+    bridged : mapping of int to ndarray of int
+        By place in `data`, ascending: the samples that stand for missing ones.
     """
 
     clock: Clock
     data: tuple[FloatArray, ...]
     treatments: tuple[Treatment, ...] = ()
+    bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
     def times(self, start_s: float, stop_s: float) -> slice:
         """Return the samples from `start_s` to `stop_s` of record time, both included."""
@@ -59,7 +62,7 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
     RecordError
         Samples are missing for too long, or a step cannot be done.
     """
-    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _zeroed, _windowed, _decimated)
+    steps: tuple[Step, ...] = (_cut_to_needed, _bridged, _summed_up, _zeroed, _windowed, _decimated)
     for step in steps:
         samples = step(table, layout, how, samples)
     return samples
@@ -97,15 +100,20 @@ def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Sampl
             f"to {whole:.9g} s"
         )
     start = samples.clock.start_s + rows.start / samples.clock.rate_hz
-    return replace(samples, clock=replace(samples.clock, start_s=start), data=data)
+    inside = {
+        k: missing[(missing >= rows.start) & (missing < rows.stop)] - rows.start
+        for k, missing in samples.bridged.items()
+    }
+    return replace(samples, clock=replace(samples.clock, start_s=start), data=data, bridged=inside)
 
 
 def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Bridge missing samples; refuse gaps that are too long, or at an end."""
-    for column, values in zip(layout.channels, samples.data, strict=True):
+    for k, (column, values) in enumerate(zip(layout.channels, samples.data, strict=True)):
         runs = missing_runs(values)
         if not runs.size:
             continue
+        missing = np.flatnonzero(~np.isfinite(values)).astype(np.int64)
         label = column_label(table.columns, column.index)
         lengths = (runs[:, 1] - runs[:, 0]) / samples.clock.rate_hz
         starts = samples.clock.start_s + runs[:, 0] / samples.clock.rate_hz
@@ -130,6 +138,18 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             "gaps", text, samples.data, channel=column.quantity, samples=count, gaps=len(runs),
             longest_s=float(lengths[longest]), first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
         )  # fmt: skip
+        samples = replace(samples, bridged={**samples.bridged, k: missing})
+    return samples
+
+
+def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
+    """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
+    for column, values in zip(layout.channels, samples.data, strict=True):
+        if column.quantity in how.cumulate:
+            np.cumsum(values, out=values)
+            text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
+            samples = samples.after("cumulate", text, samples.data, channel=column.quantity,
+                                    from_s=samples.clock.start_s)  # fmt: skip
     return samples
 
 
@@ -186,5 +206,6 @@ def _decimated(table: Table, layout: Layout, how: Conditioning, samples: Samples
         f"decimated by {how.decimate} from {before:.9g} Hz to {rate:.9g} Hz: low-pass of {taps} taps, flat to "
         f"{passed:.6g} Hz; what the mechanism does above is in the model and no longer in the record"
     )
+    bridged = {k: spoilt_by(missing, samples.data[k].size, how.decimate) for k, missing in samples.bridged.items()}
     done = samples.after("decimate", text, data, factor=how.decimate, taps=taps, pass_hz=passed, rate_hz=rate)
-    return replace(done, clock=replace(samples.clock, rate_hz=rate))
+    return replace(done, clock=replace(samples.clock, rate_hz=rate), bridged=bridged)

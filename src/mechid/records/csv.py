@@ -16,10 +16,13 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.csv_dialect import Dialect, sniff
+from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
 
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
+SPARE_DECIMALS = 3
+"""So many decimals numbers written as short as can be differ by; the last ones of many do not matter."""
 
 
 @dataclass(frozen=True)
@@ -44,14 +47,14 @@ class CsvTable:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A last line that may be half a line: it has no line end, and the shortest last cell of all near it."""
+        """A last line that may be half a line: it has no line end, and its last cell is written shorter than others."""
         with self.path.open("rb") as file:
             file.seek(-min(TAIL, self.path.stat().st_size), 2)
             tail = file.read().replace(b"\0", b"").decode("latin-1")
         if tail.endswith(("\n", "\r")):
             return ()
         cells = [self.dialect.cells(line)[-1].lstrip("+-") for line in tail.split("\n")[1:] if line.strip()]
-        if len(cells) < 2 or len(cells[-1]) >= min(map(len, cells[:-1])):
+        if len(cells) < 2 or not _is_written_shorter(cells[-1].lower(), [cell.lower() for cell in cells[:-1]]):
             return ()
         return (f'{self.label}: the last line has no line end and stops at "{cells[-1]}": is the file cut off there?',)
 
@@ -110,7 +113,30 @@ class CsvTable:
 
 def open_csv(path: Path, label: str) -> CsvTable:
     """Read the head of the text file at `path`; `label` is what messages call it."""
+    refuse_larger_than_memory(path, label, "a text file")
     return CsvTable(path, label, sniff(path, label))
+
+
+def _is_written_shorter(cell: str, others: Sequence[str]) -> bool:
+    """Whether a number may be the beginning of one written as the others: what is lost would matter.
+
+    So it is, if no other is the same, where it is the shortest; where its exponent is missing, or shorter than all
+    others; where it has fewer decimals than others mostly have; and for an integer with fewer digits than another.
+    """
+    if cell in others:
+        return False
+    exponents = [other.partition("e")[2] for other in others if "e" in other]
+    usual = sorted(map(_decimals, others))[len(others) // 2]
+    return (
+        len(cell) < min(map(len, others))
+        or (bool(exponents) and len(cell.partition("e")[2]) < min(map(len, exponents)))
+        or _decimals(cell) < usual - SPARE_DECIMALS * (usual > SPARE_DECIMALS)
+        or (usual == 0 and len(cell) < max(map(len, others)))
+    )
+
+
+def _decimals(cell: str) -> int:
+    return len(cell.partition("e")[0].partition(".")[2])
 
 
 def _is_parsed(cell: str) -> bool:

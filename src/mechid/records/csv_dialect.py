@@ -22,6 +22,8 @@ SEPARATORS = (";", "\t", ",")
 """Looked for in this order: beside the first two a comma is a decimal sign."""
 MOST_HEAD_LINES = 200
 """So many lines an instrument may write before the samples."""
+LONGEST_LINE = 1 << 20
+"""Letters of a line that are looked at: what is no text may have no line end at all."""
 _OUTSIDE_BRACKETS = re.compile(r"\s+(?![\[(]|[^\[(]*[\])])")
 
 
@@ -148,7 +150,8 @@ def _encoding(path: Path) -> str:
 def _first_lines(path: Path, label: str, encoding: str) -> list[tuple[int, str]]:
     """Return the first lines that are not blank, with their numbers."""
     with path.open(encoding=encoding) as file:
-        lines = list(islice(((n, line) for n, line in enumerate(file, 1) if line.strip()), MOST_HEAD_LINES))
+        numbered = enumerate(iter(lambda: file.readline(LONGEST_LINE), ""), 1)
+        lines = list(islice(((n, line) for n, line in numbered if line.strip()), MOST_HEAD_LINES))
     if not lines:
         raise RecordError(f"{label}: the file is empty")
     if any("\0" in line for _, line in lines):

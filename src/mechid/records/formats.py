@@ -19,10 +19,10 @@ from mechid.records.health import channel_warnings
 from mechid.records.matlab import open_matlab
 from mechid.records.numpy_file import open_npy, open_npz
 from mechid.records.parquet import open_parquet
-from mechid.records.record import Channel, Record
+from mechid.records.record import Channel, Record, no_samples
 from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
-from mechid.records.table import FloatArray, Table
+from mechid.records.table import FloatArray, IntArray, Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
 from mechid.units import si_unit
@@ -106,8 +106,9 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     samples = sample(table, layout, spec)
     if samples.data[0].size < MINIMUM_SAMPLES:
         raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
-    pairs = zip(layout.channels, samples.data, strict=True)
-    channels = tuple(_channel(table, column, data) for column, data in pairs)
+    pairs = enumerate(zip(layout.channels, samples.data, strict=True))
+    bridged = samples.bridged
+    channels = tuple(_channel(table, column, data, bridged.get(k, no_samples())) for k, (column, data) in pairs)
     return Record(
         name=spec.name,
         path=path,
@@ -122,7 +123,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     )
 
 
-def _channel(table: Table, chosen: ChosenColumn, data: FloatArray) -> Channel:
+def _channel(table: Table, chosen: ChosenColumn, data: FloatArray, bridged: IntArray) -> Channel:
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,
@@ -132,6 +133,7 @@ def _channel(table: Table, chosen: ChosenColumn, data: FloatArray) -> Channel:
         column=column.key or str(chosen.index),
         metadata=column.metadata,
         scale=chosen.scale,
+        bridged=bridged,
     )
 
 

@@ -10,6 +10,7 @@ from mechid.records.table import FloatArray, Table
 
 CLIPPED_RUN = 8
 """So many equal samples at an extreme are a clipped peak."""
+ENCODED = ("rotor_angle", "output_angle", "position")
 CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
 
@@ -34,8 +35,8 @@ def channel_warnings(table: Table, channel: Channel) -> list[str]:
         if channel.role is Role.OUTPUT:
             raise table.error(f"{message}: the channel is dead")
         return [str(table.error(message))]
-    if channel.role is Role.INPUT or channel.quantity.startswith("voltage"):
-        return []  # a driver's voltage stays at its limits by design
+    if channel.role is Role.INPUT or channel.quantity.startswith("voltage") or channel.quantity in ENCODED:
+        return []  # a driver's voltage stays at its limits by design, a mechanism where it was driven to
     return _clipping(table, channel)
 
 

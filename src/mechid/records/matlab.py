@@ -11,6 +11,7 @@ import numpy as np
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import parsing
 from mechid.records.matlab73 import is_matlab73, object_fault, open_matlab73
+from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 
 KIND = "a MATLAB file"
@@ -29,6 +30,7 @@ def open_matlab(path: Path, label: str) -> ArrayTable:
         return open_matlab73(path, label)
     from scipy.io import loadmat
 
+    refuse_larger_than_memory(path, label, KIND)
     with parsing(label, KIND):
         content: dict[str, Any] = loadmat(path)
     metadata: dict[str, Fact] = {}

@@ -14,6 +14,11 @@ from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
 
 
+def no_samples() -> NDArray[np.int64]:
+    """Return the numbers of no samples, (0,)."""
+    return np.zeros(0, dtype=np.int64)
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Channel:
     """One measured quantity.
@@ -34,6 +39,8 @@ class Channel:
         What the file says of it: serial number, sensitivity, ...
     scale : float
         What the file's numbers were multiplied by.
+    bridged : ndarray of int, shape (M,)
+        The samples, ascending, that stand for missing ones: no measurement.
     """
 
     quantity: str
@@ -43,6 +50,7 @@ class Channel:
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
     scale: float = 1.0
+    bridged: NDArray[np.int64] = field(default_factory=no_samples)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

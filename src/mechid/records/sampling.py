@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +11,7 @@ from mechid.records.clock import read_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
+from mechid.records.memory import GIB, memory_bytes
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
@@ -50,21 +50,39 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How a column is sampled: clock and number of samples as far as they are known, and why they are not."""
+    """How a column is sampled.
+
+    Parameters
+    ----------
+    clock : Clock or None
+        The regular clock, where there is one and it is known.
+    samples : int or None
+    irregular_hz : float or None
+        One over the median interval of stamps that are no regular clock.
+    fault : str or None
+        Why there is no regular clock, or why the column cannot be read.
+    """
 
     clock: Clock | None = None
     samples: int | None = None
+    irregular_hz: float | None = None
     fault: str | None = None
 
 
 def samplings(table: Table) -> list[Sampling]:
-    """Return how each column of a file is sampled: by its own clock, else by the time column beside it."""
+    """Return how each column of a file is sampled: by its own clock, else by the time column beside it.
+
+    Raises
+    ------
+    RecordError
+        Samples of a column have to be counted and it cannot be read.
+    """
     by_time: dict[int, Sampling] = {}
     found = []
     for index, column in enumerate(table.columns):
         time = None if column.fault or column.clock else time_beside(table, index)
         if time is None:
-            found.append(Sampling(column.clock, column.samples))
+            found.append(_clocked_by_itself(table, index))
             continue
         if time.index not in by_time:
             by_time[time.index] = _stamped(table, time)
@@ -72,14 +90,33 @@ def samplings(table: Table) -> list[Sampling]:
     return found
 
 
+def _clocked_by_itself(table: Table, index: int) -> Sampling:
+    """Return the sampling of a column without stamps; its first sample shows that it can be read."""
+    column = table.columns[index]
+    if column.fault:
+        return Sampling(column.clock, column.samples)
+    if column.samples is None:
+        return Sampling(column.clock, table.read([index])[0].size)
+    try:
+        table.read([index], slice(0, 1))
+    except RecordError as error:
+        return Sampling(column.clock, column.samples, fault=str(error))
+    return Sampling(column.clock, column.samples)
+
+
 def _stamped(table: Table, time: ChosenColumn) -> Sampling:
-    samples = table.columns[time.index].samples
+    samples, rate_hz = table.columns[time.index].samples, None
     try:
         stamps = _scaled(table, time, table.read([time.index])[0], 0, finite=True)
-        samples = stamps.size
+        samples, rate_hz = stamps.size, _median_rate(stamps)
         return Sampling(read_clock(table, stamps), samples)
     except RecordError as error:
-        return Sampling(None, samples, str(error))
+        return Sampling(None, samples, rate_hz, str(error))
+
+
+def _median_rate(stamps: FloatArray) -> float | None:
+    interval = float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
+    return 1.0 / interval if interval > 0.0 else None
 
 
 def _refuse_empty(table: Table, data: FloatArray) -> None:
@@ -91,11 +128,11 @@ def _refuse_too_large(table: Table, layout: Layout, rows: slice) -> None:
     """Refuse what cannot be in memory at once, before the machine stands still."""
     samples = len(range(table.columns[layout.channels[0].index].samples or 0)[rows])
     needed = 8 * COPIES * samples * len(layout.chosen)
-    there = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else needed
-    if needed > there:
+    there = memory_bytes()
+    if there is not None and needed > there:
         raise table.error(
-            f"{samples} samples of {len(layout.chosen)} columns need {needed / 2**30:.3g} GiB of memory, there are "
-            f"{there / 2**30:.3g} GiB; read a part with window_s"
+            f"{samples} samples of {len(layout.chosen)} columns need {needed / GIB:.3g} GiB of memory, there are "
+            f"{there / GIB:.3g} GiB; read a part with window_s"
         )
 
 

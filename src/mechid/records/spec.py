@@ -65,6 +65,8 @@ class Conditioning:
     max_gap_s : float or None
         Missing samples (not finite, beyond the limits, never stamped) are bridged by a straight line
         where they last no longer than this; None refuses any.
+    cumulate : tuple of str
+        Quantities whose samples are increments since the sample before: their running sum takes their place.
     quiet_s : Mapping
         By quantity, stretches of record time at which it is known to be zero: the constant, or with
         two stretches or more the straight line, through all of them is subtracted.
@@ -77,6 +79,7 @@ class Conditioning:
     time_stamps: TimeStamps = TimeStamps.STRICT
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     max_gap_s: float | None = None
+    cumulate: tuple[str, ...] = ()
     quiet_s: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
     window_s: tuple[float, float] | None = None
     decimate: int = 1

@@ -13,6 +13,7 @@ from mechid.errors import RecordError
 from mechid.units import split_header
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 Fact = str | int | float
 """A serial number, a sensitivity, a start time: one entry of a file's metadata."""
 Metadata = Mapping[str, Fact]

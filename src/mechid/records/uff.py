@@ -13,6 +13,7 @@ from mechid.errors import RecordError
 from mechid.records.arrays import ArrayTable, Index, Item, array_table
 from mechid.records.clock import whole_rate
 from mechid.records.foreign import library, parsing
+from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Clock, Column
 from mechid.units import to_si_factor
 
@@ -45,6 +46,7 @@ def open_uff(path: Path, label: str) -> ArrayTable:
         The file is damaged or cut off, or holds no data set 58.
     """
     pyuff = library("pyuff", "pyuff", label)
+    refuse_larger_than_memory(path, label, KIND)
     with parsing(label, KIND):
         _refuse_cut(path, label)
         file = pyuff.UFF(str(path))

@@ -23,6 +23,7 @@ REQUIREMENTS = (
     Column("limit rad", "limit"),
     Column("margin %", "margin"),
     Column("95 %", "margin95"),
+    Column("two-way %", "two_way"),
 )
 MODES = (
     Column("mode", "name", words=True),
@@ -49,6 +50,7 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "crossing", told[:SHOWN_CROSSINGS])
     if len(told) > SHOWN_CROSSINGS:
         say(console, f"... and {len(told) - SHOWN_CROSSINGS} further crossings in crossings.csv")
+    print_lines(console, "note", data["notes"])
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "written", [str(path) for path in files])
 
@@ -68,7 +70,7 @@ def _mode(mode: Mapping[str, Any]) -> dict[str, Any]:
 
 def _requirement(r: Mapping[str, Any]) -> dict[str, Any]:
     level, sigma = with_sigma(r["level_rad"], r["sigma_rad"])
-    low, high = r["margin95"]
+    decided, (low, high) = r["decided"], r["margin95"]
     return {
         **{key: r[key] for key in ("requirement", "mode", "index", "axis")},
         "text": {},
@@ -78,6 +80,7 @@ def _requirement(r: Mapping[str, Any]) -> dict[str, Any]:
         "limit": plain(r["limit_rad"], 3),
         "margin": f"{100.0 * r['margin']:.1f}",
         "margin95": f"{100.0 * low:.1f} to {100.0 * high:.1f}",
+        "two_way": f"{100.0 * decided['margin']:.1f}" if decided["coupling"] == "two-way" else "",
     }
 
 

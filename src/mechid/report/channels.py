@@ -37,7 +37,7 @@ FILE_LAYOUTS = (
             Shown("samples", "samples"),
             Shown("rate Hz", "sample_rate_hz"),
             Shown("from s", "start_s"),
-            Shown("", "remark", words=True),
+            Shown("", "clock", words=True),
         ),
     ),
 )
@@ -66,9 +66,11 @@ def file_data(path: Path) -> dict[str, Any]:
     table = open_table(path, path.name)
     sampled = samplings(table)
     faults = dict.fromkeys(one.fault for one in sampled if one.fault)
+    rows = [_column_row(*one) for one in zip(count(), table.columns, sampled)]
     return {
         "file": str(path),
-        "columns": [_column_row(*one) for one in zip(count(), table.columns, sampled)],
+        "columns": [row for row in rows if not row["fault"]],
+        "no_channels": [row for row in rows if row["fault"]],
         "metadata": dict(table.metadata),
         "warnings": [*table.warnings, *faults],
     }
@@ -77,7 +79,10 @@ def file_data(path: Path) -> dict[str, Any]:
 def print_file(data: Mapping[str, Any], console: Console) -> None:
     """Print what `file_data` made."""
     say(console, data["file"], "bold")
-    print_tables(console, FILE_LAYOUTS, data["columns"])
+    if data["columns"]:
+        print_tables(console, FILE_LAYOUTS, data["columns"])
+    others = (f"{row['index']} {row['column']}: {row['fault']}" for row in data["no_channels"])
+    print_lines(console, "no channel", others)
     shown = list(data["metadata"].items())[:MOST_FACTS]
     print_lines(console, "says", (f"{key} = {value}" for key, value in shown), "dim")
     if len(data["metadata"]) > len(shown):
@@ -105,11 +110,18 @@ def _channel_row(record: Record, channel: Channel) -> dict[str, Any]:
 
 
 def _column_row(index: int, column: Column, sampling: Sampling) -> dict[str, Any]:
+    regular = sampling.clock is not None
     numbers = {
         "samples": sampling.samples,
-        "sample_rate_hz": sampling.clock.rate_hz if sampling.clock else None,
+        "sample_rate_hz": sampling.clock.rate_hz if sampling.clock else sampling.irregular_hz,
         "start_s": sampling.clock.start_s if sampling.clock else None,
     }
-    texts = {key: "" if value is None else plain(value, 9) for key, value in numbers.items()}
-    words = {"column": column.key, "unit": column.stated_unit or "", "remark": column.fault or ""}
+    shown = {"samples": 9, "sample_rate_hz": 9 if regular else 4, "start_s": 9}
+    texts = {key: "" if value is None else plain(value, shown[key]) for key, value in numbers.items()}
+    words = {
+        "column": column.key,
+        "unit": column.stated_unit or "",
+        "clock": "irregular" if sampling.irregular_hz else "",
+        "fault": column.fault or "",
+    }
     return {"index": index, **words, **numbers, "text": texts}

@@ -12,6 +12,7 @@ from mechid.campaign import Campaign
 from mechid.identification.fit import Fit
 from mechid.report.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.report.digits import plain
+from mechid.report.quantities import torque_alone
 from mechid.report.summary import noise_ratio, summary_data
 
 
@@ -54,26 +55,32 @@ PLACES = {"place": "estimate", "nominal_place": "nominal"}
 
 
 def _record_table(data: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return a row for each record: its numbers as label and text."""
-    fits = {row["name"]: row for row in data["records"]}
-    return [_record_row(data, row, fits[row["name"]]) for row in data["validation"]]
+    """Return a row for each channel of each record: its numbers as label and text."""
+    plainly = torque_alone(data["validation"])
+    fits = {(row["name"], row["quantity"]): row for row in data["channels"]}
+    fits = fits or {(row["name"], "torque"): row for row in data["records"]}
+    return [_record_row(data, row, fits[row["name"], row["quantity"]], plainly) for row in data["validation"]]
 
 
-def _record_row(data: Mapping[str, Any], row: Mapping[str, Any], fit: Mapping[str, Any]) -> dict[str, Any]:
+def _record_row(
+    data: Mapping[str, Any], row: Mapping[str, Any], fit: Mapping[str, Any], plainly: bool
+) -> dict[str, Any]:
     ratio = noise_ratio(data, row)
     texts = row["text"]
+    unit, rate = (", N m", ", N m/s") if plainly else ("", " a second")
     cells = [
+        *([] if plainly else [("channel", texts["quantity"]), ("unit", texts["unit"])]),
         ("samples", str(row["samples"])),
         ("fit, %", texts["fit_percent"]),
-        ("residual, N m", texts["residual_rms"]),
-        ("noise, N m", fit["text"]["noise_sigma"]),
+        (f"residual{unit}", texts["residual_rms"]),
+        (f"noise{unit}", fit["text"]["noise_sigma"]),
         ("residual / noise", f"{ratio:.2f}" if math.isfinite(ratio) else "-"),
         ("Ljung-Box p", texts["p_value"]),
         ("largest ρ", texts["largest"]),
-        ("offset, N m", fit["text"]["offset"]),
-        ("drift, N m/s", fit["text"]["drift"]),
+        (f"offset{unit}", fit["text"]["offset"]),
+        (f"drift{rate}", fit["text"]["drift"]),
     ]
-    return {"name": row["name"], "use": row["use"], "noise_ratio": ratio, "cells": cells}
+    return {"name": row["name"], "use": row["use"], "quantity": row["quantity"], "noise_ratio": ratio, "cells": cells}
 
 
 def _origin(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction, as_fitted, predict
-from mechid.analysis.validation import ChannelValidation
+from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import RateProfile
 from mechid.identification.fit import Fit
+from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram
+from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
 GROUPS = 3000
@@ -39,11 +41,13 @@ class Spectrogram:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Curves:
-    """The curves of one record.
+    """The curves of one channel of a record.
 
     Attributes
     ----------
     name : str
+        Of the record; with the quantity where it is not the record's leading channel.
+    record, quantity : str
     prediction : Prediction
         Every sample, for figures on paper.
     trace : Trace
@@ -65,6 +69,8 @@ class Curves:
     """
 
     name: str
+    record: str
+    quantity: str
     prediction: Prediction
     trace: Trace
     spectrum_hz: FloatArray
@@ -80,22 +86,37 @@ class Curves:
     spectrogram: Spectrogram | None
 
     @property
+    def trace_name(self) -> str:
+        """What the figure of its samples is called."""
+        return f"{self.name}_{self.quantity}" if self.name == self.record else self.name
+
+    @property
     def largest_rate(self) -> float:
         """Largest magnitude of the rate over the record, full steps/s."""
         return float(np.abs(self.rate[:, 1]).max())
 
 
-def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValidation) -> Curves:
-    """Return the curves of a record; where its simulation failed, those of prediction and residual are NaN."""
-    record, noise = campaign.record(name), fit.records[name].noise_of(channel.quantity)
-    p = predict(record, fit)[channel.quantity]
+def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) -> list[Curves]:
+    """Return the curves of each channel of a record; NaN where its simulation failed."""
+    record, leading = campaign.record(validation.name), next(iter(validation.channels))
+    predictions = predict(record, fit)
+    return [
+        _curves(record, fit, channel_key(record.name, quantity, leading), channel, predictions[quantity])
+        for quantity, channel in validation.channels.items()
+    ]
+
+
+def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
+    noise = fit.records[record.name].noise_of(channel.quantity)
     removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
     frequency, measured = _spectrum(p.measured - removed, rate_hz)
-    rate = rate_over(as_fitted(record, fit), p)
+    rate = rate_over(as_fitted(record, fit), p.base)
     with np.errstate(all="ignore"):
         return Curves(
             name=name,
+            record=record.name,
+            quantity=channel.quantity,
             prediction=p,
             trace=trace_of(p, noise),
             spectrum_hz=frequency,
@@ -112,9 +133,9 @@ def record_curves(campaign: Campaign, fit: Fit, name: str, channel: ChannelValid
         )
 
 
-def rate_over(record: CampaignRecord, prediction: Prediction) -> FloatArray:
+def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
     """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
-    profile, base = record.command.rate, prediction.base
+    profile = record.command.rate
     until = base.start_s + (base.samples - 1) / base.sample_rate_hz
     points = np.array([(t + record.time_offset.value, r) for t, r in _points(profile)])
     inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]

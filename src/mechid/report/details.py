@@ -29,10 +29,10 @@ def correlation_data(fit: Fit) -> dict[str, Any]:
 
 
 def information_data(information: Information | None, fit: Fit, campaign: Campaign) -> dict[str, Any] | None:
-    """Return what each record tells of each parameter: shares in percent, factors on standard errors."""
+    """Return what each record and channel tells of each parameter: shares in percent, factors on standard errors."""
     if information is None:
         return None
-    percent = (100.0 * information.share).tolist()
+    percent, by_channel = (100.0 * information.share).tolist(), (100.0 * information.channel_share).tolist()
     return {
         "parameters": list(information.parameters),
         "symbols": [symbol_of(fit, name) for name in information.parameters],
@@ -41,10 +41,15 @@ def information_data(information: Information | None, fit: Fit, campaign: Campai
         "share_percent": percent,
         "without": information.without.tolist(),
         "repeated": information.repeated.tolist(),
+        "channels": list(information.channels),
+        "channel_share_percent": by_channel,
+        "without_channel": information.without_channel.tolist(),
         "text": {
             "share_percent": [[_percent(value) for value in row] for row in percent],
             "without": [[digits(value, 3) for value in row] for row in information.without.tolist()],
             "repeated": [[digits(value, 3) for value in row] for row in information.repeated.tolist()],
+            "channel_share_percent": [[_percent(value) for value in row] for row in by_channel],
+            "without_channel": [[digits(value, 3) for value in row] for row in information.without_channel.tolist()],
         },
     }
 

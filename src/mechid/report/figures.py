@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 
 from mechid.report.curves import ORDERS, Curves
 from mechid.report.payload import order_marks, shown_hz, zooms
-from mechid.report.plots import AMPLITUDE, CORRELATION, DENSITY, FREQUENCY, LAG, RESIDUAL, TIME, TORQUE
+from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
+from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words
 from mechid.signal import envelope
 
 FloatArray = NDArray[np.float64]
@@ -59,7 +60,7 @@ Drawing = Callable[[Any], None]
 
 
 def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str, Figure]:
-    """Return the figures by name: of each record, of the correlation, of the information by record.
+    """Return the figures by name: of each channel of each record, of the correlation, of the information.
 
     Parameters
     ----------
@@ -68,7 +69,7 @@ def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str
     curves : sequence of Curves
     """
     with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {name: _made(draw, height) for name, height, draw in _drawings(data, curves)}
+        return {name: made(draw, height) for name, height, draw in _drawings(data, curves)}
 
 
 def write_figures(figures: Mapping[str, Figure], folder: Path) -> dict[str, str]:
@@ -103,7 +104,8 @@ def _write(path: Path, content: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def _made(draw: Drawing, height: float) -> Figure:
+def made(draw: Drawing, height: float) -> Figure:
+    """Return a figure of a height in inches, two columns wide, with what `draw` draws on it."""
     figure = Figure(figsize=(WIDTH_IN, height))
     FigureCanvasAgg(figure)
     figure.subplots_adjust(
@@ -115,7 +117,7 @@ def _made(draw: Drawing, height: float) -> Figure:
 
 def _drawings(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tuple[str, float, Drawing]]:
     for one in curves:
-        yield f"{one.name}_torque", 3.6, partial(_torque, one)
+        yield one.trace_name, 3.6, partial(_torque, one)
         yield f"{one.name}_spectrum", 2.4, partial(_spectrum, one, data["resonances"])
         yield f"{one.name}_residual", 2.2, partial(_residual, one)
         if one.spectrogram:
@@ -131,10 +133,15 @@ def _drawings(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tup
             size,
             partial(_matrix, information, "share_percent", information["records"], "share of the information, %"),
         )
+    if information and len(information["channels"]) > 1:
+        names = [quantity_words(quantity) for quantity in information["channels"]]
+        draw = partial(_matrix, information, "channel_share_percent", names, "share of the information, %")
+        yield "information_by_channel", 0.2 * len(information["parameters"]) + 1.0, draw
 
 
 def _torque(one: Curves, figure: Any) -> None:
-    """Draw measured and modelled torque over the whole record, its start, and the residual."""
+    """Draw measured and modelled torque, or what else it is, over the whole record, its start, and the residual."""
+    labels = axis_labels(one.quantity)
     p = one.prediction
     axes = figure.subplot_mosaic([["whole", "start"], ["residual", "start residual"]], height_ratios=[2, 1],
                                  width_ratios=[3, 2], gridspec_kw={"hspace": 0.08, "wspace": 0.2})  # fmt: skip
@@ -143,15 +150,15 @@ def _torque(one: Curves, figure: Any) -> None:
     for (torque, residual), samples in ((("whole", "residual"), p.measured.size), (("start", "start residual"), stop)):
         times = p.base.first(samples).times
         measured = (p.measured - np.nan_to_num(p.removed))[:samples]
-        _over_time(axes[torque], times, measured, MEASURED, 1.3, "measured")
-        _over_time(axes[torque], times, p.modelled[:samples], MODELLED, 0.7, "modelled")
-        _over_time(axes[residual], times, p.residual[:samples], RESIDUAL_COLOUR, 0.5, "residual")
+        over_time(axes[torque], times, measured, MEASURED, 1.3, "measured")
+        over_time(axes[torque], times, p.modelled[:samples], MODELLED, 0.7, "modelled")
+        over_time(axes[residual], times, p.residual[:samples], RESIDUAL_COLOUR, 0.5, "residual")
         axes[residual].sharex(axes[torque])
         axes[torque].tick_params(labelbottom=False)
         axes[residual].set_xlabel(TIME)
         axes[torque].margins(x=0.0)
-    axes["whole"].set_ylabel(TORQUE)
-    axes["residual"].set_ylabel(RESIDUAL)
+    axes["whole"].set_ylabel(labels[TORQUE])
+    axes["residual"].set_ylabel(labels[RESIDUAL])
     _legend(figure, axes["whole"], 2)
 
 
@@ -161,7 +168,8 @@ def _legend(figure: Any, axes: Any, columns: int) -> None:
     figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place)
 
 
-def _over_time(axes: Any, times: FloatArray, y: FloatArray, colour: str, width: float, label: str) -> None:
+def over_time(axes: Any, times: FloatArray, y: FloatArray, colour: str, width: float, label: str) -> None:
+    """Draw samples, (n,) both, by the least and the largest of each column of the picture."""
     kept = envelope(y, COLUMNS)
     axes.plot(times[kept], y[kept], color=colour, linewidth=width, label=label)
 
@@ -186,8 +194,8 @@ def _spectrum(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: Any)
     floor = _quantile(one.residual[kept], 0.05) / 2.0
     if floor > 0.0:
         axes.set_ylim(bottom=floor)
-    axes.set(xlabel=FREQUENCY, ylabel=AMPLITUDE, xlim=(0.0, shown))
-    _in_powers(axes.yaxis)
+    axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[AMPLITUDE], xlim=(0.0, shown))
+    in_powers(axes.yaxis)
     _legend(figure, axes, 3)
 
 
@@ -198,9 +206,9 @@ def _residual(one: Curves, figure: Any) -> None:
     low, high = _quantile(one.residual_density, 0.0), _quantile(one.residual_density, 1.0)
     if low > 0.0:
         left.set_ylim(min(low, one.noise_density) / 3.0, max(high, one.noise_density) * 3.0)
-    left.set(xlabel=FREQUENCY, ylabel=DENSITY)
-    _in_powers(left.xaxis)
-    _in_powers(left.yaxis)
+    left.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
+    in_powers(left.xaxis)
+    in_powers(left.yaxis)
     left.legend(loc="upper left", ncols=2)
     lags = np.arange(1, one.correlation.size + 1)
     right.vlines(lags, 0.0, one.correlation, color=RESIDUAL_COLOUR, linewidth=1.0)
@@ -229,8 +237,8 @@ def _spectrogram(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: A
         ax.title.set_fontsize(8.0)
         ax.grid(visible=False)
     axes[0].set_ylabel(FREQUENCY)
-    bar = figure.colorbar(image, ax=list(axes), label=AMPLITUDE, pad=0.02, fraction=0.06)
-    _in_powers(bar.ax.yaxis)
+    bar = figure.colorbar(image, ax=list(axes), label=axis_labels(one.quantity)[AMPLITUDE], pad=0.02, fraction=0.06)
+    in_powers(bar.ax.yaxis)
 
 
 def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: str, figure: Any) -> None:
@@ -255,7 +263,7 @@ def _matrix(data: Mapping[str, Any], key: str, columns: Sequence[str], label: st
     figure.colorbar(image, ax=axes, label=label, pad=0.02, fraction=0.05)
 
 
-def _in_powers(axis: Any) -> None:
+def in_powers(axis: Any) -> None:
     """Label a logarithmic axis with powers of ten, as plain text: a formula's layout takes a hundred times longer."""
     axis.set_major_formatter(FuncFormatter(power_of_ten))
     axis.set_minor_locator(NullLocator())

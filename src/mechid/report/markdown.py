@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from mechid.report.quantities import quantity_words, torque_alone
+
 Row = Sequence[str]
 PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
 ORDER = ("record", "order", "measured, N m", "modelled, N m", "error, %", "phase, deg", "largest at, steps/s")
+CHANNEL_ORDER = ("record", "channel", "unit", "order", "measured", "modelled", *ORDER[4:])
 STAGE = ("stage", "records", "record time, s", "free", "cost, σ²", "evaluations", "took, s")
 
 
@@ -18,18 +21,19 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     if data["synthetic"]:
         parts.append("**Synthetic**: the records were simulated; nothing of this was measured.")
     for each in summary["questions"]:
-        parts += [f"## {each['question']}", _list(each["answers"])]
-    parts += ["## Parameters", _table(PARAMETER, map(_parameter, _estimated(data)))]
-    parts += ["## Known values", _table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+        parts += [f"## {each['question']}", bullets(each["answers"])]
+    parts += ["## Parameters", table(PARAMETER, map(_parameter, _estimated(data)))]
+    parts += ["## Known values", table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
     parts += ["## Records", _records(data["record_table"])]
     if data["orders"]:
-        parts += ["## Orders of the step rate", _table(ORDER, map(_order, data["orders"]))]
-    parts += ["## Stages", _table(STAGE, map(_stage, data["stages"]))]
+        parts += ["## Orders of the step rate", _orders(data["orders"])]
+    parts += _channel_information(data["information"])
+    parts += ["## Stages", table(STAGE, map(_stage, data["stages"]))]
     for title, lines in (("Warnings", data["warnings"]), ("Notes", data["notes"])):
         if lines:
-            parts += [f"## {title}", _list(lines)]
+            parts += [f"## {title}", bullets(lines)]
     inputs = data["provenance"].get("inputs_sha256", {}).items()
-    parts += ["## Provenance", _table(("", ""), data["origin"]), _table(("input", "SHA-256"), inputs)]
+    parts += ["## Provenance", table(("", ""), data["origin"]), table(("input", "SHA-256"), inputs)]
     return "\n\n".join(parts) + "\n"
 
 
@@ -62,9 +66,27 @@ def _known(row: Mapping[str, Any]) -> Row:
     return row["name"], row["symbol"], row["text"]["estimate"], row["text"]["unit"]
 
 
-def _order(row: Mapping[str, Any]) -> Row:
+def _orders(rows: Sequence[Mapping[str, Any]]) -> str:
     keys = ("order", "measured", "modelled", "amplitude_error_percent", "phase_error_deg", "peak_rate")
-    return (row["name"], *(row["text"][key] for key in keys))
+    named = () if torque_alone(rows) else ("quantity", "unit")
+    lines = ((row["name"], *(row["text"][key] for key in (*named, *keys))) for row in rows)
+    return table(CHANNEL_ORDER if named else ORDER, lines)
+
+
+def _channel_information(information: Mapping[str, Any] | None) -> list[str]:
+    """Return what each channel adds, where there are several."""
+    if not information or len(information["channels"]) < 2:
+        return []
+    words = [quantity_words(quantity) for quantity in information["channels"]]
+    tables = {
+        "Share of a channel in what is known of a parameter, percent, all others held:": "channel_share_percent",
+        "Factor on a standard error if a channel were not measured:": "without_channel",
+    }
+    parts = ["## What each channel adds"]
+    for said, key in tables.items():
+        rows = zip(information["parameters"], information["text"][key], strict=True)
+        parts += [said, table(("parameter", *words), ([name, *cells] for name, cells in rows))]
+    return parts
 
 
 def _stage(row: Mapping[str, Any]) -> Row:
@@ -74,13 +96,15 @@ def _stage(row: Mapping[str, Any]) -> Row:
 
 def _records(rows: Sequence[Mapping[str, Any]]) -> str:
     labels = [label for label, _ in rows[0]["cells"]] if rows else []
-    return _table(["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows))
+    return table(["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows))
 
 
-def _table(header: Sequence[str], rows: Iterable[Row]) -> str:
+def table(header: Sequence[str], rows: Iterable[Row]) -> str:
+    """Return a table; its cells are escaped."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join("| " + " | ".join(t if t == "---" else cell(t) for t in line) + " |" for line in lines)
 
 
-def _list(lines: Iterable[str]) -> str:
+def bullets(lines: Iterable[str]) -> str:
+    """Return a list of lines."""
     return "\n".join(f"- {cell(line)}" for line in lines)

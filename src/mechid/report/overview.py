@@ -10,6 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import mechanism_name
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -120,6 +121,7 @@ def _record(record: CampaignRecord) -> dict[str, Any]:
         "file": record.spec.path,
         "command": command_words(record.command),
         "time_offset_s": record.time_offset.value,
+        "test_stand": {mechanism_name(q.name): q.value for q in record.test_stand if not q.is_free},
         **found,
     }
     return data | {"lines": _lines(data)}
@@ -150,6 +152,9 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
     edges = "" if data["edges"] is None or not data["stepped"] else f": {data['edges']} step edges"
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
     lines = [data["command"] + offset + edges]
+    if data["test_stand"]:
+        own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
+        lines.append(f"its own test stand: {own}")
     if data["edges"] is None:
         return lines
     until = data["start_s"] + data["duration_s"]

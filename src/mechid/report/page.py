@@ -17,6 +17,8 @@ from mechid.report.curves import Curves
 from mechid.report.packing import pack_text
 from mechid.report.payload import payload
 from mechid.report.plots import library, plot_items
+from mechid.report.quantities import quantity_words
+from mechid.units import unit_words
 
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
@@ -39,8 +41,8 @@ def report_page(
         In MathML.
     """
     drawn = [payload(one, data["resonances"]) for one in curves]
-    return page_environment().get_template("report.html").render(
-        data={**data, "curves": [one.name for one in curves]},
+    return environment().get_template("report.html").render(
+        data={**data, "curves": [_shown(one) for one in curves]},
         swept={one.name for one in curves if one.spectrogram},
         zooms={one["name"]: one["zooms"] for one in drawn},
         pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
@@ -55,8 +57,17 @@ def report_page(
     )  # fmt: skip
 
 
-def page_environment(package: str = "mechid.report") -> Environment:
-    """Return the templates of a package; what they insert is escaped."""
+def _shown(one: Curves) -> dict[str, str]:
+    """Return which channel a set of curves is of; `leading` is empty where it is not the first of its record."""
+    return {
+        "key": one.name, "trace": one.trace_name, "record": one.record,
+        "leading": one.record if one.name == one.record else "",
+        "quantity": one.quantity, "words": quantity_words(one.quantity), "unit": unit_words(one.quantity),
+    }  # fmt: skip
+
+
+def environment(package: str = "mechid.report") -> Environment:
+    """Return the environment of a package's templates; texts are escaped."""
     environment = Environment(
         loader=PackageLoader(package),
         autoescape=True,
@@ -92,5 +103,5 @@ def opacity(value: float, most: float) -> str:
 
 
 def asset(name: str) -> str:
-    """Return a style or script of the report's, which the explorer shares."""
+    """Return the text of a file beside the templates."""
     return files("mechid.report").joinpath("templates", name).read_text(encoding="utf-8")

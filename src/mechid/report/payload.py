@@ -10,9 +10,11 @@ import numpy as np
 
 from mechid.report.curves import ORDERS, Curves, Spectrogram
 from mechid.report.packing import pack_floats, pack_integers
+from mechid.report.quantities import axis_labels, quantity_words
+from mechid.units import unit_words
 
 START_S, AROUND_S, SAMPLES = 0.3, 0.15, 60
-"""Half-widths and lengths that the buttons beside a record show: its start, its largest torque, single samples."""
+"""Half-widths and lengths that the buttons beside a record show: its start, its largest sample, single samples."""
 LEVELS_A_DECADE = 40.0
 """Of a spectrogram's amplitudes: half a decibel."""
 LEAST_AMPLITUDE = 1e-9
@@ -20,10 +22,13 @@ ORDER_WORDS = {0.5: "½"}
 
 
 def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return what the script draws of one record; JSON can hold it."""
+    """Return what the script draws of one channel of a record; JSON can hold it."""
     trace, constant = curves.trace, len(curves.rate) == 1
     return {
         "name": curves.name,
+        "quantity": quantity_words(curves.quantity),
+        "unit": unit_words(curves.quantity),
+        "labels": axis_labels(curves.quantity),
         "trace": {
             "samples": trace.samples, "start_s": trace.start_s, "sample_rate_hz": trace.sample_rate_hz,
             "step": trace.step, "model": trace.model, "difference": trace.difference,
@@ -72,7 +77,7 @@ def zooms(curves: Curves) -> list[dict[str, Any]]:
     stretches = {
         "whole record": (first, last),
         "start": (first, min(first + START_S, last)),
-        "largest torque": (peak - around, peak + around),
+        f"largest {quantity_words(curves.quantity)}": (peak - around, peak + around),
         "single samples": (peak - few, peak + few),
     }
     return [{"label": k, "from": max(a, first), "to": min(b, last)} for k, (a, b) in stretches.items()]
@@ -88,6 +93,6 @@ def _image(s: Spectrogram) -> dict[str, Any]:
 
 
 def _levels(amplitude: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.int64]]:
-    """Return amplitudes as whole half decibels over 1 N m, row after row; what is none is as good as zero."""
+    """Return amplitudes as whole half decibels over one unit, row after row; what is none is as good as zero."""
     size = np.maximum(np.nan_to_num(amplitude), LEAST_AMPLITUDE)
     return np.asarray(np.rint(LEVELS_A_DECADE * np.log10(size)), dtype=np.int64).ravel()

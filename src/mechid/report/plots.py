@@ -1,7 +1,8 @@
 """The interactive figures, made with Bokeh: one of each kind, without data, for a page's script to fill.
 
 A figure of Bokeh's takes some 50 ms to make, and all records have the same ones; so each kind is made once and
-the page shows it as often as there are records. Sources, ranges and renderers have names by which the script
+the page shows it as often as there are channels of records; for those that are no torque the script writes other
+units. Sources, ranges and renderers have names by which the script
 finds them; colours are the page's, light or dark.
 """
 
@@ -19,12 +20,12 @@ from bokeh.models.annotations import ColorBar, Legend
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
+from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE
+
 Item: TypeAlias = dict[str, Any]
 SCRIPTS = ("bokeh.min.js",)
 TORQUE_HEIGHT, RESIDUAL_HEIGHT, HEIGHT = 280, 170, 280
-TIME, TORQUE, RESIDUAL = "time, s", "torque, N m", "residual, N m"
-FREQUENCY, AMPLITUDE = "frequency, Hz", "amplitude, N m"
-DENSITY, LAG, CORRELATION = "residual density, N m/√Hz", "lag, samples", "autocorrelation"
+TIME, FREQUENCY, LAG, CORRELATION = "time, s", "frequency, Hz", "lag, samples", "autocorrelation"
 FONT = "system-ui, sans-serif"
 
 

@@ -9,6 +9,7 @@ from typing import Any
 from mechid.identification.noise import MISFIT
 from mechid.report.details import worst_pair
 from mechid.report.digits import digits, plain
+from mechid.report.quantities import quantity_words, torque_alone
 
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 HEADLINE = {
@@ -65,7 +66,8 @@ def noise_ratio(data: Data, row: Data) -> float:
 
 
 def _ratio(data: Data, row: Data) -> float:
-    noise = next((r["noise_sigma"] for r in data["records"] if r["name"] == row["name"]), math.nan)
+    rows = [r for r in (*data["channels"], *data["records"]) if r["name"] == row["name"]]
+    noise = next((r["noise_sigma"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
     residual = row["residual_rms"]
     return residual / noise if noise and residual is not None else math.nan
 
@@ -84,19 +86,20 @@ def _quality(data: Data, misfits: list[Data]) -> list[str]:
     lines = [data["outcome"]["message"]]
     if ratios:
         within = sum(r <= MISFIT for r in ratios)
+        what = "records" if torque_alone(rows) else "channels"
         lines.append(
-            f"{within} of {len(rows)} records are explained down to their noise: the residual is "
+            f"{within} of {len(rows)} {what} are explained down to their noise: the residual is "
             f"{min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
         )
     lines += [
-        f"Record {row['name']}: the simulation does not come to its end."
+        f"Record {_called(row)}: the simulation does not come to its end."
         for row in rows
         if not math.isfinite(_ratio(data, row))
     ]
     lines += [_misfit(data, row) for row in misfits]
     held_out = [row for row in rows if row["use"] == "validate"]
     lines += [
-        f"Record {row['name']} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
+        f"Record {_called(row)} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
         for row in held_out
     ]
     if rows and not held_out:
@@ -109,7 +112,12 @@ def _misfit(data: Data, row: Data) -> str:
     if row["bands"]:
         band = max(row["bands"], key=lambda b: float(b["residual_rms"]))
         where = f", most of it in the third octave at {digits(band['centre_hz'], 3)} Hz"
-    return f"Record {row['name']}: the residual is {_ratio(data, row):.1f} times the noise floor{where}."
+    return f"Record {_called(row)}: the residual is {_ratio(data, row):.1f} times the noise floor{where}."
+
+
+def _called(row: Data) -> str:
+    """Return a record's name, and the channel where that is not its torque."""
+    return str(row["name"]) if row["quantity"] == "torque" else f"{row['name']} ({quantity_words(row['quantity'])})"
 
 
 def _uncertain(data: Data) -> list[str]:
@@ -153,7 +161,7 @@ def _coloured(data: Data) -> list[str]:
 
 def _improvement(data: Data, misfits: list[Data]) -> list[str]:
     lines = [
-        f"A model of what record {row['name']} still contains: look at its residual's spectrum and at its orders."
+        f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
         for row in misfits
     ]
     row, information = least_certain(data), data["information"]

@@ -8,10 +8,12 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
-from mechid.identification.fit import Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
+from mechid.report.quantities import quantity_words
 from mechid.report.validation import order_rows, validation_rows
+from mechid.units import unit_words
 
 FORMAT = "mechid-report/1"
 BAD_DEVIATION = 3.0
@@ -49,6 +51,7 @@ def report_data(
         "has_truth": bool(truth),
         "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
         "records": [_record(r) for r in fit.records.values()],
+        "channels": [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()],
         "validation": validation_rows(validation or {}),
         "orders": order_rows(validation or {}),
         "stages": [_stage(s) for s in fit.stages],
@@ -135,6 +138,36 @@ def _record(r: RecordFit) -> dict[str, Any]:
             "noise_sigma": digits(r.noise_sigma, 3),
             "offset": digits(r.offset, 3),
             "drift": digits(r.drift, 3),
+            "followed_s": plain(r.horizon_s),
+        },
+    }
+
+
+def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
+    unit = unit_words(quantity)
+    return {
+        "name": r.name,
+        "quantity": quantity,
+        "unit": unit,
+        "use": c.use,
+        "samples": r.samples - c.rejected,
+        "fit_percent": c.fit_percent,
+        "residual_rms": c.residual_rms,
+        "noise_sigma": c.noise_sigma,
+        "offset": c.offset,
+        "drift": c.drift,
+        "quantisation": c.quantisation,
+        "prefilter_order": c.prefilter_order,
+        "rejected": c.rejected,
+        "text": {
+            "quantity": quantity_words(quantity),
+            "unit": unit,
+            "samples": str(r.samples - c.rejected),
+            "fit_percent": digits(c.fit_percent, 4),
+            "residual_rms": digits(c.residual_rms, 3),
+            "noise_sigma": digits(c.noise_sigma, 3),
+            "offset": digits(c.offset, 3),
+            "drift": digits(c.drift, 3),
             "followed_s": plain(r.horizon_s),
         },
     }

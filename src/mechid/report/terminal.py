@@ -11,8 +11,9 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from mechid.report.quantities import torque_alone
 from mechid.report.text_table import Column, print_table, print_tables
-from mechid.report.validation import ORDER_COLUMNS, VALIDATION_LAYOUTS
+from mechid.report.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
@@ -50,6 +51,10 @@ FOLLOWED = (
 )
 LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
 RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))
+CHANNEL_LAYOUTS = (
+    ((RECORD, *CHANNEL, *FOLLOWED, *LINEAR),),
+    ((RECORD, *CHANNEL, *FOLLOWED), (RECORD, *CHANNEL, *LINEAR)),
+)
 STAGE_COLUMNS = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -78,8 +83,12 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     say(console, f"Parameters{legend}", "bold")
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     _print_priors(data, console)
-    say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
-    print_tables(console, RECORD_LAYOUTS, data["records"])
+    if torque_alone(data["channels"]):
+        say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
+        print_tables(console, RECORD_LAYOUTS, data["records"])
+    else:
+        say(console, "Channels; residual, noise and offset in the unit, drift in the unit a second", "bold")
+        print_tables(console, CHANNEL_LAYOUTS, data["channels"])
     _print_held_out(data, console)
     say(console, "Stages", "bold")
     print_table(console, STAGE_COLUMNS, data["stages"])
@@ -100,10 +109,13 @@ def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
     """Print how the records kept out of the fit are predicted, where there are any."""
     held_out, orders = ([r for r in data[key] if r["use"] == "validate"] for key in ("validation", "orders"))
     if held_out:
-        say(console, "Prediction of the records held out; residual in N m", "bold")
+        unit = "N m" if torque_alone(held_out) else "the unit"
+        say(console, f"Prediction of the records held out; residual in {unit}", "bold")
         print_tables(console, VALIDATION_LAYOUTS, held_out)
     if orders:
-        say(console, "At orders of the step rate (1: once a full step); amplitudes in N m, RMS over windows", "bold")
+        unit = "N m" if torque_alone(orders) else "the unit"
+        said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"
+        say(console, said, "bold")
         print_table(console, ORDER_COLUMNS, orders)
 
 

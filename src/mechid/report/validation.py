@@ -9,9 +9,12 @@ from typing import Any
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.report.digits import digits, plain
+from mechid.report.quantities import quantity_words, torque_alone
 from mechid.report.text_table import Column
+from mechid.units import unit_words
 
 RECORD = Column("record", "name", words=True)
+CHANNEL = (Column("channel", "quantity", words=True), Column("unit", "unit", words=True))
 AGREEMENT = (Column("fit %", "fit_percent"), Column("residual", "residual_rms"))
 THEIL = (
     Column("Theil", "theil"),
@@ -21,11 +24,12 @@ THEIL = (
 )
 WHITENESS = (Column("Ljung-Box p", "p_value"), Column("largest rho", "largest"), Column("effective", "effective"))
 VALIDATION_LAYOUTS = (
-    ((RECORD, *AGREEMENT, *THEIL, *WHITENESS),),
-    ((RECORD, *AGREEMENT, *THEIL), (RECORD, *WHITENESS)),
+    ((RECORD, *CHANNEL, *AGREEMENT, *THEIL, *WHITENESS),),
+    ((RECORD, *CHANNEL, *AGREEMENT, *THEIL), (RECORD, *CHANNEL, *WHITENESS)),
 )
 ORDER_COLUMNS = (
     RECORD,
+    *CHANNEL,
     Column("order", "order"),
     Column("measured", "measured"),
     Column("modelled", "modelled"),
@@ -37,17 +41,28 @@ ORDER_COLUMNS = (
 
 def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
     """Return a row for each channel of each record: its numbers, and their texts."""
-    return [_row(record, channel) for record in validation.values() for channel in record.channels.values()]
+    return _named([_row(record, channel) for record in validation.values() for channel in record.channels.values()])
 
 
 def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
     """Return a row for each order of each channel: its numbers, and their texts."""
-    return [
+    return _named([
         _order_row(record, channel.quantity, order)
         for record in validation.values()
         for channel in record.channels.values()
         for order in channel.orders
-    ]
+    ])  # fmt: skip
+
+
+def _named(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Add the texts of quantity and unit, empty where the torque is all there is."""
+    plainly = torque_alone(rows)
+    for row in rows:
+        row["text"] |= {
+            "quantity": "" if plainly else quantity_words(row["quantity"]),
+            "unit": "" if plainly else unit_words(row["quantity"]),
+        }
+    return rows
 
 
 def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]:
@@ -55,7 +70,7 @@ def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]
     theil, test = row["theil"], row["ljung_box"]
     return {
         "name": record.name,
-        "use": record.use,
+        "use": channel.use or record.use,
         "quantity": channel.quantity,
         **{key: entry for key, entry in row.items() if key != "orders"},
         "text": {

@@ -58,7 +58,7 @@ def write_report(
     """
     folder = Path(folder)
     contents = report_contents(data, campaign, fit)
-    curves = [record_curves(campaign, fit, name, next(iter(v.channels.values()))) for name, v in validation.items()]
+    curves = [one for record in validation.values() for one in record_curves(campaign, fit, record)]
     try:
         pictures = write_figures(paper_figures(contents, curves), folder / FOLDER_NAME)
         page = report_page(contents, curves, pictures, equations_mathml(fit.mechanism.plant))

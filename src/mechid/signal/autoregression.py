@@ -48,7 +48,21 @@ def autocorrelation(series: FloatArray, lags: int) -> FloatArray:
     return np.asarray(covariance / covariance[0], dtype=np.float64)
 
 
-def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
+def autocovariance_among(series: FloatArray, lags: int, rejected: NDArray[np.int64]) -> tuple[int, FloatArray]:
+    """Return how many samples count, and the autocovariance about their mean over the pairs of which both do.
+
+    Biased like that of a whole series, so that it stays the covariance of something where few are missing.
+    """
+    counted = np.ones(series.size)
+    counted[rejected] = 0.0
+    n = int(counted.sum())
+    mean = float(series @ counted) / max(n, 1)
+    pairs = autocovariance(counted, lags)
+    expected = 1.0 - np.arange(pairs.size) / series.size
+    return n, autocovariance((series - mean) * counted, lags) * expected / np.maximum(pairs, 1e-300)
+
+
+def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.int64] | None = None) -> Autoregression:
     """Return the model by Burg's method whose order, up to `most`, minimises the Bayesian criterion.
 
     Burg's recursion on the products of lagged samples (covariance lattice: Makhoul 1977), so the series is read once
@@ -61,6 +75,8 @@ def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
         Residual without offset and drift.
     most : int
         Highest order tried.
+    rejected : (s,) of int or None
+        Samples that do not count: the products are those within the stretches between them.
 
     References
     ----------
@@ -68,12 +84,24 @@ def fit_autoregression(series: FloatArray, most: int = 40) -> Autoregression:
     Signal Processing 25 (1977), pp. 423-428, doi:10.1109/TASSP.1977.1162979.
     """
     most = min(most, max(series.size // 20, 0))
-    x = series - series.mean()
-    if not np.any(x):
+    stretches = [series - series.mean()]
+    if rejected is not None and rejected.size:
+        stretches = _between(series, rejected)
+        most = min(most, int(np.median([x.size for x in stretches])) // 2) if stretches else 0
+    stretches = [x for x in stretches if x.size > most]
+    if not any(np.any(x) for x in stretches):
         return Autoregression(np.ones(1), 0.0)
-    n = x.size - most
-    models = _burg(_lagged_products(x, most), n)
+    n = sum(x.size - most for x in stretches)
+    models = _burg(sum((_lagged_products(x, most) for x in stretches[1:]), _lagged_products(stretches[0], most)), n)
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
+
+
+def _between(series: FloatArray, rejected: NDArray[np.int64]) -> list[FloatArray]:
+    """Return the stretches between rejected samples, less the mean of all that counts."""
+    counted = np.delete(np.arange(series.size), rejected)
+    parts = np.split(counted, np.flatnonzero(np.diff(counted) > 1) + 1)
+    mean = float(series[counted].mean()) if counted.size else 0.0
+    return [series[part] - mean for part in parts if part.size]
 
 
 def _lagged_products(x: FloatArray, most: int) -> FloatArray:

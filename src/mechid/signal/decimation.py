@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 ATTENUATION_DB = 100.0
 """Of what is above `STOP`; the pass band is flat to the same 1e-5."""
+SPOILT = 0.01
+"""Share of a filtered sample's weight that may come from samples that were never measured."""
 PASS, STOP = 0.95, 1.05
 """Edges of the filter, in the Nyquist frequency of the result: what folds back stays above `PASS`."""
 
@@ -39,12 +42,26 @@ def decimate(data: FloatArray, factor: int) -> FloatArray:
     -------
     ndarray, shape (ceil(N / factor),)
     """
+    taps = anti_alias_filter(factor)
+    padded = np.pad(data, taps.size // 2, mode="reflect", reflect_type="odd")
+    return _every(padded, taps, data.size, factor)
+
+
+def spoilt_by(missing: IntArray, samples: int, factor: int) -> IntArray:
+    """Return the samples behind `decimate` of which missing ones, ascending, have more than `SPOILT` of the weight."""
+    taps = np.abs(anti_alias_filter(factor))
+    there = np.zeros(samples)
+    there[missing] = 1.0
+    weight = _every(np.pad(there, taps.size // 2), taps, samples, factor) / taps.sum()
+    return np.flatnonzero(weight > SPOILT).astype(np.int64)
+
+
+def _every(padded: FloatArray, taps: FloatArray, samples: int, factor: int) -> FloatArray:
+    """Return every so manieth of what the taps make of data that half their number precedes and follows."""
     from scipy.signal import upfirdn
 
-    taps = anti_alias_filter(factor)
     half = taps.size // 2
     ahead = -2 * half % factor  # zeros in front move the delay onto a multiple of the factor
-    padded = np.pad(data, half, mode="reflect", reflect_type="odd")
     filtered = upfirdn(np.concatenate((np.zeros(ahead), taps)), padded, down=factor)
     first = (2 * half + ahead) // factor
-    return np.asarray(filtered[first : first + -(-data.size // factor)], dtype=np.float64)
+    return np.asarray(filtered[first : first + -(-samples // factor)], dtype=np.float64)

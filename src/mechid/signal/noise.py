@@ -27,6 +27,9 @@ HIGHEST = 0.98
 """Upper end of the band: clear of the Nyquist frequency, where bins are real and not complex."""
 SEGMENTS = (512, 128, 2048)
 """Lengths of the spectra in samples; the first is taken unless another is significantly lower."""
+BETWEEN_GAPS = (64, 32)
+ENOUGH = 8
+"""Whole segments of a length, where there are gaps, from which it is used."""
 PARTS = (1, 2, 4)
 """Into how many parts the band is cut, in search of a quieter one."""
 SIGNIFICANT = 3.0
@@ -48,7 +51,9 @@ class Floor:
         return self.power * math.exp(SIGNIFICANT * self.error)
 
 
-def noise_floor(y: FloatArray, sample_rate: float, *, above: float | None = None) -> float:
+def noise_floor(
+    y: FloatArray, sample_rate: float, *, above: float | None = None, rejected: NDArray[np.int64] | None = None
+) -> float:
     """Return the standard deviation of the white noise in `y`.
 
     Where noise is coloured, or an anti-alias filter takes its upper end away, this is the level of
@@ -62,6 +67,8 @@ def noise_floor(y: FloatArray, sample_rate: float, *, above: float | None = None
         In Hz.
     above : float or None
         Frequency in Hz from which the spectrum is looked at; by default 0.6 of the Nyquist frequency.
+    rejected : ndarray of int, shape (M,), or None
+        Samples that are no measurement: spectra that hold any of them are left out, unless all do.
 
     Returns
     -------
@@ -77,35 +84,61 @@ def noise_floor(y: FloatArray, sample_rate: float, *, above: float | None = None
     lowest = LOWEST if above is None else 2.0 * above / sample_rate
     if y.size < MINIMUM_SAMPLES or lowest > HIGHEST - 0.25:
         raise RecordError(f"no noise floor from {y.size} samples above {lowest:.2f} of the Nyquist frequency")
-    floors = list(_floors(np.asarray(y, dtype=np.float64), lowest))
+    floors = list(_floors(np.asarray(y, dtype=np.float64), lowest, rejected))
     lower = [floor for floor in floors[1:] if floor.ceiling < floors[0].power]
     return math.sqrt(min(lower or floors[:1], key=lambda floor: floor.ceiling).power)
 
 
-def _floors(y: FloatArray, lowest: float) -> Iterator[Floor]:
+def _floors(y: FloatArray, lowest: float, rejected: NDArray[np.int64] | None) -> Iterator[Floor]:
     """Yield the floors of all segment lengths and parts of the band, the one to start from first."""
     lengths = [length for length in SEGMENTS if 4 * length <= y.size] or [min(y.size, SEGMENTS[1])]
-    for length in lengths:
+    for length in _with_enough_whole(lengths, y.size, rejected):
         share = np.arange(length // 2 + 1) * 2.0 / length
         band = (share >= lowest) & (share < HIGHEST)
-        power = _power(y, length, band)
+        segments = _segments(y, length)
+        kept = _whole(len(segments), length, rejected)
+        power = _power(segments, kept, band)
+        worth = y.size * len(kept) / len(segments)
         for parts in PARTS:
             width = (HIGHEST - lowest) / parts
             for columns in np.array_split(power, parts, axis=1):
                 if parts == 1 or columns.shape[1] >= 4:
-                    yield _floor(columns, 0.5 * y.size * width)
+                    yield _floor(columns, 0.5 * worth * width)
 
 
-def _power(y: FloatArray, length: int, band: NDArray[np.bool_]) -> FloatArray:
-    """Return the power in the `band` of half-overlapping Hann segments, shape (segments, bins).
+def _with_enough_whole(lengths: list[int], samples: int, rejected: NDArray[np.int64] | None) -> list[int]:
+    """Return the lengths of which enough segments hold no rejected sample; shorter ones between frequent gaps."""
+    if rejected is None or not rejected.size:
+        return lengths
+    counted = np.diff(np.concatenate([[-1], rejected, [samples]])) - 1
+    return [n for n in (*lengths, *BETWEEN_GAPS) if np.sum(counted[counted >= n] // n) >= ENOUGH] or lengths
+
+
+def _segments(y: FloatArray, length: int) -> FloatArray:
+    """Return half-overlapping segments, shape (segments, length), as a view."""
+    return np.lib.stride_tricks.sliding_window_view(y, length)[:: max(length // 2, 1)]
+
+
+def _whole(segments: int, length: int, rejected: NDArray[np.int64] | None) -> NDArray[np.int64]:
+    """Return the segments that hold no rejected sample; all of them where none is left."""
+    numbers = np.arange(segments)
+    if rejected is None or not rejected.size:
+        return numbers
+    starts = numbers * max(length // 2, 1)
+    whole = np.searchsorted(rejected, starts) == np.searchsorted(rejected, starts + length)
+    return numbers[whole] if whole.any() else numbers
+
+
+def _power(segments: FloatArray, kept: NDArray[np.int64], band: NDArray[np.bool_]) -> FloatArray:
+    """Return the power in the `band` of segments under a Hann window, shape (segments, bins).
 
     White noise of standard deviation s gives s^2 on average in every bin.
     """
+    length = segments.shape[1]
     window = np.hanning(length + 1)[:-1]
     window /= math.sqrt(float(np.sum(window**2)))
-    segments = np.lib.stride_tricks.sliding_window_view(y, length)[:: max(length // 2, 1)]
     return np.concatenate(
-        [_block_power(segments[start : start + BLOCK], window, band) for start in range(0, len(segments), BLOCK)]
+        [_block_power(segments[kept[start : start + BLOCK]], window, band) for start in range(0, len(kept), BLOCK)]
     )
 
 

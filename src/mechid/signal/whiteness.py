@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.fft import prev_fast_len, rfft
 from scipy.stats import chi2
 
-from mechid.signal.autoregression import autocovariance
+from mechid.signal.autoregression import autocovariance, autocovariance_among
 
 FloatArray = NDArray[np.float64]
 LAGS = 25
@@ -38,7 +38,7 @@ class LjungBox:
     largest: float
 
 
-def ljung_box(series: FloatArray, lags: int = LAGS) -> LjungBox:
+def ljung_box(series: FloatArray, lags: int = LAGS, rejected: NDArray[np.int64] | None = None) -> LjungBox:
     """Return the test of Ljung and Box, Q = n (n + 2) sum_k rho_k^2 / (n - k) [LjungBox1978]_.
 
     No degree of freedom is taken off for fitted parameters: those of an output-error model of many
@@ -50,6 +50,8 @@ def ljung_box(series: FloatArray, lags: int = LAGS) -> LjungBox:
         Its mean is removed.
     lags : int
         At most N - 1 are used.
+    rejected : ndarray of int, shape (M,), or None
+        Samples that do not count.
 
     Returns
     -------
@@ -62,7 +64,10 @@ def ljung_box(series: FloatArray, lags: int = LAGS) -> LjungBox:
     """
     n = series.size
     lags = min(lags, n - 1)
-    covariance = autocovariance(series - np.mean(series), lags)
+    if rejected is not None and rejected.size:
+        n, covariance = autocovariance_among(series, lags, rejected)
+    else:
+        covariance = autocovariance(series - np.mean(series), lags)
     if not covariance[0] > 0.0 or lags < 1:
         return LjungBox(statistic=math.nan, lags=lags, p_value=math.nan, largest=math.nan)
     rho = covariance[1:] / covariance[0]

@@ -10,17 +10,10 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
 from numpy.typing import NDArray
 
-from mechid.report.plots import (
-    AMPLITUDE,
-    FREQUENCY,
-    RESIDUAL,
-    TIME,
-    TORQUE,
-    empty_plot,
-    hover_on,
-    stacked,
-)
+from mechid.report.plots import FREQUENCY, TIME, empty_plot, hover_on, stacked
+from mechid.report.quantities import AMPLITUDE, RESIDUAL, TORQUE, quantity_words
 from mechid.signal import envelope
+from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene
 
 FloatArray = NDArray[np.float64]
@@ -114,7 +107,7 @@ class Slot:
         top = scene.shown_hz
         self.frequency.update(start=0.0, end=top, reset_start=0.0, reset_end=top)
         self.orders.data = {"x": [hz for hz in scene.orders_hz if hz <= top]}
-        quantity, unit = scene.match.quantity.replace("_", " "), scene.unit.replace("*", " ")
+        quantity, unit = quantity_words(scene.match.quantity), unit_words(scene.match.quantity)
         for words, axis in self.axes.items():
             axis.axis_label = f"{words or quantity}, {unit}"
 

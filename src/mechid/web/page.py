@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from jinja2 import Template
 
-from mechid.report.page import asset, page_environment
+from mechid.report.page import asset, environment
 
 PACKAGE = "mechid.web"
 
@@ -15,10 +15,10 @@ PACKAGE = "mechid.web"
 @lru_cache(maxsize=1)
 def page_template() -> Template:
     """Return the template that Bokeh's server fills for each tab; what it inserts is escaped."""
-    environment = page_environment(PACKAGE)
+    templates = environment(PACKAGE)
     own = files(PACKAGE).joinpath("templates")
-    environment.globals |= {
+    templates.globals |= {
         "style": asset("report.css") + own.joinpath("explorer.css").read_text(encoding="utf-8"),
         "script": asset("painted.js") + own.joinpath("explorer.js").read_text(encoding="utf-8"),
     }
-    return environment.get_template("explorer.html")
+    return templates.get_template("explorer.html")

@@ -160,12 +160,25 @@ const fill = {
   },
 };
 
+// Figures are made for a torque in N m; of another quantity labels and tips have its own words and unit.
+function renamed(root, record) {
+  if (record.quantity === "torque") return;
+  const tip = ([word, format]) => [word === "torque" ? record.quantity : word, format.replace("N m", record.unit)
+    .replace(/^@y\{0\.0+\}/, "@y{0.0000e+0}")];
+  for (const model of root.references()) {
+    if (model.axis_label in record.labels) model.axis_label = record.labels[model.axis_label];
+    if (model.title in record.labels) model.title = record.labels[model.title];
+    if (model.type === "HoverTool") model.tooltips = model.tooltips.map(tip);
+  }
+}
+
 async function drawn(target) {
   const { kind, record: name } = target.dataset, record = records.get(name);
   await library();
   const [view] = [...await Bokeh.embed.embed_item(kinds[kind], target)];
   const root = view.model, shown = { target, record, root, model: (id) => root.document.get_model_by_name(id) };
   painted(root);
+  renamed(root, record);
   if (matchMedia("(pointer: coarse)").matches) {
     for (const model of root.references()) if (model.type === "Toolbar") model.active_drag = null;
   }

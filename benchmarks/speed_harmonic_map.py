@@ -1,0 +1,118 @@
+"""A speed-harmonic map with its bands: 240 rates in two stepping modes, 200 parameter samples at each.
+
+Measured: the steady states with their exact derivatives to all estimated parameters, and the samples moved along
+them. Beside it, at some rates of each mode, as many parameter sets are simulated anew, which gives what the whole map
+would take that way, and how far the 95 % limits of the lines' amplitudes differ.
+
+    python benchmarks/speed_harmonic_map.py ESTIMATE.json [--workers 2] [--anew 3] [--out FILE]
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from dataclasses import replace
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bench_sweep import RESULTS, machine
+from mechid.budget.discrepancy import Discrepancy
+from mechid.budget.flight_entry import Flight
+from mechid.budget.flying_mechanism import read_flying
+from mechid.budget.line_of_sight import Response
+from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.over_rate import LIMITS95, SAMPLES, torque_bands
+from mechid.budget.shares import deviations
+from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.command import Command, RateProfile
+from mechid.identification.parallel import mapped, one_core_algebra
+
+RATES = np.linspace(10.0, 120.0, 240)
+COMPARED = 0.05
+"""Lines above this share of the largest at their rate are compared."""
+
+
+def modes():
+    any_rate = RateProfile.constant(46.0)
+    for name, stepping, n in (("full", "full", 1), ("micro", "micro", 16)):
+        command = Command(stepping=stepping, microsteps=n, rate=any_rate, start_angle_deg=45.0 if n == 1 else 0.0)
+        yield OperatingMode(name=name, command=command, rates=RATES)
+
+
+def as_response(state):
+    unit = np.ones((state.lines.size, 1), dtype=np.complex128)
+    return Response(("torque",), state, unit, state.lines[:, None], 0.0, None)
+
+
+def measured(estimate, mode, workers):
+    """Return the responses at all rates, their bands, and both times in s."""
+    substeps = enough_substeps(estimate.mechanism, mode)
+    one = partial(_at, estimate.mechanism, mode, estimate.names, substeps)
+    one(46.0)  # the kernel is compiled or loaded before the clock runs
+    start = time.perf_counter()
+    responses = [as_response(state) for state in mapped(one, [float(rate) for rate in RATES], workers)]
+    middle = time.perf_counter()
+    bands = torque_bands(responses, estimate, seed=0)
+    return responses, bands, middle - start, time.perf_counter() - middle
+
+
+def _at(mechanism, mode, names, substeps, rate):
+    return steady_state(mechanism, mode, rate, names, substeps)
+
+
+def simulated_anew(estimate, mode, responses, bands, count, workers):
+    """Return what a run takes in s, and the largest difference of a limit in widths of its interval."""
+    substeps, off = enough_substeps(estimate.mechanism, mode), 0.0
+    by = deviations(estimate.covariance, SAMPLES, np.random.default_rng(0))  # the samples of the bands
+    nominal = np.array([estimate.mechanism.value(name) for name in estimate.names])
+    start = time.perf_counter()
+    chosen = np.linspace(0, RATES.size - 1, count + 2).round().astype(int)[1:-1]
+    for k in chosen:
+        sets = [estimate.mechanism.with_values(dict(zip(estimate.names, nominal + row, strict=True))) for row in by]
+        run = partial(_moved, mode, substeps, float(RATES[k]))
+        size = np.abs(np.array(mapped(run, sets, workers)))
+        limits = np.quantile(size, LIMITS95, axis=0).T
+        large = np.abs(responses[k].state.lines) > COMPARED * np.abs(responses[k].state.lines).max()
+        width = np.ptp(limits, axis=1)
+        off = max(off, float((np.abs(limits - bands[k]) / width[:, None])[large].max()))
+    return (time.perf_counter() - start) / (chosen.size * SAMPLES), off
+
+
+def _moved(mode, substeps, rate, mechanism):
+    return steady_state(mechanism, mode, rate, (), substeps).lines
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("estimate", type=Path)
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--anew", type=int, default=3)
+    parser.add_argument("--out", type=Path)
+    arguments = parser.parse_args()
+    estimate = replace(read_flying(arguments.estimate, Flight()), discrepancy=Discrepancy())  # parameters alone
+    rows = {}
+    with one_core_algebra():
+        for mode in modes():
+            responses, bands, states_s, samples_s = measured(estimate, mode, arguments.workers)
+            run_s, off = simulated_anew(estimate, mode, responses, bands, arguments.anew, arguments.workers)
+            rows[mode.name] = {
+                "steady_states_s": states_s, "samples_s": samples_s, "total_s": states_s + samples_s,
+                "simulated_anew_would_take_s": run_s * RATES.size * SAMPLES, "largest_difference_of_limits": off,
+            }  # fmt: skip
+    result = {
+        "rates": int(RATES.size), "samples": SAMPLES, "parameters": len(estimate.names),
+        "workers": arguments.workers, "machine": machine(), "modes": rows,
+        "total_s": sum(row["total_s"] for row in rows.values()),
+    }  # fmt: skip
+    stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
+    out = arguments.out or RESULTS / f"speed-harmonic-map-{stamp}.json"
+    out.write_text(json.dumps(result, indent=1) + "\n", encoding="utf-8")
+    print(json.dumps(result, indent=1))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,84 @@
+"""What a budget makes of one mode of operation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.line_of_sight import LineOfSight, Response
+from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.orders import OrderMap
+from mechid.budget.over_rate import LevelCurve
+from mechid.budget.profile_run import ProfileResponse
+from mechid.budget.requirement import Requirement, Standing
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ModeBudget:
+    """One mode of operation.
+
+    Attributes
+    ----------
+    mode : OperatingMode
+    responses : tuple of Response, (r,)
+        One-way, at each rate; none of a profile.
+    course : ProfileResponse or None
+        Of a profile.
+    worst : int
+        Position of the rate with the largest RMS along any line of sight.
+    rms_band : (r, m, 2)
+        95 % interval of the RMS at each rate, rad.
+    two_way : tuple of Response, (r,) or none
+        At each rate, the structure's modes joined with the mechanism.
+    two_way_course : ProfileResponse or None
+        The same of a profile.
+    loop_gain : float
+        Largest |receptance x dynamic stiffness| at the lines of the worst rate, of a profile below the highest
+        frequency that counts; NaN where not known.
+    levels : mapping of requirement to LevelCurve
+        Over the rates; of a steady mode.
+    two_way_levels : mapping of requirement to (position, level)
+        Of the nominal unit over time, rad, at the worst rate of the two-way responses.
+    standings : tuple of Standing
+        At the worst rate of each requirement.
+    avoid : mapping of requirement to ranges
+        Rates, from and to, at which the level's upper 95 % end exceeds the limit; of a mode with several rates.
+    """
+
+    mode: OperatingMode
+    responses: tuple[Response, ...] = ()
+    course: ProfileResponse | None = None
+    worst: int = 0
+    rms_band: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    two_way: tuple[Response, ...] = ()
+    two_way_course: ProfileResponse | None = None
+    loop_gain: float = float("nan")
+    levels: dict[str, LevelCurve] = field(default_factory=dict)
+    two_way_levels: dict[str, tuple[int, float]] = field(default_factory=dict)
+    standings: tuple[Standing, ...] = ()
+    avoid: dict[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+
+    @property
+    def order_map(self) -> OrderMap:
+        """Torque lines over the rate, N m."""
+        most = max(response.state.orders.size for response in self.responses)
+        lines = np.full((len(self.responses), most), np.nan, dtype=np.complex128)
+        for row, response in enumerate(self.responses):
+            lines[row, : response.state.lines.size] = response.state.lines
+        return OrderMap(self.mode.rates, 0.5 * np.arange(1.0, most + 1.0, dtype=np.float64), lines)
+
+    def worst_for(self, requirement: Requirement) -> LineOfSight:
+        """Return the response at the rate of a requirement's largest level; a profile's course."""
+        if self.course is not None:
+            return self.course
+        return self.responses[int(self.levels[requirement.name].level.argmax())]
+
+    def two_way_worst_for(self, requirement: Requirement) -> LineOfSight | None:
+        """Return the same of the two-way responses; None where there are none."""
+        if self.two_way_course is not None:
+            return self.two_way_course
+        return self.two_way[self.two_way_levels[requirement.name][0]] if self.two_way else None

@@ -1,0 +1,87 @@
+"""What a mode's steady rates make of the line of sight: its RMS and levels over the rate, with their bands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.flying_mechanism import Estimate
+from mechid.budget.line_of_sight import Response
+from mechid.budget.other_errors import OtherError
+from mechid.budget.requirement import Requirement
+from mechid.budget.shares import deviations
+from mechid.budget.standing import axis_of, nominal_level
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES = 200
+"""Parameter samples at each rate."""
+LIMITS95 = (0.025, 0.975)
+
+
+@dataclass(frozen=True, eq=False)
+class LevelCurve:
+    """A requirement's level over the rate.
+
+    Attributes
+    ----------
+    level : (r,)
+        Over time, of the nominal unit, rad.
+    band : (r, 2)
+        Its 95 % interval.
+    """
+
+    level: FloatArray
+    band: FloatArray
+
+
+def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
+    """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad."""
+    rng = np.random.default_rng(seed)
+    by = deviations(estimate.covariance, SAMPLES, rng)
+    moved = response.phasors + np.tensordot(by, response.slopes[: len(estimate.names)], axes=1)
+    share = estimate.discrepancy.of_lines(response.state.step_orders)
+    amplitude, phase = rng.normal(size=(2, SAMPLES, share.size)) * share
+    return np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None], dtype=np.complex128)
+
+
+def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:
+    """Return the 95 % interval of the RMS at each rate along each line of sight, (r, m, 2) rad."""
+    out = []
+    for response in responses:
+        square = 0.5 * np.sum(np.abs(sampled_phasors(response, estimate, seed)) ** 2, axis=1)
+        out.append(np.quantile(np.sqrt(square), LIMITS95, axis=0).T)
+    return np.array(out)
+
+
+def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:
+    """Return the 95 % interval of each torque line's amplitude at each rate, (n, 2) N m each."""
+    out = []
+    for response in responses:
+        torque = Response(response.axes, response.state, np.ones((response.state.lines.size, 1), dtype=np.complex128),
+                          response.state.lines[:, None], 0.0, None)  # fmt: skip
+        out.append(np.quantile(np.abs(sampled_phasors(torque, estimate, seed)[:, :, 0]), LIMITS95, axis=0).T)
+    return out
+
+
+def level_curve(
+    requirement: Requirement, responses: Sequence[Response], estimate: Estimate, errors: Sequence[OtherError], seed: int
+) -> LevelCurve:
+    """Return the level over the rate.
+
+    The band takes the level to be moved as the RMS under the index is by the same parameter samples.
+    """
+    levels, bands = [], []
+    for response in responses:
+        value, axis = nominal_level(requirement, [(1.0, response)], errors), axis_of(requirement, response)
+        weight = requirement.index.weight(response.state.frequency_hz)
+        axes = slice(None) if axis is None else slice(axis, axis + 1)
+        square = np.abs(sampled_phasors(response, estimate, seed)[:, :, axes]) ** 2
+        samples = np.sqrt(np.einsum("n,knm->k", weight, square))
+        here = float(np.sqrt(np.einsum("n,nm->", weight, np.abs(response.phasors[:, axes]) ** 2)))
+        levels.append(value)
+        bands.append(value * np.quantile(samples, LIMITS95) / here if here > 0.0 else np.full(2, value))
+    return LevelCurve(np.array(levels), np.array(bands))

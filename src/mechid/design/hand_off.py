@@ -1,0 +1,161 @@
+"""The design as a plain dict of every number that is shown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from mechid.design.criterion import KINDS
+from mechid.design.design import Design
+from mechid.design.loss_table import LossRow
+from mechid.design.planned import PlannedRecord
+from mechid.design.rate_map import RateMap
+from mechid.design.record_set import RecordSet
+from mechid.design.step_loss import Margins, RateLimit
+
+FORMAT = "mechid-design/1"
+TOLD_DEG = 90.0
+"""A phase with a larger standard error is not told at all."""
+
+
+def design_data(design: Design) -> dict[str, Any]:
+    """Return every number of a design that is shown."""
+    options, limits = design.options, design.options.limits
+    kind = options.criterion
+    return {
+        "format": FORMAT,
+        "campaign": str(design.campaign.path),
+        "after_fit": design.standpoint.known is not None,
+        "mechanisms": len(design.standpoint.points),
+        "criterion": {"kind": kind, "over": options.over, "is_parameter": kind not in KINDS},
+        "limits": {
+            "total_s": design.total_s,
+            "between_s": limits.between_s,
+            "torque_Nm": limits.torque_Nm,
+            "most_of_one": limits.most_of_one,
+            "keep": list(limits.keep),
+            "risk": limits.risk,
+            "departing": limits.departing,
+        },
+        "planned": _set(design, design.planned),
+        "chosen": _set(design, design.chosen),
+        "gain_factor": math.exp(design.planned.criterion - design.chosen.criterion),
+        "trail": list(design.trail),
+        "parameters": _parameters(design),
+        "candidates": [
+            {**_record(design, r), "peak_torque_Nm": float(peak), "departing": float(share), "objection": objection}
+            for r, peak, share, objection in zip(
+                design.candidates, design.peaks, design.departing, design.objections, strict=True
+            )
+        ],
+        "torque_over_rate": [_map(m) for m in design.maps],
+        "step_loss": [_loss(row) for row in design.losses],
+        "margins": {name: _margins(m) for name, m in design.margins.items()},
+        "warnings": list(design.warnings),
+    }
+
+
+def _set(design: Design, records: RecordSet) -> dict[str, Any]:
+    return {
+        "records": [_record(design, r) for r in records.records],
+        "seconds": records.seconds,
+        "criterion": records.criterion,
+        "std_error": {name: records.errors.std_error(name) for name in records.errors.names},
+        "reasons": dict(records.errors.reasons),
+        "correlation": {"names": list(records.errors.names), "matrix": records.errors.correlation.tolist()},
+    }
+
+
+def _parameters(design: Design) -> list[dict[str, Any]]:
+    """Return a row a parameter: value believed, standard errors with the planned and with the chosen records."""
+    rows = []
+    for q in design.mechanism.free:
+        sets = {"planned": design.planned, "chosen": design.chosen}
+        row: dict[str, Any] = {
+            "name": q.name,
+            "symbol": q.declaration.symbol,
+            "unit": q.declaration.unit,
+            "value": q.value,
+            "size": _size(design, q.name),
+        }
+        for key, records in sets.items():
+            row[key] = _told(records.errors.std_error(q.name), q.declaration.unit)
+            row[f"{key}_reason"] = records.errors.reasons.get(q.name, "")
+            row[f"{key}_spread"] = [_told(v, q.declaration.unit) for v in records.spread[q.name]]
+        rows.append(row)
+    return rows
+
+
+def _size(design: Design, name: str) -> float:
+    """Return the root mean square of a parameter over the mechanisms that may be true."""
+    space = design.standpoint.space
+    values = [space.values(q)[name] for q in design.standpoint.points]
+    return math.sqrt(sum(v**2 for v in values) / len(values))
+
+
+def _told(sigma: float | None, unit: str) -> float | None:
+    return None if sigma is not None and unit == "deg" and sigma > TOLD_DEG else sigma
+
+
+def _record(design: Design, record: PlannedRecord) -> dict[str, Any]:
+    command = record.command
+    return {
+        "name": record.name,
+        "stepping": command.stepping,
+        "microsteps": command.steps_per_full_step,
+        "rate_profile": [list(p) for p in zip(command.rate.times_s, command.rate.rates, strict=True)],
+        "start_angle_deg": command.start_angle_deg,
+        "waveform": command.waveform,
+        "duration_s": record.duration_s,
+        "sample_rate_hz": record.sample_rate_hz,
+        "noise_Nm": record.sigma,
+        "planned": record.name in {r.name for r in design.campaign.records},
+    }
+
+
+def _map(found: RateMap) -> dict[str, Any]:
+    return {
+        "stepping": found.stepping,
+        "rate": found.rates.tolist(),
+        "amplitude_Nm": found.amplitude.tolist(),
+        "low_Nm": found.spread[0].tolist(),
+        "high_Nm": found.spread[1].tolist(),
+        "peaks": [{"rate": rate, "amplitude_Nm": amplitude} for rate, amplitude in found.peaks],
+    }
+
+
+def _loss(row: LossRow) -> dict[str, Any]:
+    return {
+        "stepping": row.stepping,
+        "changed": row.changed,
+        "to": row.to,
+        "pull_in": _limit(row.pull_in),
+        "pull_out": _limit(row.pull_out),
+    }
+
+
+def _limit(limit: RateLimit) -> dict[str, Any]:
+    return {"rate": limit.rate, "holds_again": limit.holds_again}
+
+
+def _margins(found: Margins) -> dict[str, Any]:
+    return {
+        "lost": found.lost,
+        "voltage": found.voltage,
+        "torque_Nm": found.torque_Nm,
+        "inertia_factor": found.inertia_factor,
+    }
+
+
+def rate_rows(data: Mapping[str, Any]) -> Iterable[str]:
+    """Yield the lines of the torque over the rate as CSV."""
+    maps = data["torque_over_rate"]
+    yield (
+        "rate_steps_per_s,"
+        + ",".join(f"{m['stepping']}_Nm,{m['stepping']}_low_Nm,{m['stepping']}_high_Nm" for m in maps)
+        + "\n"
+    )
+    for k, rate in enumerate(maps[0]["rate"]):
+        cells = (f"{m[key][k]:.6g}" for m in maps for key in ("amplitude_Nm", "low_Nm", "high_Nm"))
+        yield f"{rate:.6g}," + ",".join(cells) + "\n"

@@ -1,0 +1,75 @@
+"""Pull-in and pull-out rates over load inertia, friction and voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from mechid.command import Command
+from mechid.design.step_loss import (
+    COULOMB,
+    INERTIA,
+    VOLTAGE,
+    RateLimit,
+    heavier,
+    holding_torque,
+    pull_in,
+    pull_out,
+    rubbing,
+    weaker,
+)
+from mechid.identification.parallel import mapped
+from mechid.plant.mechanism import Mechanism
+
+INERTIA_FACTORS = (0.25, 0.5, 2.0, 4.0, 8.0)
+VOLTAGE_FACTORS = (0.6, 0.8, 1.2)
+TORQUE_SHARES = (0.1, 0.2, 0.4)
+"""Of the holding torque k_m U / R, added as dry friction at the rotor."""
+
+
+@dataclass(frozen=True)
+class LossRow:
+    """Limits of one stepping with one thing changed.
+
+    Attributes
+    ----------
+    stepping : str
+    changed : str
+        What is changed: empty, ``"load inertia"``, ``"voltage"`` or ``"friction torque"``.
+    to : float
+        Factor on it; for friction torque what is added, N m.
+    pull_in, pull_out : RateLimit
+    """
+
+    stepping: str
+    changed: str
+    to: float
+    pull_in: RateLimit
+    pull_out: RateLimit
+
+
+def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int = 1) -> tuple[LossRow, ...]:
+    """Return the limits of each command's stepping over load inertia, friction torque and voltage."""
+    cases = [(command, *change) for command in commands for change in _changes(mechanism)]
+
+    def row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
+        command, changed, to, other = case
+        return LossRow(command.stepping, changed, to, pull_in(other, command), pull_out(other, command))
+
+    return tuple(mapped(row, cases, workers))
+
+
+def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
+    yield "", 1.0, mechanism
+    has = mechanism.parameters.keys()
+    kinds: list[tuple[str, str, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
+        (INERTIA, "load inertia", INERTIA_FACTORS, heavier),
+        (VOLTAGE, "voltage", VOLTAGE_FACTORS, weaker),
+    ]
+    for name, word, factors, change in kinds:
+        if name in has:
+            yield from ((word, factor, change(mechanism, factor)) for factor in factors)
+    torque = holding_torque(mechanism)
+    if COULOMB in has and torque:
+        added = [share * torque for share in TORQUE_SHARES]
+        yield from (("friction torque", T, rubbing(mechanism, T)) for T in added)

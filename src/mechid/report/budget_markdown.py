@@ -1,0 +1,48 @@
+"""The budget's verdict and tables as Markdown, to be pasted into a document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.report.markdown import bullets, cell, table
+
+REQUIREMENT = (
+    "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "two-way", "ECSS sum",
+    "limit, rad", "one-way margin, %", "95 %", "margin that decides, %", "by", "",
+)  # fmt: skip
+SHOWN = (
+    "statistics", "rate", "level", "sigma", "two_way", "ecss", "limit", "margin", "margin95", "decided", "coupling",
+    "met",
+)  # fmt: skip
+MODE = (
+    "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",
+    "two-way", "largest R K",
+)  # fmt: skip
+
+
+def budget_markdown(data: Mapping[str, Any]) -> str:
+    """Return verdict and tables of what `budget_contents` made."""
+    verdict = data["verdict"]
+    parts = [f"# Microvibration budget of {cell(data['file'])}", f"**{verdict['headline']}**"]
+    for each in verdict["questions"]:
+        parts += [f"## {each['question']}", bullets(each["answers"])]
+    if data["requirements"]:
+        rows = [
+            (r["requirement"], r["mode"], r["text"]["index"], r["axis"], *_texts(r, SHOWN))
+            for r in data["requirements"]
+        ]
+        parts += ["## Requirements", table(REQUIREMENT, rows)]
+    keys = ("stepping", "driven", "duty", "worst_rate", "torque", "one_way", "two_way", "gain")
+    parts += ["## Modes of operation", table(MODE, [(m["name"], *_texts(m, keys)) for m in data["modes"]])]
+    if data["crossings"]:
+        crossed = [(f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}")
+                   for c in data["crossings"]]  # fmt: skip
+        parts += ["## Crossings", table(("rate, steps/s", "order", "mode", "frequency, Hz"), crossed)]
+    if data["warnings"]:
+        parts += ["## Warnings", bullets(data["warnings"])]
+    return "\n\n".join(parts) + "\n"
+
+
+def _texts(row: Mapping[str, Any], keys: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(row["text"][key] for key in keys)

@@ -1,0 +1,258 @@
+"""Requirements with other sources, duty and an ensemble, against closed forms and draws; ECSS's table by draws."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from mechid.budget.budget_file import read_budget_file
+from mechid.budget.discrepancy import Discrepancy
+from mechid.budget.example import write_example
+from mechid.budget.findings import findings
+from mechid.budget.flight_entry import Flight
+from mechid.budget.flying_mechanism import read_flying
+from mechid.budget.indices import Index
+from mechid.budget.line_of_sight import Response, respond
+from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.other_errors import OtherError
+from mechid.budget.over_rate import level_curve, rms_bands
+from mechid.budget.requirement import Requirement
+from mechid.budget.standing import DISCREPANCY, make_ensemble, nominal_level, standing
+from mechid.budget.steady_state import SteadyState, steady_state
+from mechid.budget.summation import Contribution, coverage_factor, moments, total
+from mechid.command import Command, RateProfile
+from mechid.errors import InputFileError
+from mechid.structure import Modes, Structure
+from paper_estimate import estimate, write_estimate_of_paper
+
+APE = Index("APE")
+ONE = np.array([True])
+NOBODY = make_ensemble((), np.zeros(0), (), seed=0)
+
+
+def requirement(index=APE, confidence=0.95, interpretation="temporal"):
+    return Requirement(
+        name="r", index=index, axis="x", limit_rad=1.0, interpretation=interpretation, confidence=confidence,
+        evaluation_period_s=100.0,
+    )  # fmt: skip
+
+
+def line(amplitude, rate=20.0, slopes=()):
+    """Return a response of one line at the step rate; its derivatives are `slopes`."""
+    gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
+    nothing = np.zeros(100)
+    state = SteadyState(rate, np.array([2]), np.array([amplitude], dtype=complex), gradient, 1000.0, nothing, nothing)
+    unit = np.ones((1, 1), dtype=complex)
+    return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
+
+
+@pytest.fixture(scope="module")
+def certain(tmp_path_factory):
+    """Return an estimate without uncertainty."""
+    flying = read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+    return replace(flying, names=(), covariance=np.zeros((0, 0)), discrepancy=Discrepancy())
+
+
+def test_duty_is_the_share_of_the_time(certain):
+    """Truth: of a line run for a share d of the time, rest else, the quantile c is that of (c - (1 - d))/d."""
+    duty, c = 0.2, 0.9
+    got = standing(requirement(confidence=c), "m", [(duty, line(2.0))], certain, NOBODY)
+    assert got.level.value == pytest.approx(2.0 * np.sin(0.5 * np.pi * (c - (1.0 - duty)) / duty), rel=2e-3)
+    rests = standing(requirement(confidence=0.7), "m", [(duty, line(2.0))], certain, NOBODY)
+    assert rests.level.value == pytest.approx(0.0, abs=0.01)
+
+
+def test_two_modes_by_duty(certain):
+    """Truth: the mixture of two arcsine distributions."""
+    got = standing(requirement(), "m", [(0.5, line(1.0)), (0.5, line(3.0))], certain, NOBODY).level.value
+    reached = [2.0 / np.pi * np.arcsin(min(got / a, 1.0)) for a in (1.0, 3.0)]
+    assert np.mean(reached) == pytest.approx(0.95, abs=1e-3)
+
+
+def test_other_sources_add_to_the_lines(certain):
+    """Truth: a million draws of line, wheel, bias and noise."""
+    errors = (
+        OtherError(name="b", kind="bias", axes=ONE, size_rad=0.5),
+        OtherError(name="n", kind="random", axes=ONE, size_rad=0.4, bandwidth_hz=3.0),
+        OtherError(name="w", kind="periodic", axes=ONE, size_rad=0.7, frequency_hz=33.0),
+    )
+    rng = np.random.default_rng(11)
+    turns = rng.uniform(0.0, 2.0 * np.pi, (2, 1_000_000))
+    draws = 2.0 * np.cos(turns[0]) + 0.7 * np.cos(turns[1]) + 0.5 + rng.normal(0.0, 0.4, 1_000_000)
+    for c in (0.68, 0.9545, 0.9973):
+        got = nominal_level(requirement(confidence=c), [(1.0, line(2.0))], errors)
+        assert got == pytest.approx(np.quantile(np.abs(draws), c), rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("index", "kept"), [(APE, 1.0), (Index("MPE", 50.0), 0.0), (Index("RPE", 50.0), 1.0), (Index("RPE", 0.001), 0.0)]
+)
+def test_slow_and_fast_noise_under_an_index(index, kept):
+    """Truth: noise to 5 Hz is averaged out over 50 s and does not move within a millisecond."""
+    noise = OtherError(name="n", kind="random", axes=ONE, size_rad=2.0, bandwidth_hz=5.0)
+    assert noise.contribution(index, 0).size == pytest.approx(2.0 * kept, abs=0.15)
+
+
+def test_a_slow_wheel_under_an_index():
+    """Truth: the weight of its frequency."""
+    wheel = OtherError(name="w", kind="periodic", axes=ONE, size_rad=2.0, frequency_hz=3.0)
+    index = Index("RPE", 0.1)
+    assert wheel.contribution(index, 0).size == pytest.approx(2.0 * np.sqrt(1.0 - np.sinc(0.3) ** 2))
+    assert OtherError(name="b", kind="bias", axes=ONE, size_rad=1.0).contribution(index, 0) is None
+
+
+def test_an_ensemble_of_biases(certain):
+    """Truth: the worst member of the seeded draws; all of the spread is the bias's."""
+    bias = OtherError(name="b", kind="bias", axes=ONE, size_rad=1.0, spread_rad=0.3)
+    units = make_ensemble((), np.zeros(0), (bias,), seed=2)
+    c = 0.9
+    got = standing(requirement(confidence=c), "m", [(1.0, line(0.5))], certain, units)
+    worst = 1.0 + 0.3 * units.draws[:, 0].max()
+    rng = np.random.default_rng(12)
+    draws = np.abs(worst + 0.5 * np.cos(rng.uniform(0.0, 2.0 * np.pi, 1_000_000)))
+    assert got.level.value == pytest.approx(np.quantile(draws, c), rel=2e-3)
+    assert got.spread_shares["error b"] > 0.99
+
+
+def test_errors_of_a_group_are_drawn_together():
+    pair = tuple(OtherError(name=n, kind="bias", axes=ONE, size_rad=1.0, spread_rad=0.3, group="g") for n in "ab")
+    draws = make_ensemble((), np.zeros(0), pair, seed=2).draws
+    np.testing.assert_array_equal(draws[:, 0], draws[:, 1])
+
+
+@pytest.mark.parametrize("kind", ["bias", "random", "periodic"])
+@pytest.mark.parametrize("interpretation", ["temporal", "ensemble", "mixed"])
+def test_the_table_of_moments_by_its_definitions(kind, interpretation):
+    """Truth: draws of members and times. Temporal: the member at mean and n_p deviations, over time. Ensemble: each
+    member at its worst time, which of Gaussian noise is n_p deviations. Mixed: every time of every member."""
+    n_p, size, spread = 2.0, 3.0, 0.4
+    rng = np.random.default_rng(13)
+    members = size + spread * rng.normal(size=2_000_000)
+    if interpretation == "temporal":
+        members = np.full(members.size, size + n_p * spread)
+    over_time = {
+        "bias": members,
+        "random": members * rng.normal(size=members.size),
+        "periodic": members * np.cos(rng.uniform(0.0, 2.0 * np.pi, members.size)),
+    }[kind]
+    at_worst = members * (n_p if kind == "random" else 1.0)
+    values = at_worst if interpretation == "ensemble" else over_time
+    got = moments(Contribution(name="e", kind=kind, size=size, spread=spread), interpretation, n_p)
+    np.testing.assert_allclose(got, (values.mean(), values.std()), atol=0.01)
+
+
+def test_the_ecss_sum_of_a_line_with_other_sources(certain):
+    """Truth: the standard's rules by hand: |mean| + n_p of the root of the squares' sum."""
+    errors = (
+        OtherError(name="b", kind="bias", axes=ONE, size_rad=0.5),
+        OtherError(name="n", kind="random", axes=ONE, size_rad=0.4, bandwidth_hz=3.0),
+    )
+    units = make_ensemble((), np.zeros(0), errors, seed=0)
+    got = standing(requirement(confidence=0.9973), "m", [(1.0, line(2.0))], certain, units).ecss_rad
+    assert got == pytest.approx(0.5 + coverage_factor(0.9973) * np.sqrt(2.0 + 0.16), rel=1e-3)
+    alone = [Contribution(name="waveform", kind="periodic", size=2.0, form=0.9)]
+    assert total(alone, "mixed", 0.95) == pytest.approx(coverage_factor(0.95) * 1.8)
+
+
+def test_what_the_model_misses_of_each_line(tmp_path, certain):
+    """Truth: the report's errors of the orders, where it is of the same fit; a line's level is off by as much."""
+    content = estimate(fit_percent=90.0) | {"provenance": {"seed": 1}}
+    row = {"name": "sweep", "quantity": "torque", "order": 1.0, "amplitude_error_percent": 3.0,
+           "phase_error_deg": np.degrees(0.04)}  # fmt: skip
+    rows = [row, row | {"quantity": "rotor_rate", "amplitude_error_percent": 50.0}]
+    report = {"provenance": {"seed": 1}, "orders": rows}
+    for name, file in (("estimate.json", content), ("report.json", report)):
+        (tmp_path / name).write_text(json.dumps(file), encoding="utf-8")
+    missed = read_flying(tmp_path / "estimate.json", Flight()).discrepancy
+    assert missed.orders == pytest.approx({1.0: 0.05})
+    np.testing.assert_allclose(missed.of_lines(np.array([0.5, 1.0])), [0.1, 0.05])
+    off = standing(requirement(), "m", [(1.0, line(2.0))], replace(certain, discrepancy=missed), NOBODY).level
+    assert off.sigma / off.value == pytest.approx(0.05, rel=0.15)
+    assert off.shares[DISCREPANCY] == pytest.approx(1.0)
+    report["provenance"]["seed"] = 2
+    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy.orders == {}
+
+
+def test_what_is_uncertain_joins_the_covariance(tmp_path):
+    """Truth: the file. What is estimated already is refused."""
+    path = write_estimate_of_paper(tmp_path)
+    flying = read_flying(path, Flight(uncertain={"stepper.peak_voltage": 0.05, "load.inertia": 1e-4}))
+    assert flying.names[-2:] == ("stepper.peak_voltage", "load.inertia")
+    np.testing.assert_allclose(np.diag(flying.covariance)[-2:], [0.05**2, 1e-8])
+    with pytest.raises(InputFileError, match=r"gear[.]stiffness is estimated and has its error from there"):
+        read_flying(path, Flight(uncertain={"gear.stiffness": 1.0}))
+    moved = Flight(values={"gear.stiffness": 900.0}, uncertain={"gear.stiffness": 9.0})
+    assert read_flying(path, moved).names[-1] == "gear.stiffness"
+
+
+SCAN = OperatingMode(
+    name="scan", command=Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3)),
+    rates=np.array([37.3]), settle_s=1.0, highest_hz=300.0,
+)  # fmt: skip
+PAYLOAD = Modes(np.array([35.0]), np.array([0.01]), np.array([0.2]), np.array([[0.05]]))
+STRUCTURE = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
+
+
+@pytest.fixture(scope="module")
+def flying(tmp_path_factory):
+    return read_flying(write_estimate_of_paper(tmp_path_factory.mktemp("estimate")), Flight())
+
+
+def test_an_error_of_the_bench_voltage_is_one_of_the_flight_voltage(flying):
+    """Truth: U -> c U, k_m -> c k_m, R, L -> c^2 leaves the torque; so c in the three alone is 1/c in the voltage."""
+    c, v = 1.03, flying.mechanism.value
+    three = {"stepper.torque_constant": c, "stepper.coil_resistance": c**2, "stepper.coil_inductance": c**2}
+    scaled = flying.mechanism.with_values({name: factor * v(name) for name, factor in three.items()})
+    other = flying.mechanism.with_values({"stepper.peak_voltage": v("stepper.peak_voltage") / c})
+    lines = [steady_state(m, SCAN, 37.3, (), 4).lines for m in (scaled, other)]
+    np.testing.assert_allclose(lines[0], lines[1], atol=1e-6 * np.abs(lines[0]).max())
+
+
+def test_one_mode_against_the_closed_form(flying):
+    """Truth: RMS of psi phi |T_k| / |w0^2 - w^2 + 2 i z w0 w| over the lines, written out."""
+    state = steady_state(flying.mechanism, SCAN, 37.3, (), 4)
+    w, w0 = 2.0 * np.pi * 0.5 * 37.3 * state.orders, 2.0 * np.pi * 35.0
+    inside = w <= 2.0 * w0
+    size = 0.2 * 0.05 * np.abs(state.lines) / np.hypot(w0**2 - w**2, 2.0 * 0.01 * w0 * w)
+    expected = np.sqrt(0.5 * np.sum(size[inside] ** 2))
+    assert respond(state, STRUCTURE).rms()[0] == pytest.approx(expected, rel=1e-12)
+
+
+def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):
+    """Truth: 200 mechanisms drawn from the covariance, simulated anew; a quantile of them is good to a tenth."""
+    state = steady_state(flying.mechanism, SCAN, 37.3, flying.names, 4)
+    response = respond(state, STRUCTURE)
+    low, high = rms_bands([response], flying, seed=1)[0, 0]
+    rng = np.random.default_rng(9)
+    nominal = np.array([flying.mechanism.value(name) for name in flying.names])
+    rms = []
+    for draw in rng.multivariate_normal(nominal, flying.covariance, 200):
+        moved = flying.mechanism.with_values(dict(zip(flying.names, draw, strict=True)))
+        rms.append(respond(steady_state(moved, SCAN, 37.3, (), 2), STRUCTURE).rms()[0])
+    expected = np.quantile(rms, [0.025, 0.975])
+    np.testing.assert_allclose([low, high], expected, atol=0.15 * np.ptp(expected))
+    curve = level_curve(requirement(), [response], flying, (), seed=1)
+    whole = standing(requirement(), "scan", [(1.0, response)], flying, NOBODY).level
+    assert curve.level[0] == pytest.approx(whole.value, rel=1e-9)
+    assert np.ptp(curve.band[0]) == pytest.approx(np.ptp(whole.ci95), rel=0.2)
+
+
+def test_a_free_body_is_told_where_slow_errors_are_asked(tmp_path, flying):
+    write_estimate_of_paper(tmp_path)
+    write_example(tmp_path)
+    path = tmp_path / "budget.toml"
+    assert not any("rigid body is free" in w for w in findings(read_budget_file(path), flying, ()))
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("attitude_control =", "# attitude_control ="), encoding="utf-8")
+    (told,) = (w for w in findings(read_budget_file(path), flying, ()) if "rigid body is free" in w)
+    assert "pointing asks for absolute or drift errors; give [structure] attitude_control" in told
+
+
+def test_a_confidence_of_noise_is_gaussian(certain):
+    """Truth: the normal quantile, where the mechanism is as good as silent."""
+    noise = OtherError(name="n", kind="random", axes=ONE, size_rad=1.0, bandwidth_hz=3.0)
+    got = nominal_level(requirement(confidence=0.9), [(1.0, line(1e-6))], (noise,))
+    assert got == pytest.approx(stats.norm.ppf(0.95), rel=1e-3)

@@ -1,0 +1,159 @@
+"""``mechid design`` from a campaign without files to a proposed one, and after a fit."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from mechid.campaign import load_campaign
+from mechid.cli.app import app
+
+SMALL = """
+[recording]
+noise_Nm = 0.002
+[candidates]
+steppings = ["full"]
+rates = [23.0, 46.0, 600.0]
+start_angles_deg = [45.0]
+sweeps_s = []
+[limits]
+between_s = 1.0
+total_s = 6.0
+[prior]
+mechanisms = 2
+"""
+PLANNED = """
+mechanism = "mechanism.toml"
+[[record]]
+name = "micro_46"
+command = { stepping = "micro", microsteps = 16, rate = 46.0 }
+"""
+
+
+def plan(folder):
+    """Write a campaign of one record that has no file, and a small design file, beside the bench's mechanism."""
+    (folder / "campaign.toml").write_text(PLANNED, encoding="utf-8")
+    (folder / "design.toml").write_text(SMALL, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def planned(bench, tmp_path):
+    """Return a folder with a small plan."""
+    shutil.copy(bench / "mechanism.toml", tmp_path)
+    return plan(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def designed(bench, tmp_path_factory):
+    """Return the folder of a design of the small plan, and what the shell showed; not to be changed."""
+    folder = tmp_path_factory.mktemp("planned")
+    shutil.copy(bench / "mechanism.toml", folder)
+    result = CliRunner().invoke(app, ["design", str(plan(folder)), "--out", str(folder / "out")])
+    assert result.exit_code == 0, result.stderr
+    return folder / "out", result
+
+
+def read(folder):
+    return json.loads((folder / "design.json").read_text(encoding="utf-8"))
+
+
+def test_a_design_of_records_without_files(designed):
+    """Truth: laws between the numbers of the files, and what no motor of this kind can do: start at 600 steps/s."""
+    out, result = designed
+    data = read(out)
+    objections = {c["name"]: c["objection"] for c in data["candidates"]}
+    assert objections["full_600"] == "loses steps at the values believed"
+    assert not objections["full_46"]
+    chosen = data["chosen"]
+    assert {r["name"] for r in chosen["records"]} == {name for name, why in objections.items() if not why}
+    assert chosen["seconds"] == pytest.approx(2.0 * len(chosen["records"]))
+    assert np.all(np.diff(data["trail"]) < 0.0)
+    assert data["gain_factor"] == pytest.approx(np.exp(data["planned"]["criterion"] - chosen["criterion"]))
+    assert data["gain_factor"] > 1.0
+    for p in data["parameters"]:
+        assert p["chosen"] is None or p["chosen"] < p["planned"], p["name"]
+    assert "left out: full_600: loses steps" in result.stdout
+    assert f"{len(chosen['records'])} records in" in result.stdout
+    assert {row["stepping"] for row in data["step_loss"]} == {"full"}
+    rows = list(csv.DictReader((out / "torque_over_rate.csv").read_text(encoding="utf-8").splitlines()))
+    assert [float(r["micro_Nm"]) for r in rows] == pytest.approx(
+        data["torque_over_rate"][2]["amplitude_Nm"], rel=1e-5)  # fmt: skip
+    for name in ("torque_over_rate", "standard_errors", "step_loss"):
+        for suffix in ("svg", "png"):
+            assert (out / "figures" / f"{name}.{suffix}").stat().st_size > 1000
+
+
+def test_the_proposed_campaign_can_be_driven_and_looked_at_again(run, designed, tmp_path):
+    """Truth: the proposal read back has the commands chosen, and a design of it predicts the same errors."""
+    out, again = shutil.copytree(designed[0], designed[0].parent / "copy"), tmp_path / "again"
+    proposal = load_campaign(out, read_records=False)
+    data = read(out)
+    assert [r.name for r in proposal.records] == [r["name"] for r in data["chosen"]["records"]]
+    assert proposal.record("full_46").command.start_angle_deg == 45.0
+    (out / "design.toml").write_text(
+        (out / "design.toml").read_text(encoding="utf-8")
+        + '[candidates]\nsteppings = ["full"]\nrates = [46.0]\nsweeps_s = []\n[prior]\nmechanisms = 1\n',
+        encoding="utf-8",
+    )
+    result = run("design", out, "--out", again)
+    assert result.exit_code == 0, result.stderr
+    for now, before in zip(read(again)["parameters"], data["parameters"], strict=True):
+        assert now["planned"] == (before["chosen"] and pytest.approx(before["chosen"], rel=1e-6)), now["name"]
+
+
+def test_after_a_fit_its_records_are_there_already(run, staged, tmp_path):
+    """Truth: what is known now is what the fit reports; what it held because no record told it is open again."""
+    fit, out = tmp_path / "fit", tmp_path / "out"
+    (staged / "design.toml").write_text(SMALL, encoding="utf-8")
+    assert run("identify", staged, "--out", fit).exit_code == 0
+    result = run("design", staged, "--fit", fit, "--out", out)
+    assert result.exit_code == 0, result.stderr
+    data = read(out)
+    assert data["after_fit"]
+    assert data["planned"]["records"] == []
+    assert "What to measure next, by the D-criterion" in result.stdout
+    known = {p["name"]: p for p in data["parameters"]}
+    assert len(known) == 15
+    assert known["housing.gain"]["chosen"] is not None
+    assert known["gear.stiffness"]["chosen"] < 0.9 * known["gear.stiffness"]["planned"]
+
+
+def test_one_parameter_can_be_the_aim(run, planned, tmp_path):
+    """Truth: of one mechanism the criterion is the logarithm of that parameter's error over its value."""
+    text = SMALL.replace("mechanisms = 2", "mechanisms = 1")
+    (planned / "design.toml").write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    result = run("design", planned, "--out", out, "--criterion", "friction.static", "--total-s", "4.0")
+    assert result.exit_code == 0, result.stderr
+    data = read(out)
+    assert data["criterion"]["is_parameter"]
+    (static,) = [p for p in data["parameters"] if p["name"] == "friction.static"]
+    for which in ("planned", "chosen"):
+        expected = np.exp(data[which]["criterion"]) * static["value"]
+        assert static[f"{which}_spread"][0] == pytest.approx(expected, rel=1e-6)
+    assert data["chosen"]["criterion"] < data["planned"]["criterion"]
+    assert "by the standard error of friction.static" in result.stdout.lower()
+
+
+@pytest.mark.parametrize(
+    ("change", "code", "message"),
+    [
+        (("campaign.toml", '[[record]]', '[[record]]\nuse = "validate"'), 2, 'no record has use = "estimate"'),
+        (("design.toml", "[limits]", '[limits]\nkeep = ["micro_64"]'), 2, 'no record "micro_64"; did you mean'),
+        (("design.toml", "[limits]", "[criterion]\nkind = \"gear.stifness\"\n[limits]"), 2, 'did you mean "gear.stiff'),
+        (("design.toml", "[limits]", "[limmits]"), 3, 'limmits: unknown key; did you mean "limits"'),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_one_line(refused, planned, tmp_path, change, code, message):
+    name, old, new = change
+    path = planned / name
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
+    assert message in refused(code, "design", planned, "--out", tmp_path / "out")
+
+
+def test_a_design_does_not_replace_its_own_campaign(refused, planned):
+    assert "holds the campaign itself" in refused(2, "design", planned, "--out", planned)

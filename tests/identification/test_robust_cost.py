@@ -1,0 +1,27 @@
+"""The robust cost of the multi-start; truth: soft L1 is the sum of squares where residuals are small."""
+
+import numpy as np
+import pytest
+
+from mechid.identification.multistart import ROBUST_SIGMAS, robust_cost
+from mechid.identification.standard_errors import StandardErrors
+
+
+@pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-4])
+def test_tiny_residuals_are_squared(size):
+    """A mechanism at rest under the start's friction leaves next to nothing: that is no cost of exactly zero."""
+    r = np.full(100, size)
+    assert robust_cost(r) == pytest.approx(100 * size**2, rel=1e-8)
+
+
+def test_large_residuals_count_by_their_size():
+    r = np.array([1e9])
+    assert robust_cost(r) == pytest.approx(2.0 * ROBUST_SIGMAS * 1e9, rel=1e-6)
+
+
+def test_a_variance_that_is_rounding_is_infinite():
+    """Truth: along a direction that no record sees the variance is infinite; rounding may leave it below zero."""
+    errors = StandardErrors(names=("a", "b"), robust=np.diag([-1e9, 4.0]), white=np.diag([1.0, 1.0]))
+    assert errors.of("a") == (np.inf, 1.0)
+    assert errors.of("b") == (2.0, 1.0)
+    assert np.all(np.isfinite(errors.correlation))

@@ -1,0 +1,185 @@
+"""The report of a budget: its verdict from the dict of numbers, its page in a real browser."""
+
+import copy
+import json
+import re
+
+import numpy as np
+import pytest
+
+from browser import chromium, faults, printed_to_pdf, requests, shown
+from mechid.budget.budget import make_budget
+from mechid.budget.budget_file import read_budget_file
+from mechid.budget.example import BUDGET, write_example
+from mechid.budget.numbers import budget_data
+from mechid.identification.estimate_file import json_text
+from mechid.report.budget_contents import budget_contents
+from mechid.report.budget_verdict import budget_verdict
+from mechid.report.budget_writing import write_budget_report
+from paper_estimate import write_estimate_of_paper
+
+HOSTILE = "<img src=x onerror=document.title='taken'>"
+SMALL = (
+    BUDGET.replace("{ from = 10.0, to = 60.0, count = 26 }", "{ from = 44.0, to = 50.0, count = 4 }")
+    .replace("[[0.0, 0.0], [6.0, 60.0], [8.0, 60.0], [10.0, 0.0]]", "[[0.0, 0.0], [2.0, 60.0]]")
+    .replace('name = "run up"', f'name = "{HOSTILE}"')
+)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("budget")
+    write_estimate_of_paper(folder, fit_percent=99.0)
+    write_example(folder)
+    (folder / "budget.toml").write_text(SMALL, encoding="utf-8")
+    return make_budget(read_budget_file(folder / "budget.toml"))
+
+
+@pytest.fixture(scope="module")
+def data(made):
+    return json.loads(json_text(budget_data(made)))
+
+
+@pytest.fixture(scope="module")
+def folder(data, tmp_path_factory):
+    out = tmp_path_factory.mktemp("report")
+    write_budget_report(data, out)
+    return out
+
+
+def test_rates_are_added_at_crossings(data):
+    """Truth: order 1 meets the structure's 47.5 Hz at 47.5 steps/s, which the range of four rates passes over."""
+    scan = data["modes"][0]
+    assert 47.5 in scan["rates"]
+    assert scan["worst_rate"] == 47.5
+    assert any(low < 47.5 < high for low, high in scan["avoid"]["stability in an exposure"])
+
+
+def test_the_two_way_margin_decides_where_one_way_does_not_suffice(data):
+    """Truth: the criterion, and the ratio of the nominal unit's levels."""
+    row, slew = data["requirements"][0], data["requirements"][2]
+    scan = data["modes"][0]
+    assert scan["loop_gain"] > data["coupling"]["suffices_below"]
+    ratio = row["two_way_rad"] / row["nominal_rad"]
+    assert row["decided"]["coupling"] == "two-way"
+    assert row["decided"]["margin"] == pytest.approx(1.0 - ratio * row["level_rad"] / row["limit_rad"])
+    assert slew["decided"] == {"coupling": "one-way", "level_rad": slew["level_rad"], "margin": slew["margin"],
+                               "margin95": slew["margin95"], "met": slew["met"]}  # fmt: skip
+    by_duty = data["requirements"][-1]
+    assert (by_duty["mode"], by_duty["decided"]["coupling"]) == ("all modes, by duty", "two-way")
+
+
+def test_shares_and_cumulative_rms_add_up(data):
+    """Truth: shares are parts of a whole; all lines together are the RMS."""
+    for row in data["requirements"]:
+        assert sum(row["variance_shares"].values()) == pytest.approx(1.0)
+        assert sum(row["spread_shares"].values()) == pytest.approx(1.0)
+    for mode in data["modes"][:2]:
+        assert [column[-1] for column in mode["cumulative_rms_rad"]["lines"]] == pytest.approx(
+            mode["line_of_sight_rms_rad"]
+        )
+
+
+def test_the_map_holds_the_lines_and_the_envelope_its_largest(made, data):
+    """Truth: the steady states themselves."""
+    scan = data["modes"][0]
+    lines = np.abs(made.modes[0].responses[1].state.lines)
+    np.testing.assert_allclose(scan["map"]["torque_amplitude_Nm"][1][: lines.size], lines, rtol=1e-5)
+    largest = max(abs(line) for r in made.modes[0].responses for line in r.state.lines)
+    top = max(scan["envelope"]["bands"], key=lambda band: band["torque_amplitude_Nm"])
+    assert top["torque_amplitude_Nm"] == pytest.approx(largest)
+    assert top["ci95_Nm"][0] < largest < top["ci95_Nm"][1]
+
+
+@pytest.mark.parametrize(
+    ("margins", "warnings", "grade"),
+    [((0.5, 0.4), [], "good"), ((0.5, -0.1), [], "caution"), ((-0.1, -0.2), [], "bad"), ((0.5, 0.4), ["w"], "caution")],
+)
+def test_the_grade(data, margins, warnings, grade):
+    """Truth: the rule. Good where every band is within its limit and nothing is odd, bad where a value is beyond."""
+    changed = {**copy.deepcopy(data), "warnings": warnings}
+    for row in changed["requirements"]:
+        row["decided"] |= {"margin": margins[0], "margin95": [margins[1], 0.9], "met": margins[1] >= 0.0}
+    assert budget_verdict(changed)["grade"] == grade
+
+
+def test_the_verdict_tells_rates_drivers_and_coupling(data):
+    """Truth: the dict's own numbers."""
+    met, drives, worst, coupling = (q["answers"] for q in budget_verdict(data)["questions"])
+    least = min(data["requirements"], key=lambda r: r["decided"]["margin"])
+    assert met[0].startswith(f"{least['requirement']}, {least['mode']}")
+    assert f"{100.0 * least['decided']['margin']:.1f} % of the limit" in met[0]
+    assert next(iter(least["variance_shares"])) in drives[0]
+    assert any(re.search(r"avoid 47[.]\d+ to 47[.]\d+ steps/s", line) for line in worst)
+    assert "take the two-way result" in coupling[0]
+    assert any("scan: joined, the RMS changes by -20 %" in line for line in coupling)
+
+
+def test_files(folder, data):
+    names = {p.name for p in folder.iterdir()}
+    assert names == {"budget.html", "budget.md", "figures"}
+    keys = [mode["key"] for mode in budget_contents(data)["modes"]]
+    assert keys == ["0_scan", "1_slew", "2_img_src_x_onerror_document_title_taken"]
+    figures = {p.stem for p in (folder / "figures").glob("*.svg")}
+    scan = {f"budget_0_scan_{kind}" for kind in ("map", "campbell", "waterfall", "rates", "envelope", "line_of_sight")}
+    own = {"budget_1_slew_envelope", "budget_1_slew_line_of_sight", f"budget_{keys[2]}_course"}
+    assert figures == scan | own | {"budget_requirements", "budget_shares", "budget_coupling"}
+    assert figures == {p.stem for p in (folder / "figures").glob("*.png")}
+    assert "\\<img src=x" in (folder / "budget.md").read_text(encoding="utf-8")
+
+
+def test_a_budget_without_requirements_or_modes_to_join(data, tmp_path):
+    """A response is one-way only, its driving point may be unknown; the page is made all the same."""
+    changed = copy.deepcopy(data) | {"requirements": [], "crossings": [], "named_modes": data["named_modes"][:1]}
+    changed["coupling"] |= {"loop_gain": [None] * 500, "largest_at_lines": None}
+    for mode in changed["modes"]:
+        mode["line_of_sight_rms_two_way_rad"] = None
+        mode["avoid"] = {}
+    scan = changed["modes"][0]
+    scan["over_rate"] |= {"rms_two_way_rad": None, "levels_rad": {}, "levels_ci95_rad": {}}
+    scan["lines"]["line_of_sight_two_way_rad"] = None
+    write_budget_report(changed, tmp_path)
+    text = (tmp_path / "budget.html").read_text(encoding="utf-8")
+    assert "No requirement is given" in text
+    assert "one-way alone" in text
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as opened:
+        yield opened
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_page_opens_without_network_or_error_and_without_overflow(browser, folder, width, dark):
+    page = folder / "budget.html"
+    shown(browser, page, width, dark=dark)
+    assert requests(browser) == [page.as_uri()]
+    assert faults(browser) == []
+    assert browser.title == "budget.toml · mechid budget"
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+
+
+def test_the_page_shows_the_numbers_of_the_dict(browser, folder, data):
+    shown(browser, folder / "budget.html", 1400)
+    text = " ".join(browser.find_element("tag name", "body").text.split())
+    for row in budget_contents(data)["requirements"]:
+        for key in ("index", "level", "limit", "margin", "margin95", "decided", "met", "two_way", "ecss"):
+            assert row["text"][key] in text
+    for c in data["crossings"]:
+        assert f"{c['rate']:.4g} {c['order']:g} {c['mode']}" in text
+    assert HOSTILE in text
+
+
+def test_figures_take_the_colours_of_the_page_and_print(browser, folder):
+    shown(browser, folder / "budget.html", 1400)
+    ink = "return getComputedStyle(document.querySelector('#figure-requirements svg text')).fill"
+    light = browser.execute_script(ink)
+    browser.find_element("id", "theme").click()
+    assert browser.execute_script(ink) != light
+    drawn = browser.execute_script("return [...document.querySelectorAll('.ink svg')].map((s) => s.clientWidth)")
+    assert len(drawn) == 12
+    assert min(drawn) > 300
+    pdf = printed_to_pdf(browser)
+    assert 4 <= len(re.findall(rb"/Type\s*/Page\b", pdf)) <= 20
