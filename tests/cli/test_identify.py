@@ -69,6 +69,7 @@ def test_results_go_to_stdout_and_progress_to_stderr(real):
 
 def test_the_journal_has_a_line_for_each_stage(real):
     lines = [json.loads(line) for line in (real.out / "journal.jsonl").read_text().splitlines()]
+    lines = [line for line in lines if line["event"] != "progress"]  # one a second of a long stage
     assert [line["event"] for line in lines] == ["started", "step", "stage", "finished"]
     assert lines[1]["step"] == "joint fit"
     assert lines[2]["stage"] == "stage 1"
