@@ -67,9 +67,13 @@ def test_results_go_to_stdout_and_progress_to_stderr(real):
     assert all(f"written: {real.out / name}" in real.result.stdout.splitlines() for name in FILES)
 
 
-def test_the_journal_has_a_line_for_each_stage(real):
+def test_the_journal_has_a_line_for_each_stage_and_says_where_the_search_stands(real):
     lines = [json.loads(line) for line in (real.out / "journal.jsonl").read_text().splitlines()]
-    lines = [line for line in lines if line["event"] != "progress"]  # one a second of a long stage
+    standing = [line for line in lines if line["event"] == "progress"]
+    assert [line["stage"] for line in standing] == ["stage 1"] * len(standing)
+    assert all(set(line["values"]) == {"gear.stiffness", "gear.damping"} for line in standing)
+    assert standing
+    lines = [line for line in lines if line["event"] != "progress"]
     assert [line["event"] for line in lines] == ["started", "step", "stage", "finished"]
     assert lines[1]["step"] == "joint fit"
     assert lines[2]["stage"] == "stage 1"

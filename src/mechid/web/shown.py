@@ -219,7 +219,7 @@ def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
     """Return where a fit stands."""
     latest = run.reports[-1] if run.reports else None
     words = {
-        RunState.RUNNING: "at work",
+        RunState.RUNNING: "at work; standard errors and verdict come last",
         RunState.FINISHED: "ended; the parameters are at its estimate, Undo takes them back",
         RunState.CANCELLED: "cancelled; the parameters are where you left them",
         RunState.FAILED: run.fault,
