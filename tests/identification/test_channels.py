@@ -11,9 +11,12 @@ from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.analysis.validation import validate
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.identify_options import IdentifyOptions
+from mechid.campaign.prediction import simulate_all
+from mechid.campaign.trajectory_file import write_trajectories
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.visits import Visits
+from mechid.records import ChannelSpec, RecordSpec, read_record
 from paper import constant
 from runs import base, run_twin
 
@@ -98,6 +101,23 @@ def test_lost_samples_count_for_nothing(tmp_path):
         for found in (torque.residual_rms, judged.residual_rms):
             assert found == pytest.approx(NOISE["torque"], rel=0.05)
         assert judged.whiteness.p_value > 1e-3
+
+
+def test_simulate_writes_every_channel(tmp_path):
+    """Truth: the twin; a file that is written is read as a record of the same channels."""
+    m = mechanism_of(paper_table())
+    campaign = written(tmp_path, m, {"gear.stiffness": 900.0}, seconds=0.02)
+    campaign = replace(campaign, mechanism=replace(m, plant=campaign.mechanism.plant))
+    (path, _) = write_trajectories(simulate_all(campaign), tmp_path / "out").values()
+    header, *_ = path.read_text().splitlines()
+    quantities = tuple(campaign.mechanism.plant.outputs)
+    assert header == "time_s,torque_Nm,output_angle_rad,current_phase_a_A,current_phase_b_A"
+    twin = run_twin(replace(m, plant=campaign.mechanism.plant), constant(5.0), base(0.02)).y
+    spec = tuple(ChannelSpec(quantity=q, column=k) for k, q in enumerate(quantities, 1))
+    record = read_record(path, RecordSpec(name="out", path=path.name, channels=spec))
+    for k, quantity in enumerate(quantities):
+        found = record.channel(quantity).data
+        assert np.linalg.norm(found - twin[:, k]) <= 1e-5 * np.linalg.norm(twin[:, k])
 
 
 COUNTS = 4000

@@ -1,12 +1,15 @@
 """How runs go: resumed block by block, failing without losing their shape, and as accurate as promised."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from hand_typed import motor_torque
 from kernel_state import places
+from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile
-from mechid.simulation.simulator import TimeBase, simulate_run
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
 from paper import RECORDS, constant, indices, mechanism
 from runs import base, rms, run_kernel, simulator
@@ -115,3 +118,30 @@ def test_started_at_its_equilibrium_nothing_moves_before_the_first_step(static):
         quotient = (up - down) / (2 * h[index])
         J = run.jacobian["torque"][:, column]
         assert np.linalg.norm(J - quotient) <= 1e-4 * np.linalg.norm(quotient), name
+
+
+@pytest.mark.parametrize("drive", ["voltage", "current"])
+def test_currents_and_angles_before_the_command_are_those_of_the_start(drive):
+    """Truth: u/R and I e at the start angle, the angle theta_0/(p/2); derivatives by differences."""
+    table = paper_table()
+    if drive == "current":
+        table = changed(table, LAYOUTS["current drive"])
+    m = mechanism_of(table)
+    m = replace(m, plant=m.plant.measuring(("torque", "current_phase_a", "rotor_angle")))
+    command, peak = constant(46.0, start_angle_deg=30.0), "stepper.peak_current"
+    own = "stepper.coil_resistance" if drive == "voltage" else peak
+    size = 5.7 / 9.9 if drive == "voltage" else 0.5
+    time_base = TimeBase(1e4, 40)
+    at = [str(s) for s in m.plant.parameters].index(m.plant.declarations[own].symbol)
+    made = Simulator(m.plant, command, time_base, ((at,),), latest_s=2e-3)
+    p = m.kernel_values()
+    found = simulate_run(made.run(p, time_offset_s=2e-3))
+    np.testing.assert_allclose(found.values["current_phase_a"][:20], -size * np.cos(np.radians(30.0)), rtol=1e-12)
+    np.testing.assert_allclose(found.values["rotor_angle"][:20], np.radians(30.0) / 50.0, rtol=1e-12)
+    np.testing.assert_array_equal(found.torque[:20], 0.0)
+    h = np.zeros(p.size)
+    h[at] = 1e-6 * p[at]
+    ahead, behind = (simulate_run(made.run(p + s * h, time_offset_s=2e-3)) for s in (1, -1))
+    for quantity, J in found.jacobian.items():
+        slope = (ahead.values[quantity] - behind.values[quantity]) / (2.0 * h[at])
+        np.testing.assert_allclose(J[:20, 0], slope[:20], rtol=1e-6, atol=1e-9)

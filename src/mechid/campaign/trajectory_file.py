@@ -50,7 +50,9 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
         Path(folder).mkdir(parents=True, exist_ok=True)
         for name, path in files.items():
             trajectory = trajectories[name]
-            write_whole(path, record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity))
+            others = {quantity: y for quantity, y in trajectory.values.items() if quantity != trajectory.quantity}
+            rows = record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity, others=others)
+            write_whole(path, rows)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return files
@@ -69,12 +71,15 @@ def record_rows(
     measured: NDArray[np.float64],
     *,
     quantity: str = "torque",
+    others: Mapping[str, NDArray[np.float64]] | None = None,
     time_format: str = TIME_FORMAT,
     torque_format: str = TORQUE_FORMAT,
 ) -> Iterator[str]:
-    """Yield a record as text, piece by piece: a header line, then time in s and a quantity in SI, each (n,)."""
-    row = f"{time_format},{torque_format}\n"
-    yield f"time_s,{quantity}_{SI_UNIT[quantity].replace('*', '').replace('/', '_')}\n"
+    """Yield a record as text, piece by piece: a header line, then time in s and one or more quantities in SI, (n,)."""
+    columns = {quantity: measured, **(others or {})}
+    row = ",".join([time_format, *(torque_format for _ in columns)]) + "\n"
+    names = [f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}" for name in columns]
+    yield ",".join(["time_s", *names]) + "\n"
     for start in range(0, time.size, ROWS):
-        pairs = zip(time[start : start + ROWS].tolist(), measured[start : start + ROWS].tolist(), strict=True)
-        yield "".join(row % pair for pair in pairs)
+        cells = zip(*(values[start : start + ROWS].tolist() for values in (time, *columns.values())), strict=True)
+        yield "".join(row % line for line in cells)

@@ -13,6 +13,7 @@ from mechid.command import Command, Excitation
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
+from mechid.simulation.rest import resting_outputs
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -199,12 +200,14 @@ class Run:
             resting -= count
 
     def _rest(self) -> None:
-        """Write angles and positions of the start, which are no zeros also where nothing moves."""
-        plant, module = self.simulator.plant, self.simulator.kernel.module
-        for j, expression in enumerate(plant.outputs.values()):
-            if expression in plant.states:
-                at = int(module.AT_X) + plant.states.index(expression)
-                self.buffers.y[j :: self.buffers.outputs] = self.buffers.w[at]
+        """Write angles, positions and currents of the start, which are no zeros also where nothing moves."""
+        simulator, b = self.simulator, self.buffers
+        directions = b.directions.reshape(len(self.p), b.lanes)
+        module, inputs = simulator.kernel.module, simulator.excitation.initial
+        y, J = resting_outputs(simulator.plant, module, self.p, inputs, directions, b.w)
+        b.y.reshape(-1, b.outputs)[:] = y
+        if b.sensitive:
+            b.J.reshape(-1, b.outputs, b.lanes)[:] = J
 
     def _advance(self, count: int) -> None:
         buffers, simulator = self.buffers, self.simulator

@@ -1,0 +1,70 @@
+"""What outputs are before command time 0, where the mechanism rests, with their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+from types import ModuleType
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from mechid.plant.plant import Plant
+
+FloatArray = NDArray[np.float64]
+Held = Callable[..., tuple[float, list[float]]]
+
+
+def resting_outputs(
+    plant: Plant, module: ModuleType, p: FloatArray, inputs: FloatArray, directions: FloatArray, w: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the outputs at rest, (n_y,), and their derivatives along the directions, (n_y, lanes).
+
+    A state is what it is at the start; what the inputs alone make, as the current of an ideal source, is that; all
+    else, torques above all, is zero.
+
+    Parameters
+    ----------
+    plant : Plant
+    module : module
+        The plant's kernel.
+    p : (n_p,)
+    inputs : (n_u,)
+        Before the first step.
+    directions : (n_p, lanes)
+    w : (SIZE,)
+        The kernel's workspace at the start.
+    """
+    lanes = directions.shape[1]
+    y, J = np.zeros(len(plant.outputs)), np.zeros((len(plant.outputs), lanes))
+    for j, (expression, held) in enumerate(zip(plant.outputs.values(), _held(plant), strict=True)):
+        if expression in plant.states:
+            i = plant.states.index(expression)
+            y[j] = w[int(module.AT_X) + i]
+            J[j] = w[_lane_places(module, int(module.ROW_S) + i, lanes)]
+        elif held is not None:
+            y[j], slopes = held(*p, *inputs)
+            J[j] = np.asarray(slopes) @ directions
+    return y, J
+
+
+def _lane_places(module: ModuleType, row: int, lanes: int) -> NDArray[np.int64]:
+    """Return where a row of all lanes stands in the workspace, as the kernel's ``lane_place`` has it."""
+    lane, group = np.arange(lanes), int(module.LANES_PER_GROUP)
+    return np.asarray((lane // group) * int(module.GROUP_SIZE) + row * group + lane % group, dtype=np.int64)
+
+
+@lru_cache(maxsize=32)
+def _held(plant: Plant) -> tuple[Held | None, ...]:
+    """Compile each output that inputs and parameters alone make: its value, and its derivatives to all parameters."""
+    known = {*plant.parameters, *plant.inputs}
+    compiled: list[Held | None] = []
+    for output in plant.outputs.values():
+        expression = sp.sympify(plant.expand(output))
+        if expression.free_symbols <= known and expression.free_symbols & set(plant.inputs):
+            slopes = [sp.diff(expression, s) for s in plant.parameters]
+            compiled.append(sp.lambdify([*plant.parameters, *plant.inputs], (expression, slopes), modules="math"))
+        else:
+            compiled.append(None)
+    return tuple(compiled)
