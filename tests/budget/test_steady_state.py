@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from mechid.budget.coupling import dynamic_stiffness, loop_gain
+from mechid.budget.coupling import dynamic_stiffness, largest_loop_gain, loop_gain
 from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.flight_entry import Flight, LoadMode
 from mechid.budget.flying_mechanism import on_base, read_flying
@@ -21,7 +21,7 @@ from mechid.budget.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
-from mechid.structure import Modes, Structure
+from mechid.structure import FrequencyResponse, Modes, Structure
 from paper_estimate import estimate, write_estimate_of_paper
 
 MICRO = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(37.3))
@@ -162,6 +162,14 @@ def test_dynamic_stiffness(flying, stuck):
         f = np.linspace(20.0, 80.0, 6001)
         peak = f[np.abs(dynamic_stiffness(flying.mechanism, f, stuck=True)).argmax()]
         assert peak == pytest.approx(np.sqrt(v("gear.stiffness") / v("load.inertia")) / (2.0 * np.pi), rel=0.02)
+
+
+def test_where_the_driving_point_is_not_known_there_is_no_criterion(flying):
+    """Truth: a response without the interface. Unknown is not small."""
+    f = np.array([1.0, 100.0])
+    unknown = FrequencyResponse(f, np.column_stack([np.full(2, np.nan), np.ones(2)]).astype(complex))
+    structure = Structure(name="s", line_of_sight=("x",), model=unknown)
+    assert np.isnan(largest_loop_gain(structure, flying.mechanism, np.array([20.0, 40.0])))
 
 
 @pytest.mark.parametrize(("shape", "gain"), [(0.5, 0.06), (1.5, 0.5)])

@@ -1,11 +1,13 @@
 """The equations as a reader gets them; truth: the plant's own expressions, read back from the text."""
 
 import html
+import re
 from xml.etree import ElementTree
 
+import pytest
 import sympy as sp
 
-from mechid.kernel.equation_text import equations_latex, equations_mathml, equations_text
+from mechid.kernel.equation_text import equations_latex, equations_mathml, equations_text, equations_with
 from mechid.plant.assembly import stepper_gear_mass
 
 PLANT = stepper_gear_mass((4, 2), "paper")
@@ -57,3 +59,15 @@ def test_mathml_is_well_formed_and_has_a_line_for_each_of_the_text():
     for section in sections:
         for side in (side for line in section.lines for side in line):
             ElementTree.fromstring(f"<math>{html.unescape(side.replace('&gt;', '&amp;gt;'))}</math>")
+
+
+@pytest.mark.parametrize(
+    ("name", "stands_in"),
+    [("gear.stiffness", ["T_rg"]), ("friction.viscous", ["T_fr"]), ("stepper.coil_resistance", ["i_A", "i_B"])],
+)
+def test_the_equations_of_a_parameter_are_those_it_stands_in(name, stands_in):
+    """Truth: the blocks' pages."""
+    lines = equations_with(PLANT, name)
+    for left, right in lines:
+        ElementTree.fromstring(html.unescape(f"<math><mrow>{left}</mrow><mrow>{right}</mrow></math>"))
+    assert [re.sub(r"<[^>]*>|˙|_", "", left) for left, _ in lines] == [side.replace("_", "") for side in stands_in]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.budget_file import BudgetFile
-from mechid.budget.coupling import coupled_modes, loop_gain
+from mechid.budget.coupling import coupled_modes, largest_loop_gain
 from mechid.budget.findings import findings
 from mechid.budget.flying_mechanism import Estimate, on_base, read_flying
 from mechid.budget.line_of_sight import LineOfSight, Response, respond
@@ -119,7 +119,7 @@ class _Maker:
         self.listener(f'mode "{mode.name}": two-way')
         joined = coupled_modes(file.structure, file.coupled_below_hz)
         two_way = self._responses(on_base(self.estimate.mechanism, joined), mode, ()) if joined else ()
-        gains = loop_gain(file.structure, self.estimate.mechanism, responses[worst].state.frequency_hz)
+        gain = largest_loop_gain(file.structure, self.estimate.mechanism, responses[worst].state.frequency_hz)
         several = mode.rates.size > 1
         avoid = {
             r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
@@ -127,7 +127,7 @@ class _Maker:
         }
         made = ModeBudget(
             mode, responses, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
-            float(np.nanmax(gains, initial=0.0)), levels, self._two_way_levels(two_way), (), avoid,
+            gain, levels, self._two_way_levels(two_way), (), avoid,
         )  # fmt: skip
         return self._with_standings(made)
 
@@ -146,7 +146,7 @@ class _Maker:
             moving = on_base(mechanism, joined)
             two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
         frequency = np.linspace(1.0, mode.highest_hz, 2000)
-        gain = float(np.nanmax(loop_gain(file.structure, mechanism, frequency), initial=0.0))
+        gain = largest_loop_gain(file.structure, mechanism, frequency)
         levels = self._two_way_levels([two_way]) if two_way else {}
         made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
         return self._with_standings(made)

@@ -50,6 +50,13 @@ def loop_gain(structure: Structure, mechanism: Mechanism, frequency_hz: FloatArr
     return np.asarray(np.maximum(*gains), dtype=np.float64)
 
 
+def largest_loop_gain(structure: Structure, mechanism: Mechanism, frequency_hz: FloatArray) -> float:
+    """Return the largest |R K| at frequencies (n,) in Hz, NaN where R is known at none."""
+    gains = loop_gain(structure, mechanism, frequency_hz)
+    known = gains[np.isfinite(gains)]
+    return float(known.max()) if known.size else float("nan")
+
+
 def coupled_modes(structure: Structure, below_hz: float) -> Modes | None:
     """Return the modes that are joined with the mechanism; None where the structure has none to join."""
     if not isinstance(structure.model, Modes):

@@ -25,10 +25,9 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
         if made.responses:
             yield from _steady(file, made)
         if not np.isnan(made.loop_gain) and made.loop_gain > SUFFICES:
-            yield (
-                f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}: take the '
-                "two-way result"
-            )
+            joined = bool(made.two_way) or made.two_way_course is not None
+            remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
+            yield f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}: {remedy}'
 
 
 def _free_body(file: BudgetFile) -> Iterator[str]:

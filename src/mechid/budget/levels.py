@@ -14,6 +14,7 @@ The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the conf
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
@@ -116,16 +117,24 @@ def _cone(error: PointingError, index: Index, points: int) -> tuple[FloatArray, 
     """Return the half angle as centres; the random part is drawn, quasi-randomly, since it is no sum here."""
     sigma, total = error.sigma(index), error.waveforms(index, points) + error.kept_bias(index)
     if np.any(sigma > 0.0):
-        draws = qmc.Sobol(sigma.size, seed=0).random(points * CONE_DRAWS)
-        total = np.repeat(total, CONE_DRAWS, axis=0) + ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)) * sigma
+        total = np.repeat(total, CONE_DRAWS, axis=0) + _gaussian(points * CONE_DRAWS, sigma.size) * sigma
     angle = np.sqrt(np.sum(total**2, axis=1))
     return angle, np.zeros(angle.size)
+
+
+@lru_cache(maxsize=8)
+def _gaussian(count: int, axes: int) -> FloatArray:
+    """Return quasi-random normal draws, (count, axes), the same at each call."""
+    draws = qmc.Sobol(axes, seed=0).random(count)
+    return np.asarray(ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
 
 
 def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
     """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width; weights add to 1."""
     if not np.any(sigmas > 0.0):
         size = np.abs(centres)
+        if np.ptp(weights) <= 1e-12 * weights.max():
+            return float(np.quantile(size, confidence, method="hazen"))
         order = np.argsort(size)
         reached = np.cumsum(weights[order]) - 0.5 * weights[order]  # Hazen's plotting positions
         return float(np.interp(confidence, reached, size[order]))

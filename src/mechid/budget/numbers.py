@@ -276,7 +276,7 @@ def _decided(budget: Budget, s: Standing, two_way: float | None) -> dict[str, An
     The one-way level and its band are then scaled as the nominal unit's level is.
     """
     gains = [m.loop_gain for m in budget.modes if s.mode in (m.mode.name, BY_DUTY)]
-    joined = two_way is not None and max(gains) > SUFFICES and s.nominal_rad > 0.0
+    joined = two_way is not None and max(gains, default=0.0) > SUFFICES and s.nominal_rad > 0.0
     scale = two_way / s.nominal_rad if joined and two_way is not None else 1.0
     low, high = (1.0 - scale * (1.0 - margin) for margin in s.margin95)
     return {

@@ -19,6 +19,7 @@ from mechid.cli.check import check
 from mechid.cli.compare import compare
 from mechid.cli.demo import demo
 from mechid.cli.design import design
+from mechid.cli.explore import explore
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.new import new
@@ -56,7 +57,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-for verb in (demo, new, check, simulate, identify, report, compare, profile, bootstrap, design, budget, kernel):
+VERBS = (demo, new, check, simulate, identify, report, explore, compare, profile, bootstrap, design, budget, kernel)
+for verb in VERBS:
     app.command()(verb)
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from pathlib import Path
+from typing import Any
 
 from mechid.errors import InputFileError
 from mechid.identification.fit import Fit
@@ -12,6 +14,8 @@ from mechid.identification.journal import Journal
 from mechid.identification.progress import Progress
 
 FILE_NAME = "journal.jsonl"
+EVERY_S = 1.0
+"""At most so often it is noted where the search stands."""
 
 
 def identified_campaign(folder: Path) -> Path:
@@ -35,17 +39,21 @@ def identified_campaign(folder: Path) -> Path:
 
 
 class StageLines:
-    """Listens to an identification and notes each stage as it ends."""
+    """Listens to an identification and notes each stage as it ends, and now and then where it stands."""
 
     def __init__(self, journal: Journal) -> None:
         self.journal = journal
         self.latest: Progress | None = None
+        self.noted = -math.inf
 
     def tell(self, progress: Progress) -> None:
         """Listen to a report; when its stage is another one, the last has ended."""
         if self.latest is not None and progress.stage != self.latest.stage:
             self._note_stage(self.latest)
         self.latest = progress
+        if time.perf_counter() - self.noted >= EVERY_S:
+            self.noted = time.perf_counter()
+            self.journal.note("progress", **_entries(progress), values=dict(progress.values))
 
     def finish(self, fit: Fit) -> None:
         """Note the stage at work and the outcome."""
@@ -54,13 +62,16 @@ class StageLines:
         self.journal.note("finished", outcome=fit.outcome.code, message=fit.outcome.value)
 
     def _note_stage(self, progress: Progress) -> None:
-        cost = progress.cost
-        self.journal.note(
-            "stage",
-            number=progress.number,
-            total=progress.total,
-            stage=progress.stage,
-            line=progress.line,
-            cost=float(cost) if cost is not None and math.isfinite(cost) else None,
-            elapsed_s=round(progress.elapsed_s, 3),
-        )
+        self.journal.note("stage", **_entries(progress))
+
+
+def _entries(progress: Progress) -> dict[str, Any]:
+    cost = progress.cost
+    return {
+        "number": progress.number,
+        "total": progress.total,
+        "stage": progress.stage,
+        "line": progress.line,
+        "cost": float(cost) if cost is not None and math.isfinite(cost) else None,
+        "elapsed_s": round(progress.elapsed_s, 3),
+    }

@@ -217,8 +217,12 @@ class _Making:
         allowed, total_s = np.array([not o for o in objections]), self._total_s(seconds)
         choice = select(Pool(information, before, seconds, total_s, allowed, limits.most_of_one), criterion, kept)
         if not choice.chosen:
-            why = next((f"{r.name} {o}" for r, o in zip(pool, objections, strict=True) if o), "they take too long")
-            raise UsageError(f"limits: no record can be taken in {total_s:g} s within them, as {why}; widen them")
+            why = next((f", as {r.name}: {o}" for r, o in zip(pool, objections, strict=True) if o), "")
+            out = sum(map(bool, objections))
+            raise UsageError(
+                f"limits: none of {len(pool)} records can be taken in {total_s:g} s; {out} are left out{why}; "
+                "widen the limits, or give other candidates"
+            )
         return choice
 
     def _index(self, name: str) -> int:

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.design.criterion import sizes
 from mechid.design.planned import PlannedRecord
 from mechid.identification.draws import DEPARTURE
 from mechid.identification.parallel import mapped
@@ -20,6 +21,8 @@ from mechid.identification.space import SearchSpace
 
 FloatArray = NDArray[np.float64]
 MECHANISMS, DRAWS = 8, 3
+FARTHEST = 0.01
+"""Of a coordinate's size."""
 
 
 def departing_share(
@@ -51,7 +54,8 @@ def departing_share(
     """
     looked = points[:MECHANISMS]
     rng = np.random.default_rng((seed, 3))
-    steps = np.array([_root(m) @ rng.standard_normal((space.size, DRAWS)) for m in reference[: len(looked)]])
+    size = sizes(space, points)
+    steps = np.array([_root(m, size) @ rng.standard_normal((space.size, DRAWS)) for m in reference[: len(looked)]])
     drawn = np.clip(looked[:, None] + steps.transpose(0, 2, 1), space.lower, space.upper)
 
     def share(k: int) -> float:
@@ -62,9 +66,11 @@ def departing_share(
     return np.array(mapped(share, range(len(records)), workers))
 
 
-def _root(information: FloatArray) -> FloatArray:
-    values, vectors = np.linalg.eigh(information)
-    return np.asarray(vectors / np.sqrt(np.maximum(values, 1e-300)))
+def _root(information: FloatArray, size: FloatArray) -> FloatArray:
+    """Return a root of the inverse; no axis of it is longer than `FARTHEST`, what is not known stays near by."""
+    values, vectors = np.linalg.eigh(information * np.outer(size, size))
+    lengths = np.minimum(1.0 / np.sqrt(np.maximum(values, 1e-300)), FARTHEST)
+    return np.asarray(size[:, None] * vectors * lengths, dtype=np.float64)
 
 
 def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: FloatArray) -> float:

@@ -24,7 +24,7 @@ from mechid.identification.journal import Journal
 from mechid.identification.parallel import mapped
 from mechid.identification.problem import Problem
 from mechid.identification.reduction import combined
-from mechid.identification.reopened import Optimum, values_at
+from mechid.identification.reopened import Optimum
 from mechid.identification.solve import solve
 from mechid.identification.target import Target
 from mechid.identification.uncertainty import residual, uncertainty
@@ -169,7 +169,7 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
     """Return the refit of one draw, from the estimate."""
     rng = np.random.default_rng((seed, number))
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
-    here = values_at(world.problem, optimum.q)
+    here = world.problem.values(optimum.q)
     priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
               for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
     problem = replace(world.problem, targets=targets, priors=priors)
@@ -183,7 +183,7 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
         outcome = DrawOutcome.CLIFF
     elif _distance(world, solution.q - optimum.q) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
         outcome = DrawOutcome.ELSEWHERE
-    return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": values_at(problem, solution.q)}
+    return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.values(solution.q)}
 
 
 def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:

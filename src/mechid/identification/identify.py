@@ -103,6 +103,7 @@ def identify(
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
         trail.warnings += rejection_warnings(trail.problem)
+        trail.tell("standard errors", "put to the test by draws")
         return conclude(campaign, trail.ending(seed, frozen))
 
 

@@ -85,6 +85,12 @@ class Problem:
         pairs = zip(self.names[first:], self.start[first:].tolist(), strict=True)
         return np.array([values.get(name, start) for name, start in pairs])
 
+    def values(self, q: FloatArray) -> dict[str, float]:
+        """Return the file's values of all that is free, by dotted name, at `q`."""
+        mechanism = self.space.at(q[: self.space.size])  # angles are wrapped there
+        own = {p.name: mechanism.value(p.name) for p in mechanism.free}
+        return own | dict(zip(self.names[self.space.size :], q[self.space.size :].tolist(), strict=True))
+
     @property
     def names(self) -> tuple[str, ...]:
         """Dotted name behind every coordinate; both parts of a detent have that of its amplitude."""

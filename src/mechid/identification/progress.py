@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
 class Progress:
-    """One report: stage `number` of `total`, its name, a line on where it stands, cost, seconds so far."""
+    """One report: stage `number` of `total`, its name, a line on where it stands, cost, seconds so far.
+
+    `values` are those of the parameters that the stage moves, by dotted name, at the best point so far.
+    """
 
     number: int
     total: int
@@ -16,6 +19,7 @@ class Progress:
     line: str
     cost: float | None
     elapsed_s: float
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 Listener = Callable[[Progress], None]

@@ -69,15 +69,7 @@ class Optimum:
 
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values of the parameters that the fit moved, at a point."""
-        return values_at(self.problem, q)
-
-
-def values_at(problem: Problem, q: FloatArray) -> dict[str, float]:
-    """Return the file's values of all that is free, by name."""
-    size = problem.space.size
-    mechanism = problem.space.at(q[:size])  # angles are wrapped there
-    own = {p.name: mechanism.value(p.name) for p in mechanism.free}
-    return own | dict(zip(problem.names[size:], q[size:].tolist(), strict=True))
+        return self.problem.values(q)
 
 
 def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> Optimum:

@@ -39,10 +39,10 @@ def follow_stages(trail: Trail, campaign: Campaign) -> None:
                 trail.warnings.append(f"stage {number} did not converge: {trail.stages[-1].note}")
             if not math.isfinite(trail.stages[-1].cost):
                 return
-            values |= _free_values(trail)
+            values |= trail.values
         trail.outcome = FitOutcome.STAGES_DONE
     finally:
-        begin(trail, campaign, begun, values | _free_values(trail))
+        begin(trail, campaign, begun, values | trail.values)
     options = replace(campaign.options, colour="none")  # no fit follows
     trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
 
@@ -73,14 +73,6 @@ def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Ma
     )
     offset = values.get(own.name, own.value)
     return replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand)
-
-
-def _free_values(trail: Trail) -> dict[str, float]:
-    """Return where the trail stands, by name of what is free there."""
-    problem, size = trail.problem, trail.problem.space.size
-    mechanism = problem.space.at(trail.q[:size])
-    delays = zip(problem.names[size:], trail.q[size:].tolist(), strict=True)
-    return {**{p.name: mechanism.value(p.name) for p in mechanism.free}, **dict(delays)}
 
 
 def _window(target: Target, stage: Stage) -> Window:

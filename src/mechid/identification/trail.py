@@ -68,7 +68,12 @@ class Trail:
     def tell(self, stage: str, line: str, cost: float | None = None) -> None:
         """Report progress of the stage at work."""
         number = min(len(self.stages) + 1, self.total)
-        self.listener(Progress(number, self.total, stage, line, cost, self.clock() - self.began))
+        self.listener(Progress(number, self.total, stage, line, cost, self.clock() - self.began, self.values))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The file's values of all that is free, by name, where the search stands."""
+        return self.problem.values(self.q)
 
     def ending(self, seed: int, frozen: Sequence[Frozen] = ()) -> Ending:
         """Return where the search stands, for the conclusion."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from html import escape
 
 import sympy as sp
 from sympy.printing.mathml import mathml
@@ -76,16 +77,46 @@ def equations_mathml(plant: Plant) -> tuple[Section, ...]:
     return tuple(section for section in _sections(plant, MATHML) if section.lines)
 
 
+def equations_with(plant: Plant, name: str) -> tuple[tuple[str, str], ...]:
+    """Return the terms, rates and margins of switches in which a parameter of the file stands.
+
+    Parameters
+    ----------
+    plant : Plant
+    name : str
+        Dotted name of one of its declarations.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Left and right sides as presentation MathML without the ``math`` element.
+    """
+    own = sp.Symbol(plant.declarations[name].symbol)
+    symbols = {s for s, e in plant.coordinates.items() if own in e.free_symbols}
+    sides = [(_mathml(s), e) for s, e in plant.terms]
+    rates = [*zip(plant.states, plant.rates, strict=True), *_filter_rates(plant)]
+    sides += [(MATHML.rate.format(_mathml(s)), e) for s, e in rates]
+    guards = [(switch.name, g) for switch in plant.switches for held in switch.guards.values() for g in held]
+    sides += [(MATHML.word.format(escape(f"margin of {switch}")), g.margin) for switch, g in guards]
+    return tuple((left, _mathml(e)) for left, e in sides if symbols & e.free_symbols)
+
+
+def _filter_rates(plant: Plant) -> list[tuple[sp.Symbol, sp.Expr]]:
+    """Return the rates of the linear part behind the plant."""
+    filtered = plant.filter
+    if not filtered.states:
+        return []
+    flow = filtered.A * sp.Matrix(filtered.states) + filtered.B * sp.Matrix(filtered.inputs)
+    return list(zip(filtered.states, flow, strict=True))
+
+
 def _sections(plant: Plant, style: Style) -> Iterator[Section]:
-    show, filtered = style.expression, plant.filter
+    show = style.expression
     yield Section("Terms", tuple((show(s), show(e)) for s, e in plant.terms))
     yield Section("Rates", tuple(_rates(zip(plant.states, plant.rates, strict=True), style)))
-    if filtered.states:
-        flow = filtered.A * sp.Matrix(filtered.states) + filtered.B * sp.Matrix(filtered.inputs)
-        yield Section(
-            "Rates of the linear part, solved in closed form",
-            tuple(_rates(zip(filtered.states, flow, strict=True), style)),
-        )
+    if plant.filter.states:
+        flow = tuple(_rates(_filter_rates(plant), style))
+        yield Section("Rates of the linear part, solved in closed form", flow)
     yield Section("Measured", tuple((style.word.format(q), show(e)) for q, e in plant.outputs.items()))
     for switch in plant.switches:
         yield Section(f"Modes of {switch.name}", tuple(_modes(switch, style)), ":")

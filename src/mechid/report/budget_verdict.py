@@ -134,7 +134,9 @@ def _coupling(data: Data) -> list[str]:
         f"|driving-point receptance x dynamic stiffness| is {plain(gain, 2)} at most where lines stand or pass; "
         f"one-way suffices where it is far below 1, here {enough:g}: "
     )
-    out = [said + ("it does." if gain <= enough else "it does not, take the two-way result.")]
+    joined = any(mode["line_of_sight_rms_two_way_rad"] is not None for mode in data["modes"])
+    remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
+    out = [said + ("it does." if gain <= enough else f"it does not, {remedy}.")]
     for mode in data["modes"]:
         two_way = mode["line_of_sight_rms_two_way_rad"]
         if two_way is None:

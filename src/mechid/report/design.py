@@ -43,7 +43,7 @@ LOSSES = (
     Column("pull-in steps/s", "pull_in"),
     Column("pull-out steps/s", "pull_out"),
 )
-SHOWN_PEAKS = 4
+SHOWN_PEAKS, SHOWN_OBJECTIONS = 4, 12
 Row = Mapping[str, Any]
 
 
@@ -223,4 +223,6 @@ def peak_lines(data: Row) -> list[str]:
 
 
 def _left_out(data: Row) -> list[str]:
-    return [f"{c['name']}: {c['objection']}" for c in data["candidates"] if c["objection"]]
+    lines = [f"{c['name']}: {c['objection']}" for c in data["candidates"] if c["objection"]]
+    more = len(lines) - SHOWN_OBJECTIONS
+    return [*lines[:SHOWN_OBJECTIONS], f"and {more} more, which stand in {JSON}"] if more > 0 else lines

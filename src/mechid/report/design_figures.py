@@ -88,7 +88,7 @@ def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
     for ax, (changed, label, unchanged) in zip(axes, kinds, strict=True):
         for stepping, (colour, style) in STEPPINGS.items():
             rows = [r for r in data["step_loss"] if r["stepping"] == stepping and r["changed"] in ("", changed)]
-            points = sorted((unchanged if not r["changed"] else r["to"], r) for r in rows) if rows else []
+            points = sorted(((r["to"] if r["changed"] else unchanged, r) for r in rows), key=lambda p: p[0])
             x = [p[0] for p in points]
             for key, marker in (("pull_in", "o"), ("pull_out", "^")):
                 y = [float("nan") if p[1][key]["rate"] is None else p[1][key]["rate"] for p in points]

@@ -53,7 +53,7 @@ def report_page(
         kinds=plot_items(),
         curves=drawn,
         style=asset("report.css"),
-        script=asset("report.js"),
+        script=asset("painted.js") + asset("report.js"),
     )  # fmt: skip
 
 
@@ -66,10 +66,10 @@ def _shown(one: Curves) -> dict[str, str]:
     }  # fmt: skip
 
 
-def environment() -> Environment:
-    """Return the environment of the pages' templates; texts are escaped."""
+def environment(package: str = "mechid.report") -> Environment:
+    """Return the environment of a package's templates; texts are escaped."""
     environment = Environment(
-        loader=PackageLoader("mechid.report"),
+        loader=PackageLoader(package),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

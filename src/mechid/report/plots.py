@@ -50,52 +50,52 @@ def library() -> str:
 def _torque() -> Any:
     """Measured and modelled torque over their residual, on one time axis."""
     time = Range1d(start=0.0, end=1.0, name="time")
-    above = _figure(TIME, TORQUE, height=TORQUE_HEIGHT, x_range=time)
-    below = _figure(TIME, RESIDUAL, height=RESIDUAL_HEIGHT, x_range=time)
-    curves = [_curve(above, name) for name in ("measured", "modelled")]
-    residual = _curve(below, "residual")
-    _legend(above, curves)
+    above = empty_plot(TIME, TORQUE, height=TORQUE_HEIGHT, x_range=time)
+    below = empty_plot(TIME, RESIDUAL, height=RESIDUAL_HEIGHT, x_range=time)
+    curves = [add_curve(above, name) for name in ("measured", "modelled")]
+    residual = add_curve(below, "residual")
+    add_legend(above, curves)
     for plot, lines in ((above, curves), (below, [residual])):
-        plot.add_tools(_hover(lines, [("time", "@x{0.000000} s"), ("torque", "@y{0.000000} N m")]))
+        plot.add_tools(hover_on(lines, [("time", "@x{0.000000} s"), ("torque", "@y{0.000000} N m")]))
     above.xaxis.visible = False
-    return _stacked([above, below])
+    return stacked([above, below])
 
 
 def _spectrum() -> Any:
     """Amplitude spectra with the orders of the step rate, or the resonances of a sweep."""
-    plot = _figure(FREQUENCY, AMPLITUDE, y_axis_type="log", x_range=Range1d(start=0.0, end=1.0, name="frequency"))
+    plot = empty_plot(FREQUENCY, AMPLITUDE, y_axis_type="log", x_range=Range1d(start=0.0, end=1.0, name="frequency"))
     plot.y_range = Range1d(start=1e-6, end=1.0, name="amplitude")
     for name in ("order", "resonance"):
         source = ColumnDataSource({"x": [], "y": [], "label": []}, name=f"{name} marks")
         plot.vspan(x="x", source=source, name=name, line_width=1, line_dash="dashed")
         plot.text(x="x", y="y", text="label", source=source, name=f"{name} label", text_font={"value": FONT},
                   text_font_size="11px", text_baseline="top", x_offset=3)  # fmt: skip
-    curves = [_line(plot, name) for name in ("residual", "measured", "modelled")]
-    _legend(plot, [curves[1], curves[2], curves[0]])
-    plot.add_tools(_hover(curves, [("frequency", "@x{0.0} Hz"), ("amplitude", "@y{0.000000} N m")]))
+    curves = [add_line(plot, name) for name in ("residual", "measured", "modelled")]
+    add_legend(plot, [curves[1], curves[2], curves[0]])
+    plot.add_tools(hover_on(curves, [("frequency", "@x{0.0} Hz"), ("amplitude", "@y{0.000000} N m")]))
     return plot
 
 
 def _density() -> Any:
     """Power density of the residual beside that of the record's noise floor."""
-    plot = _figure(FREQUENCY, DENSITY, x_axis_type="log", y_axis_type="log")
+    plot = empty_plot(FREQUENCY, DENSITY, x_axis_type="log", y_axis_type="log")
     plot.y_range = Range1d(start=1e-6, end=1.0, name="density")
-    curves = [_line(plot, name) for name in ("residual", "noise")]
-    _legend(plot, curves, {"noise": "noise floor"})
-    plot.add_tools(_hover(curves[:1], [("frequency", "@x{0.0} Hz"), ("density", "@y{0.00e+0} N m/√Hz")]))
+    curves = [add_line(plot, name) for name in ("residual", "noise")]
+    add_legend(plot, curves, {"noise": "noise floor"})
+    plot.add_tools(hover_on(curves[:1], [("frequency", "@x{0.0} Hz"), ("density", "@y{0.00e+0} N m/√Hz")]))
     return plot
 
 
 def _correlation() -> Any:
     """Autocorrelation of the residual, and the limits of a white one."""
-    plot = _figure(LAG, CORRELATION)
+    plot = empty_plot(LAG, CORRELATION)
     plot.yaxis.formatter.use_scientific = False
     source = ColumnDataSource({"x": [], "y": []}, name="residual data")
     bars = plot.vbar(x="x", top="y", width=0.7, source=source, name="residual bars", line_color=None)
     limit = ColumnDataSource({"y": []}, name="limit")
     spans = plot.hspan(y="y", source=limit, name="noise", line_dash="dashed")
-    _legend(plot, [bars, spans], {"residual bars": "residual", "noise": "95 % limits of white noise"})
-    plot.add_tools(_hover([bars], [("lag", "@x"), ("autocorrelation", "@y{0.0000}")]))
+    add_legend(plot, [bars, spans], {"residual bars": "residual", "noise": "95 % limits of white noise"})
+    plot.add_tools(hover_on([bars], [("lag", "@x"), ("autocorrelation", "@y{0.0000}")]))
     return plot
 
 
@@ -108,11 +108,11 @@ def _spectrogram() -> Any:
                    title_text_font_style="normal", title_text_font=FONT, major_label_text_font=FONT)  # fmt: skip
     plots[1].add_layout(bar, "below")
     plots[1].height += 60
-    return _stacked(plots)
+    return stacked(plots)
 
 
 def _image(which: str, mapper: LogColorMapper, time: Range1d, frequency: Range1d) -> Any:
-    plot = _figure(TIME, f"{which}: {FREQUENCY}", x_range=time)
+    plot = empty_plot(TIME, f"{which}: {FREQUENCY}", x_range=time)
     plot.y_range = frequency
     source = ColumnDataSource({"image": [], "x": [], "y": [], "dw": [], "dh": []}, name=f"{which} image")
     plot.image("image", x="x", y="y", dw="dw", dh="dh", source=source, color_mapper=mapper)
@@ -122,12 +122,13 @@ def _image(which: str, mapper: LogColorMapper, time: Range1d, frequency: Range1d
     resonance = plot.hspan(y="y", source=spans, name="resonance over", line_dash="dotted", line_width=1.5)
     if which == "measured":
         names = {"order over": "orders ½, 1, 2, 3, 4 of the step rate", "resonance over": "resonances"}
-        _legend(plot, [order, resonance], names)
+        add_legend(plot, [order, resonance], names)
     plot.grid.visible = False
     return plot
 
 
-def _figure(x_label: str, y_label: str, *, height: int = HEIGHT, **more: Any) -> Any:
+def empty_plot(x_label: str, y_label: str, *, height: int = HEIGHT, **more: Any) -> Any:
+    """Return a figure as wide as its place, its axes labelled, without curves."""
     plot = figure(
         height=height,
         sizing_mode="stretch_width",
@@ -148,24 +149,27 @@ def _figure(x_label: str, y_label: str, *, height: int = HEIGHT, **more: Any) ->
     return plot
 
 
-def _curve(plot: Any, name: str) -> Any:
+def add_curve(plot: Any, name: str) -> Any:
     """Add a line whose samples show as points where there is room for them."""
-    line = _line(plot, name)
+    line = add_line(plot, name)
     plot.scatter("x", "y", source=line.data_source, size=4, name=f"{name} samples", visible=False)
     return line
 
 
-def _line(plot: Any, name: str) -> Any:
+def add_line(plot: Any, name: str) -> Any:
+    """Add a line over an empty source; both are found by the name."""
     source = ColumnDataSource({"x": [], "y": []}, name=f"{name} data")
     width = 2.4 if name == "measured" else 1.2
     return plot.line("x", "y", source=source, name=name, line_width=width, line_join="round")
 
 
-def _hover(renderers: list[Any], tips: list[tuple[str, str]]) -> HoverTool:
+def hover_on(renderers: list[Any], tips: list[tuple[str, str]]) -> HoverTool:
+    """Return a tool that tells the name and values of a curve under the pointer."""
     return HoverTool(renderers=renderers, tooltips=[("", "$name"), *tips], mode="mouse", line_policy="nearest")
 
 
-def _legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None = None) -> None:
+def add_legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None = None) -> None:
+    """Add a legend above a figure; a click hides a curve."""
     named = partial((words or {}).get)
     items = [(named(r.name) or r.name, [r]) for r in renderers]
     legend = Legend(items=items, orientation="horizontal", click_policy="hide", label_text_font=FONT, ncols="auto",
@@ -173,7 +177,8 @@ def _legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None = 
     plot.add_layout(legend, "above")
 
 
-def _stacked(plots: list[Any]) -> Any:
+def stacked(plots: list[Any]) -> Any:
+    """Return figures one above the other with one toolbar."""
     options: Any = {"logo": None, "active_drag": None}
     rows: Any = [[plot] for plot in plots]
     return gridplot(rows, sizing_mode="stretch_width", merge_tools=True,

@@ -7,6 +7,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
+MOST_AT_ONCE = 2**20
+"""Samples that are looked at together, which bounds the memory that it takes."""
 
 
 def envelope(y: FloatArray, columns: int) -> IndexArray:
@@ -27,9 +29,17 @@ def envelope(y: FloatArray, columns: int) -> IndexArray:
     if y.size <= 4 * columns:
         return np.arange(y.size, dtype=np.int64)
     edges = np.arange(columns + 1, dtype=np.int64) * y.size // columns
-    parts = [(y[a:b], a) for a, b in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)]
-    both = [sorted((a + int(np.argmin(part)), a + int(np.argmax(part)))) for part, a in parts]
-    return np.unique(np.array(both, dtype=np.int64))
+    at_once = max(MOST_AT_ONCE * columns // y.size, 1)
+    both = [_extremes(y, edges[a : a + at_once + 1]) for a in range(0, columns, at_once)]
+    return np.unique(np.concatenate(both))
+
+
+def _extremes(y: FloatArray, edges: IndexArray) -> IndexArray:
+    """Return the first least and the first largest sample of each column between edges, (2, columns)."""
+    widest = int(np.diff(edges).max())
+    inside = np.minimum(edges[:-1, None] + np.arange(widest), edges[1:, None] - 1)  # a short column ends twice
+    values = y[inside]
+    return np.asarray(edges[:-1] + np.array([values.argmin(axis=1), values.argmax(axis=1)]), dtype=np.int64)
 
 
 def peak_groups(frequency: FloatArray, most: int) -> IndexArray:

@@ -1,0 +1,41 @@
+"""``mechid explore``: a local page on which parameters are turned and fits watched."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def explore(
+    campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
+    fit: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="Result folder of mechid identify; without it the campaign's own folder."),
+    ] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; any that is free without it.")] = 0,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads of a fit; one per core without it.")] = None,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
+) -> None:
+    """Turn parameters and watch the model follow; fit from where they are."""
+    from mechid.campaign import load_campaign
+    from mechid.campaign.bench import TRUTH_NAME
+    from mechid.cli.journal import FILE_NAME as JOURNAL_NAME
+    from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.identification.estimate_file import FILE_NAME
+    from mechid.web import Explorer, Source, read_estimated
+
+    loaded = load_campaign(campaign)
+    prepare_kernels(loaded)
+    folder = fit or loaded.path.parent
+    journal = folder / JOURNAL_NAME
+    has_estimate = (folder / FILE_NAME).is_file() or (fit is not None and not journal.is_file())
+    estimate = read_estimated(folder / FILE_NAME, loaded) if has_estimate else None
+    synthetic = (loaded.path.parent / TRUTH_NAME).is_file()
+    explorer = Explorer(Source(loaded, estimate, workers, journal, is_synthetic=synthetic), port)
+    explorer.serve(opens_browser=browser, ready=_ready)
+
+
+def _ready(address: str) -> None:
+    typer.echo(f"{address}  (this machine alone; Ctrl-C ends it)")

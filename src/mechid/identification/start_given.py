@@ -1,0 +1,71 @@
+"""Identify from values that the user gives: they take the place of the search for a start."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.fit import Fit
+from mechid.identification.gates import grow
+from mechid.identification.identify import identify, make_problem
+from mechid.identification.progress import Listener, Progress, silent
+from mechid.identification.trail import Trail
+
+FloatArray = NDArray[np.float64]
+
+
+def identify_from(
+    campaign: Campaign,
+    values: Mapping[str, float],
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+) -> Fit:
+    """Identify from a start: horizons grow from it to the records' ends, then all that is free is fitted jointly.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its stages are left out.
+    values : mapping of str to float
+        By dotted name; what is not among them starts at the file's value.
+    seed, workers, listener
+        As of `identify`.
+
+    Returns
+    -------
+    Fit
+        Also where the fit did not succeed: its `outcome` says so.
+
+    Raises
+    ------
+    FitError
+        If nothing is free, or no record is to be estimated from.
+    """
+    planned = replace(campaign, stages=())
+    problem = make_problem(planned, workers or os.cpu_count() or 1)
+    trail = Trail(problem, listener, 3, problem.point(values), problem.whole())
+    total = sum(t.samples for t in problem.targets)
+
+    def tell(line: str) -> None:
+        trail.tell("gated growth", line, problem.total_norm(trail.q, trail.windows) ** 2)
+
+    def told(q: FloatArray, gates: Mapping[str, int]) -> None:
+        trail.at(q)
+        tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
+
+    tell("begins")
+    trail.at(grow(problem, trail.q, np.random.default_rng(seed), told).q)
+    spent = trail.clock() - trail.began
+
+    def told_of_the_rest(progress: Progress) -> None:
+        number = min(progress.number + 1, 3)
+        listener(replace(progress, number=number, total=3, elapsed_s=spent + progress.elapsed_s))
+
+    return identify(planned, seed=seed, workers=workers, listener=told_of_the_rest, near=trail.values)

@@ -1,0 +1,7 @@
+"""The explorer: a local page on which parameters are turned and fits watched."""
+
+from mechid.web.estimate import Estimate, read_estimated
+from mechid.web.server import Explorer
+from mechid.web.session import Source
+
+__all__ = ["Estimate", "Explorer", "Source", "read_estimated"]

@@ -1,0 +1,21 @@
+"""The equations in which a parameter stands, as MathML, worked out when they are asked for."""
+
+from __future__ import annotations
+
+from mechid.kernel.equation_text import equations_with
+from mechid.plant.plant import Plant
+
+
+class Equations:
+    """The equations of one plant by parameter; shared by all tabs."""
+
+    def __init__(self, plant: Plant) -> None:
+        self.plant = plant
+        self._known: dict[str, list[tuple[str, str]]] = {}
+
+    def of(self, name: str) -> list[tuple[str, str]]:
+        """Return left and right sides of the equations in which a parameter of the file stands, as MathML."""
+        if name not in self._known:
+            lines = equations_with(self.plant, name) if name in self.plant.declarations else ()
+            self._known[name] = list(lines)
+        return self._known[name]

@@ -1,0 +1,73 @@
+"""What a finished fit says, as the page needs it: values, errors, and the report's verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.analysis import validate
+from mechid.analysis.prediction import as_fitted
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.fit import Fit
+from mechid.identification.fit_file import read_fit
+from mechid.report import report_data
+from mechid.report.contents import report_contents
+
+
+@dataclass(frozen=True, kw_only=True)
+class Estimate:
+    """A finished fit.
+
+    Attributes
+    ----------
+    source : str
+        Where it comes from, in words.
+    values : mapping of str to float
+        Of all parameters, by dotted name.
+    sigmas : mapping of str to float
+        Standard errors of those that have one.
+    summary : mapping
+        The report's verdict: grade, headline, questions with answers.
+    records : tuple of CampaignRecord
+        As the fit took them.
+    """
+
+    source: str
+    values: Mapping[str, float]
+    sigmas: Mapping[str, float]
+    summary: Mapping[str, Any]
+    records: tuple[CampaignRecord, ...] = ()
+
+    def away(self, name: str, value: float) -> float | None:
+        """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
+        if name not in self.sigmas:
+            return None
+        off = value - self.values[name]
+        if name.endswith("_deg"):
+            off = (off + 180.0) % 360.0 - 180.0
+        return off / self.sigmas[name]
+
+
+def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
+    """Return what a fit of the campaign says; its records are simulated again to judge it."""
+    data = report_data(fit, validation=validate(campaign, fit))
+    return Estimate(
+        source=source,
+        values={name: p.value for name, p in fit.parameters.items()},
+        sigmas={name: p.std_error for name, p in fit.parameters.items() if p.std_error},
+        summary=report_contents(data, campaign, fit)["summary"],
+        records=tuple(as_fitted(record, fit) for record in campaign.records),
+    )
+
+
+def read_estimated(path: Path, campaign: Campaign) -> Estimate:
+    """Return what an estimate.json says.
+
+    Raises
+    ------
+    InputFileError
+        The file is damaged, or is not of this campaign as it is now.
+    """
+    return estimate_of(read_fit(path, campaign), campaign, str(path))

@@ -1,0 +1,260 @@
+"""The figures of the page: one slot a record, and the run of a fit. Their parts are found by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
+from numpy.typing import NDArray
+
+from mechid.report.plots import FREQUENCY, TIME, empty_plot, hover_on, stacked
+from mechid.report.quantities import AMPLITUDE, RESIDUAL, TORQUE, quantity_words
+from mechid.signal import envelope
+from mechid.units import unit_words
+from mechid.web.picture import Effect, Picture, Scene
+
+FloatArray = NDArray[np.float64]
+COLUMNS = 300
+"""Of a picture; each holds the least and the largest sample of every curve."""
+OVER_TIME = ("time", "measured", "modelled", "residual", "estimate")
+SPECTRA = ("frequency", "residual spectrum", "measured spectrum", "modelled spectrum", "estimate spectrum")
+"""Columns of a slot's source: what the curves are drawn over, and the curves."""
+LEFT = 68
+"""Pixels left of all axes, so that they stand in line."""
+MARGIN = 0.02
+TORQUE_HEIGHT, RESIDUAL_HEIGHT, EFFECT_HEIGHT, SPECTRUM_HEIGHT, RUN_HEIGHT, PLACES_HEIGHT = 230, 130, 130, 230, 170, 270
+LEAST_RESIDUAL, LEAST_EFFECT = 5.0, 0.1
+"""Of a record's noise: the least height of the axes of residual and effect."""
+TINY = 1e-15
+ROUND = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
+EFFECT = "effect, N m"
+REPORTS, COST, PLACE = "reports of the fit", "cost a sample", "place between its ends"
+FEWEST_REPORTS = 10.0
+LABEL_GAP = 0.05
+LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8a8a8a", "#9467bd")
+"""Okabe and Ito's, and two more: legible on light and dark."""
+Course = Sequence[tuple[int, float]]
+"""Number of a report, and a value."""
+
+
+class Slot:
+    """The figures of one record that is shown: torque, residual and effect on one time axis, and the spectrum.
+
+    All curves but the effect's are columns of one source, the shorter ones padded, so that a picture is one message
+    and is drawn at once. What the colours mean the page says: legends of Bokeh's own took half of the drawing.
+    """
+
+    def __init__(self, number: int) -> None:
+        self.time = Range1d(start=0.0, end=1.0)
+        self.frequency = Range1d(start=0.0, end=1.0)
+        self.curves = ColumnDataSource({name: [] for name in (*OVER_TIME, *SPECTRA)})
+        self.effect = ColumnDataSource({"time": [], "effect": []})
+        self.orders = ColumnDataSource({"x": []})
+        self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
+        self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
+        self.limits: dict[str, tuple[float, float]] = {}
+        self.axes: dict[str, Any] = {}
+        self.roots = {f"time_{number}": self._time_plots(), f"spectrum_{number}": self._spectrum_plot()}
+        for name, root in self.roots.items():
+            root.name = name
+
+    def _time_plots(self) -> Any:
+        labels = {
+            "torque": (TORQUE, TORQUE_HEIGHT),
+            "residual": (RESIDUAL, RESIDUAL_HEIGHT),
+            "effect": (EFFECT, EFFECT_HEIGHT),
+        }
+        plots = {
+            name: empty_plot(
+                TIME, label, height=height, x_range=self.time, y_range=self.heights[name], min_border_left=LEFT
+            )
+            for name, (label, height) in labels.items()
+        }
+        for name in ("measured", "modelled", "estimate"):
+            self._line(plots["torque"], "time", name)
+        self._line(plots["residual"], "time", "residual")
+        plots["effect"].line("time", "effect", source=self.effect, name="effect", line_width=1.2)
+        for plot in plots.values():
+            tips = [("time", "@time{0.000000} s"), ("value", "$y{0.000000}")]
+            plot.add_tools(hover_on(list(plot.renderers), tips))
+            plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
+        self.axes = {"": plots["torque"].yaxis, "residual": plots["residual"].yaxis, "effect": plots["effect"].yaxis}
+        plots["torque"].xaxis.visible = plots["residual"].xaxis.visible = False
+        return stacked(list(plots.values()))
+
+    def _spectrum_plot(self) -> Any:
+        plot = empty_plot(FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency,
+                          y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
+        plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
+        lines = [self._line(plot, "frequency", name) for name in SPECTRA[1:]]
+        tips = [("frequency", "@frequency{0.0} Hz"), ("amplitude", "$y{0.000000}")]
+        plot.add_tools(hover_on(lines, tips))
+        self.axes["amplitude"] = plot.yaxis
+        return plot
+
+    def _line(self, plot: Any, over: str, name: str) -> Any:
+        width = 2.4 if name.startswith("measured") else 1.2
+        dash = "dashed" if name.startswith("estimate") else "solid"
+        return plot.line(over, name, source=self.curves, name=name, line_width=width, line_dash=dash, line_join="bevel")
+
+    def frame(self, picture: Picture, scene: Scene) -> None:
+        """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
+        end = picture.start_s + (picture.measured.size - 1) * picture.interval_s
+        self.time.update(start=picture.start_s, end=end, reset_start=picture.start_s, reset_end=end)
+        top = scene.shown_hz
+        self.frequency.update(start=0.0, end=top, reset_start=0.0, reset_end=top)
+        self.orders.data = {"x": [hz for hz in scene.orders_hz if hz <= top]}
+        quantity, unit = quantity_words(scene.match.quantity), unit_words(scene.match.quantity)
+        for words, axis in self.axes.items():
+            axis.axis_label = f"{words or quantity}, {unit}"
+
+    @property
+    def view(self) -> tuple[float, float]:
+        """Record time in s from and to which the axis runs, also zoomed."""
+        ends: Any = self.time.start, self.time.end
+        return float(ends[0]), float(ends[1])
+
+    def show(self, picture: Picture, estimate: Picture | None) -> None:
+        """Draw a record beside the model, and the estimate's curves where they are wanted."""
+        own = [picture.measured, picture.modelled, picture.residual]
+        kept = self._kept(picture, [*own, estimate.modelled] if estimate else own)
+        other = estimate.modelled if estimate else np.full(picture.modelled.size, np.nan)
+        spectra = [picture.residual_spectrum, picture.measured_spectrum, picture.modelled_spectrum]
+        spectra.append(estimate.modelled_spectrum if estimate else np.full(picture.frequency_hz.size, np.nan))
+        times = picture.start_s + kept * picture.interval_s
+        over_time = dict(zip(OVER_TIME, [times, *(y[kept] for y in (*own, other))], strict=True))
+        self.curves.data = padded(over_time | dict(zip(SPECTRA, [picture.frequency_hz, *spectra], strict=True)))
+        self._set_heights(picture)
+
+    def show_effect(self, picture: Picture, effect: Effect) -> None:
+        """Draw what a small step of the knob in hand does."""
+        kept = self._kept(picture, [effect.torque])
+        self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
+        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
+        self._hold("effect", -height, height)
+
+    def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
+        """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
+        start, end = self.view
+        margin = MARGIN * (end - start)
+        first = max(int((start - margin - picture.start_s) / picture.interval_s), 0)
+        last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, picture.measured.size)
+        parts = [first + envelope(y[first : max(last, first)], COLUMNS) for y in curves]
+        return np.unique(np.concatenate(parts))
+
+    def _set_heights(self, picture: Picture) -> None:
+        noise = picture.numbers.noise_sigma
+        torque = round_up(largest(picture.measured, picture.modelled))
+        residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
+        for name, height in (("torque", torque), ("residual", residual)):
+            self._hold(name, -height, height)
+        top = largest(picture.measured_spectrum, picture.modelled_spectrum)
+        line = max(noise / math.sqrt(picture.measured.size), 1e-9 * top)
+        self._hold("spectrum", 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
+
+    def _hold(self, name: str, low: float, high: float) -> None:
+        """Set an axis' ends where they are others than before, so that it stands still and a zoom is kept."""
+        if self.limits.get(name) != (low, high):
+            self.limits[name] = low, high
+            self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
+
+
+class RunFigures:
+    """The course of a fit: its cost, and where each parameter stands between its ends."""
+
+    def __init__(self) -> None:
+        self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
+        self.costs = Range1d(start=0.1, end=10.0)
+        self.cost = ColumnDataSource({"x": [], "y": []})
+        self.places = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
+        self.ends = ColumnDataSource({"x": [], "y": [], "symbol": [], "colour": []})
+        root = self._plots()
+        root.name = "run"
+        self.roots = {"run": root}
+
+    def _plots(self) -> Any:
+        cost = empty_plot(REPORTS, COST, height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports, y_range=self.costs)
+        line = cost.line("x", "y", source=self.cost, name="modelled", line_width=1.6)
+        points = cost.scatter("x", "y", source=self.cost, name="modelled points", size=4)
+        cost.add_tools(hover_on([line, points], [("report", "@x"), ("cost a sample", "@y{0.0000}")]))
+        cost.yaxis.formatter = NumeralTickFormatter(format="0.[00]a")
+        places = empty_plot(REPORTS, PLACE, height=PLACES_HEIGHT, x_range=self.reports)
+        places.y_range = Range1d(start=-0.03, end=1.03)
+        curves = places.multi_line(
+            "xs", "ys", source=self.places, name="places", line_width=1.6, line_color="colour", hover_line_width=3
+        )
+        places.text("x", "y", text="symbol", source=self.ends, text_font_size="11px", text_color="colour",
+                    text_baseline="middle", x_offset=6)  # fmt: skip
+        tips = [("parameter", "@name"), ("place", "$y{0.000}")]
+        hover = hover_on([curves], tips)
+        hover.tooltips = tips
+        places.add_tools(hover)
+        for plot in (cost, places):
+            plot.min_border_left = LEFT
+        cost.xaxis.visible = False
+        return stacked([cost, places])
+
+    def show(self, costs: Course, places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
+        """Draw the cost a sample of each report that told one, and the place of each parameter over the reports."""
+        names = [name for name, course in places.items() if course]
+        last = max([k for k, _ in costs] + [places[name][-1][0] for name in names], default=1)
+        self.reports.end = max(1.1 * last, FEWEST_REPORTS)
+        if costs:
+            told = [c for _, c in costs]
+            self.costs.update(start=0.8 * min(told), end=1.25 * max(told))
+        self.cost.data = {"x": [k for k, _ in costs], "y": [c for _, c in costs]}
+        colours = [LINES[k % len(LINES)] for k in range(len(names))]
+        self.places.data = {
+            "xs": [[k for k, _ in places[name]] for name in names],
+            "ys": [[y for _, y in places[name]] for name in names],
+            "name": names,
+            "colour": colours,
+        }
+        self.ends.data = {
+            "x": [places[name][-1][0] for name in names],
+            "y": apart([places[name][-1][1] for name in names], LABEL_GAP),
+            "symbol": [symbols[name] for name in names],
+            "colour": colours,
+        }
+
+
+def apart(places: Sequence[float], gap: float) -> list[float]:
+    """Return heights for labels near `places`, in the same order, each at least `gap` above the next lower.
+
+    Examples
+    --------
+    >>> apart([0.5, 0.1, 0.52], 0.1)
+    [0.5, 0.1, 0.6]
+    """
+    heights = list(places)
+    below = -math.inf
+    for k in sorted(range(len(heights)), key=heights.__getitem__):
+        below = heights[k] = round(max(heights[k], below + gap), 9)
+    return heights
+
+
+def padded(columns: Mapping[str, Any]) -> dict[str, FloatArray]:
+    """Return columns of one length, the shorter ones ending in NaN."""
+    size = max(y.size for y in columns.values())
+    return {name: np.pad(y, (0, size - y.size), constant_values=np.nan) for name, y in columns.items()}
+
+
+def largest(*curves: FloatArray) -> float:
+    """Return the largest finite magnitude of some curves, or a tiny one where there is none."""
+    found = [float(np.abs(y[np.isfinite(y)]).max(initial=0.0)) for y in curves]
+    return max(*found, TINY)
+
+
+def round_up(value: float) -> float:
+    """Return the next of a few round numbers, so that an axis changes seldom.
+
+    Examples
+    --------
+    >>> round_up(0.73), round_up(0.0021), round_up(1.0)
+    (0.8, 0.003, 1.0)
+    """
+    decade = 10.0 ** math.floor(math.log10(value))
+    return float(f"{next(step for step in ROUND if step * decade >= value * (1.0 - 1e-9)) * decade:.1e}")

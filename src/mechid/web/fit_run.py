@@ -1,0 +1,91 @@
+"""An identification at work in a thread: its reports so far, how it ended, and how it is stopped."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from enum import Enum
+
+from mechid.errors import MechidError
+from mechid.identification.progress import Listener, Progress
+from mechid.web.estimate import Estimate
+
+Work = Callable[[Listener], Estimate]
+
+
+class RunState(Enum):
+    """How a run stands, in words."""
+
+    RUNNING = "running"
+    FINISHED = "finished"
+    CANCELLED = "cancelled"
+    FAILED = "failed"
+
+
+class _CancelledError(BaseException):
+    """Ends the work at its next report; nothing on its way is to take it for a fault."""
+
+
+class FitRun:
+    """Runs a fit in a thread of its own; `reports` only grows, `state` leaves RUNNING once.
+
+    Parameters
+    ----------
+    work : callable
+        Given a listener, it returns what the fit says.
+    """
+
+    is_elsewhere = False
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.began = self.ended = time.perf_counter()
+        self.reports: list[Progress] = []
+        self.state = RunState.RUNNING
+        self.result: Estimate | None = None
+        self.fault = ""
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="fit", daemon=True)
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds since it began, or that it took."""
+        return (time.perf_counter() if self.state is RunState.RUNNING else self.ended) - self.began
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def cancel(self) -> None:
+        """Ask it to stop; what it has found so far is dropped."""
+        self._stop.set()
+        if self.state is RunState.RUNNING:
+            self.ended, self.state = time.perf_counter(), RunState.CANCELLED
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for the thread to end; tell whether it has."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def _listen(self, progress: Progress) -> None:
+        if self._stop.is_set():
+            raise _CancelledError
+        self.reports.append(progress)
+
+    def _run(self) -> None:
+        try:
+            result = self.work(self._listen)
+        except _CancelledError:
+            return
+        except MechidError as error:
+            self._end(RunState.FAILED, str(error))
+        except Exception as error:
+            self._end(RunState.FAILED, " ".join(f"{type(error).__name__}: {error}".split()))
+        else:
+            self.result = result
+            self._end(RunState.FINISHED)
+
+    def _end(self, state: RunState, fault: str = "") -> None:
+        if not self._stop.is_set():
+            self.fault, self.ended, self.state = fault, time.perf_counter(), state

@@ -1,0 +1,81 @@
+"""An identification at work elsewhere, followed by the journal that it writes."""
+
+from __future__ import annotations
+
+import json
+import time
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from mechid.identification.progress import Progress
+from mechid.web.fit_run import RunState
+
+SILENT_S = 120.0
+"""A run that has noted nothing for so long is taken for dead."""
+KEPT = ("number", "total", "stage", "line", "cost", "elapsed_s", "values")
+
+
+class FollowedRun:
+    """The last run of a journal: its reports so far, and whether it goes on, or has at any poll.
+
+    Parameters
+    ----------
+    path : Path
+        journal.jsonl of a result folder; it need not exist yet.
+    """
+
+    is_elsewhere = True
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.reports: list[Progress] = []
+        self.state = RunState.CANCELLED
+        self.fault = ""
+        self.is_alive = False
+        self.began_at = 0.0
+        self._read = 0
+
+    @property
+    def elapsed_s(self) -> float:
+        """Seconds that the run had taken at its last report."""
+        return self.reports[-1].elapsed_s if self.reports else 0.0
+
+    def poll(self) -> None:
+        """Read what has been added to the journal."""
+        try:
+            written = self.path.stat()
+            if written.st_size < self._read:
+                self._read = 0
+            with self.path.open("rb") as file:
+                file.seek(self._read)
+                new = file.read()
+        except OSError:
+            return
+        whole = new[: new.rfind(b"\n") + 1]
+        self._read += len(whole)
+        for line in whole.splitlines():
+            self._take(line)
+        if self.state is RunState.RUNNING and time.time() - written.st_mtime > SILENT_S:
+            self.state = RunState.CANCELLED
+        self.is_alive |= self.state is RunState.RUNNING
+
+    def has_left(self, name: str) -> bool:
+        """Tell whether the run, followed to its end, has written a file beside its journal."""
+        path = self.path.with_name(name)
+        ended = self.is_alive and self.state is RunState.FINISHED
+        return ended and path.is_file() and path.stat().st_mtime >= self.began_at
+
+    def _take(self, line: bytes) -> None:
+        try:
+            entry: dict[str, Any] = json.loads(line)
+            event = entry["event"]
+        except (ValueError, KeyError, TypeError):
+            return  # no line of a journal
+        if event in ("started", "resumed"):
+            self.reports, self.state = [], RunState.RUNNING
+            self.began_at = datetime.fromisoformat(entry["time"]).timestamp()
+        elif event == "progress":
+            self.reports.append(Progress(**{key: entry[key] for key in KEPT}))
+        elif event == "finished":
+            self.state = RunState.FINISHED

@@ -1,0 +1,111 @@
+"""What can be turned on the page: a parameter with its range, its scale, and the words that explain it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+from mechid.campaign import Campaign
+from mechid.identification.space import SearchSpace
+from mechid.parameter import Parameter, Status
+from mechid.plant.mechanism import Mechanism
+
+HALF_TURN_DEG = 180.0
+PERCENT = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class Knob:
+    """A parameter that can be turned.
+
+    Attributes
+    ----------
+    parameter : Parameter
+        At the file's value, with the knob's ends as its bounds.
+    is_log : bool
+        Whether the search takes its logarithm, and the knob does too.
+    is_bounded : bool
+        Whether the file gives the bounds; else they are mechid's own choice around the value.
+    """
+
+    parameter: Parameter
+    is_log: bool
+    is_bounded: bool
+
+    @property
+    def name(self) -> str:
+        """Dotted name."""
+        return self.parameter.name
+
+    def place(self, value: float) -> float:
+        """Return where a value lies between the ends, 0 to 1, on the knob's scale."""
+        low, high = self.parameter.min, self.parameter.max
+        inside = min(max(value, low), high)
+        if self.is_log:
+            return math.log(inside / low) / math.log(high / low)
+        return (inside - low) / (high - low)
+
+    def within(self, value: float) -> float:
+        """Return the nearest value between the ends."""
+        return min(max(value, self.parameter.min), self.parameter.max)
+
+    def step(self, value: float) -> tuple[float, str]:
+        """Return a small step at a value, and its words: a percent, a degree, or a percent of the range."""
+        if self.parameter.declaration.unit == "deg":
+            return 1.0, "1 deg"
+        if value != 0.0:
+            return PERCENT * abs(value), "1 %"
+        return PERCENT * (self.parameter.max - self.parameter.min), "1 % of its range"
+
+
+def knobs(campaign: Campaign) -> dict[str, Knob]:
+    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and free time offsets."""
+    own = [_opened(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to]
+    opened = campaign.mechanism.with_parameters({q.name: q for q in own})
+    logarithms = _logarithms(opened)
+    offsets = [q for r in campaign.records for q in r.parameters if q.is_free]
+    bounded = {q.name for q in campaign.free}
+    return {
+        q.name: Knob(parameter=q, is_log=q.name in logarithms, is_bounded=q.name in bounded) for q in (*own, *offsets)
+    }
+
+
+def _logarithms(mechanism: Mechanism) -> set[str]:
+    return {c.name for c in SearchSpace(mechanism).coordinates if c.kind == "log"}
+
+
+def _opened(q: Parameter) -> Parameter:
+    """Return a parameter free, in its bounds or, where the file has none, in a range around its value."""
+    if q.is_free:
+        return q
+    low, high = _range(q)
+    return replace(q, status=Status.FREE, min=low, max=high)
+
+
+def _range(q: Parameter) -> tuple[float, float]:
+    d = q.declaration
+    if d.unit == "deg":
+        return max(q.value - HALF_TURN_DEG, d.lower), min(q.value + HALF_TURN_DEG, d.upper)
+    if q.value == 0.0:
+        return (d.lower if math.isfinite(d.lower) else -1.0), (d.upper if math.isfinite(d.upper) else 1.0)
+    ends = sorted((q.value / d.spread, q.value * d.spread))
+    return max(ends[0], d.lower), min(ends[1], d.upper)
+
+
+def mechanism_at(
+    mechanism: Mechanism, values: Mapping[str, float], free: frozenset[str], turned: Mapping[str, Knob]
+) -> Mechanism:
+    """Return a mechanism at the values of the knobs, in which exactly `free` may be moved by a fit."""
+    own = {name: q for name, q in mechanism.parameters.items() if name in turned}
+    return mechanism.with_parameters(
+        {name: turned_to(q, values[name], turned[name], is_free=name in free) for name, q in own.items()}
+    )
+
+
+def turned_to(q: Parameter, value: float, knob: Knob, *, is_free: bool) -> Parameter:
+    """Return a parameter at a value, free within the knob's ends or known."""
+    moved = q.moved_to(value)
+    if not is_free:
+        return replace(moved, status=Status.KNOWN)
+    return replace(moved, status=Status.FREE, min=knob.parameter.min, max=knob.parameter.max)

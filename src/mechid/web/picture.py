@@ -1,0 +1,257 @@
+"""A record beside the model at some values: the curves and the numbers that one panel of the page shows."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import CampaignRecord, Match
+from mechid.identification.target import TargetChannel, channel_of
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.plant import Plant
+from mechid.report.curves import ORDERS
+from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
+from mechid.signal.trend import Line, fit_line
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.units import SI_UNIT
+from mechid.web.knobs import Knob
+
+FloatArray = NDArray[np.float64]
+MOST_BINS = 1500
+SHOWN_HZ, ORDERS_SHOWN = 500.0, 6.0
+"""A spectrum is shown up to the paper's 500 Hz, or so many times the step rate."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Numbers:
+    """How well the model matches a stretch of a record, offset and drift removed.
+
+    Attributes
+    ----------
+    residual_rms, noise_sigma : float
+        N m.
+    fit_percent : float
+    offset, drift : float
+        What was removed, N m and N m/s.
+    """
+
+    residual_rms: float
+    noise_sigma: float
+    fit_percent: float
+    offset: float
+    drift: float
+
+    @property
+    def noise_ratio(self) -> float:
+        """Residual over the record's own noise floor; 1 is all that a model can do."""
+        return self.residual_rms / self.noise_sigma if self.noise_sigma > 0.0 else math.nan
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Picture:
+    """The curves of a stretch of a record, from its first sample on; offset and drift removed.
+
+    Attributes
+    ----------
+    start_s, interval_s : float
+    measured, modelled, residual : (n,)
+        N m; the last two are NaN where the simulation failed.
+    frequency_hz, measured_spectrum, modelled_spectrum, residual_spectrum : (m,)
+        Amplitudes in N m.
+    numbers : Numbers
+    """
+
+    start_s: float
+    interval_s: float
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+    frequency_hz: FloatArray
+    measured_spectrum: FloatArray
+    modelled_spectrum: FloatArray
+    residual_spectrum: FloatArray
+    numbers: Numbers
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """What a small step of a parameter does to a record.
+
+    Attributes
+    ----------
+    words : str
+        The step, as "1 %".
+    torque : (n,)
+        Change of the torque, N m, offset and drift projected out.
+    rms : float
+        Of it, N m.
+    alone : float
+        The step's size over this record's information: the standard error, in the parameter's unit, that the stretch
+        would leave it if all other parameters were known and the residual were the record's noise.
+    """
+
+    words: str
+    torque: FloatArray
+    rms: float
+    alone: float
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """What of a record is simulated, and how: its first `seconds`, shifted, in so many steps a sample."""
+
+    seconds: float
+    time_offset_s: float
+    substeps: int
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A channel of a record that is looked at: what is prepared once, so that a picture takes one simulation.
+
+    `lanes` is the number of sensitivities whose kernel is there already.
+    """
+
+    record: CampaignRecord
+    match: Match
+    lanes: int
+    plant: Plant
+
+    @property
+    def label(self) -> str:
+        """The record's name, with the quantity where it is not the leading one."""
+        own, name = self.match.quantity, self.record.name
+        return name if own == self.record.leading else f"{name}: {own}"
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the quantity."""
+        return SI_UNIT[self.match.quantity]
+
+    @cached_property
+    def channel(self) -> TargetChannel:
+        """The channel as it is matched."""
+        return channel_of(self.record, self.match)
+
+    @cached_property
+    def base(self) -> TimeBase:
+        """The record's sample instants."""
+        data = self.record.data
+        assert data is not None
+        return TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
+
+    @cached_property
+    def simulator(self) -> Simulator:
+        """What simulates the record's command."""
+        delay = self.record.time_offset
+        latest_s = max(abs(delay.min), abs(delay.max)) if delay.is_free else abs(delay.value)
+        return Simulator(self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s)
+
+    @cached_property
+    def largest_rate(self) -> float:
+        """Largest magnitude of the commanded rate, full steps/s."""
+        return float(np.abs(self.record.command.rate.rates).max())
+
+    @property
+    def orders_hz(self) -> list[float]:
+        """Frequencies of the orders of a constant step rate; none of a varying rate, or of none."""
+        steady = len(set(self.record.command.rate.rates)) == 1 and self.largest_rate > 0.0
+        return [order * self.largest_rate for order in ORDERS] if steady else []
+
+    @cached_property
+    def shown_hz(self) -> float:
+        """Up to which frequency spectra are shown."""
+        return min(max(SHOWN_HZ, ORDERS_SHOWN * self.largest_rate), 0.5 * self.base.sample_rate_hz)
+
+    def samples(self, seconds: float) -> int:
+        """Return the number of samples of the first `seconds`, at least 2."""
+        wanted = round(min(seconds, 1e9) * self.base.sample_rate_hz) + 1
+        return min(max(wanted, 2), self.base.samples)
+
+    def steps_needed(self, mechanism: Mechanism) -> int:
+        """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
+        first = replace(self.simulator, base=self.base.first(self.samples(1.0)), known_edges=self.simulator.excitation)
+        return max(simulate_accurately(first, mechanism.kernel_values()).substeps // 2, 1)
+
+    def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
+        """Return a stretch of the record beside the model."""
+        n = self.samples(stretch.seconds)
+        modelled = np.empty(n)
+        for block in self._run(mechanism, stretch, None).blocks():
+            modelled[block.start : block.stop] = block.y[:, self._output]
+        residual = self.channel.measured[:n] - modelled
+        line = fit_line(residual, self.channel.linear) if np.all(np.isfinite(residual)) else Line()
+        removed = line.at(0, n)
+        residual -= removed
+        measured = self.channel.measured[:n] - removed
+        frequency, spectra = self._spectra(measured, modelled, residual)
+        return Picture(
+            start_s=self.base.start_s, interval_s=self.base.interval_s, measured=measured, modelled=modelled,
+            residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
+            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, line),
+        )  # fmt: skip
+
+    def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
+        """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""
+        delays = knob.name == self.record.time_offset.name
+        value = stretch.time_offset_s if delays else self._value(mechanism, knob)
+        step, words = knob.step(value)
+        slope = self._slope(mechanism, knob.name, stretch)
+        slope -= fit_line(slope, self.channel.linear).at(0, slope.size)
+        size = float(np.linalg.norm(slope))
+        alone = self.channel.sigma / size if size > 0.0 else math.inf
+        return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)
+
+    @staticmethod
+    def _value(mechanism: Mechanism, knob: Knob) -> float:
+        return mechanism.value(knob.name) if knob.name in mechanism.parameters else 0.0
+
+    def _slope(self, mechanism: Mechanism, name: str, stretch: Stretch) -> FloatArray:
+        """Return dy/d(value) of a knob, (n,); zeros of another record's time offset."""
+        delays, slope = name == self.record.time_offset.name, np.zeros(self.samples(stretch.seconds))
+        if not delays and name not in mechanism.parameters:
+            return slope
+        direction = np.zeros(len(self.plant.parameters)) if delays else mechanism.kernel_jacobian()[name]
+        for block in self._run(mechanism, stretch, direction).blocks():
+            slope[block.start : block.stop] = (
+                -block.rate[:, self._output] if delays else block.jacobian[:, self._output, 0]
+            )
+        return slope
+
+    @cached_property
+    def _output(self) -> int:
+        return list(self.plant.outputs).index(self.match.quantity)
+
+    def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
+        """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
+        return self.simulator.run(
+            mechanism.kernel_values(),
+            time_offset_s=stretch.time_offset_s,
+            substeps=stretch.substeps,
+            samples=self.samples(stretch.seconds),
+            directions=None if direction is None else np.ascontiguousarray(direction[:, None]),
+        )
+
+    def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+        """Return the peak of each group of bins up to the shown frequency, of each curve."""
+        rate = self.base.sample_rate_hz
+        both = [amplitude_spectrum(y, rate) for y in curves]
+        frequency = both[0][0]
+        kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
+        starts = peak_groups(frequency[:kept], MOST_BINS)
+        stops = np.append(starts[1:], kept)
+        return frequency[(starts + stops - 1) // 2], [np.maximum.reduceat(y[:kept], starts) for _, y in both]
+
+    def _numbers(self, measured: FloatArray, residual: FloatArray, line: Line) -> Numbers:
+        return Numbers(
+            residual_rms=float(np.sqrt(np.mean(residual**2))),
+            noise_sigma=self.channel.sigma,
+            fit_percent=fit_percent(measured, residual),
+            offset=line.offset,
+            drift=line.slope * self.base.sample_rate_hz,
+        )

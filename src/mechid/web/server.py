@@ -1,0 +1,144 @@
+"""The page's server: Bokeh's, on the loopback interface, for requests from its own pages alone."""
+
+from __future__ import annotations
+
+import socket
+import webbrowser
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+from urllib.parse import urlsplit
+
+from bokeh.resources import Resources
+from bokeh.server.server import BaseServer
+from bokeh.server.tornado import BokehTornado
+from bokeh.server.views.static_handler import StaticHandler
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
+from tornado.ioloop import IOLoop
+from tornado.web import ErrorHandler, OutputTransform
+
+from mechid.errors import UsageError
+from mechid.web.equations import Equations
+from mechid.web.session import Source
+from mechid.web.tab import Tab
+
+LOOPBACK = "127.0.0.1"
+NAMES = (LOOPBACK, "localhost")
+SERVED = ("/", "/ws", "/favicon.ico")
+FORBIDDEN, MISSING = 403, 404
+HEADERS = {
+    "X-Frame-Options": "DENY",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+MOST_MESSAGE_BYTES = 1_000_000
+UNUSED_MS = 15_000
+
+
+class _Headers(OutputTransform):
+    """Adds to every answer that no other page may frame, read or keep it."""
+
+    def transform_first_chunk(self, status_code: int, headers: Any, chunk: bytes, finishing: bool) -> Any:
+        for name, value in HEADERS.items():
+            headers[name] = value
+        return status_code, headers, chunk
+
+
+class LoopbackOnly(BokehTornado):
+    """Bokeh's application, which answers its own pages only.
+
+    A request whose ``Host`` is another name has come through a foreign name that resolves to this machine (DNS
+    rebinding); one whose ``Origin`` is another, or that the browser calls cross-site, was made by another page.
+    """
+
+    port: int
+
+    def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> Any:
+        """Return what answers a request: Bokeh's handlers, or a refusal."""
+        path = request.path or "/"
+        if not self.is_own(request):
+            return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
+        if path not in SERVED and not path.startswith("/static/"):
+            return self.get_handler_delegate(request, ErrorHandler, {"status_code": MISSING})
+        return super().find_handler(request, **kwargs)
+
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """Return BokehJS's core alone, from this server whatever the environment says."""
+        del absolute_url
+        return Resources(mode="server", root_url="/", components=["bokeh"], path_versioner=StaticHandler.append_version)
+
+    def is_own(self, request: HTTPServerRequest) -> bool:
+        """Whether a request names this server, and was made by no page of another origin."""
+        own = {f"{name}:{self.port}" for name in NAMES}
+        origin = request.headers.get("Origin")
+        cross = request.headers.get("Sec-Fetch-Site", "none") not in ("none", "same-origin")
+        return request.host.lower() in own and not cross and (origin is None or _is_http(origin, own))
+
+
+def _is_http(origin: str, own: set[str]) -> bool:
+    parts = urlsplit(origin.lower())
+    return parts.scheme == "http" and parts.netloc in own
+
+
+class Explorer:
+    """The server, bound to a port of the loopback interface.
+
+    Parameters
+    ----------
+    source : Source
+    port : int
+        0 takes any that is free.
+
+    Raises
+    ------
+    UsageError
+        The port is taken.
+    """
+
+    def __init__(self, source: Source, port: int = 0) -> None:
+        equations = Equations(source.campaign.mechanism.plant)
+        try:
+            listening = socket.create_server((LOOPBACK, port))
+        except OSError as error:
+            raise UsageError(f"port {port}: {error.strerror}; give another, or none for any that is free") from error
+        listening.setblocking(False)
+        self.port = int(listening.getsockname()[1])
+
+        def opened(document: Any) -> None:
+            Tab(source, equations, document)
+
+        application = LoopbackOnly(
+            {"/": opened},
+            extra_websocket_origins=[f"{name}:{self.port}" for name in NAMES],
+            unused_session_lifetime_milliseconds=UNUSED_MS,
+            websocket_max_message_size_bytes=MOST_MESSAGE_BYTES,
+            include_headers=[],
+            include_cookies=[],
+            transforms=[_Headers],
+        )
+        application.port = self.port
+        http = HTTPServer(application)
+        http.add_sockets([listening])
+        self.server = BaseServer(IOLoop.current(), application, http)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{LOOPBACK}:{self.port}/"
+
+    def serve(self, *, opens_browser: bool, ready: Callable[[str], None]) -> None:
+        """Serve until Ctrl-C or the loop's end; `ready` is told the address once it answers."""
+        self.server.start()
+        loop = self.server.io_loop
+        loop.add_callback(ready, self.address)
+        if opens_browser:
+            loop.add_callback(webbrowser.open, self.address)
+        try:
+            with suppress(KeyboardInterrupt):
+                loop.start()
+        finally:
+            self.server.unlisten()
+            self.server.stop()

@@ -1,0 +1,260 @@
+"""One tab: what it has set, what it looks at, and the fit it has running. Knows no browser."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.mechanism_text import mechanism_text
+from mechid.errors import UsageError
+from mechid.identification.estimate_file import FILE_NAME
+from mechid.identification.fit import Fit
+from mechid.identification.identify import identify
+from mechid.identification.progress import Listener, Progress
+from mechid.identification.start_given import identify_from
+from mechid.identification.visibility import sensitivities
+from mechid.plant.mechanism import Mechanism
+from mechid.web.estimate import Estimate, estimate_of, read_estimated
+from mechid.web.fit_run import FitRun, RunState
+from mechid.web.followed_run import FollowedRun
+from mechid.web.picture import Effect, Picture, Scene, Stretch
+from mechid.web.state import State, campaign_at, first_state
+
+MOST_SHOWN = 4
+"""Records side by side."""
+FIRST_LOOK_S = 1.0
+HEADER = "set by hand with mechid explore, from {}"
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
+
+    `journal` is that of an identification into the result folder, which may be at work; `workers` are threads of a
+    fit. A synthetic campaign is called so on the page.
+    """
+
+    campaign: Campaign
+    estimate: Estimate | None = None
+    workers: int | None = None
+    journal: Path | None = None
+    is_synthetic: bool = False
+
+    @cached_property
+    def scenes(self) -> dict[str, Scene]:
+        """What can be looked at, by label; tabs share it until a fit takes a record otherwise."""
+        return scenes_of(self.campaign)
+
+
+def scenes_of(campaign: Campaign) -> dict[str, Scene]:
+    """Return the channels of a campaign that the model has to explain, by label."""
+    lanes, plant = sensitivities(campaign), campaign.mechanism.plant
+    read = [r for r in campaign.records if r.data is not None]
+    found = [Scene(record, match, lanes, plant) for record in read for match in record.matches]
+    return {scene.label: scene for scene in found}
+
+
+class Session:
+    """One tab.
+
+    Parameters
+    ----------
+    source : Source
+
+    Attributes
+    ----------
+    state : State
+    estimate : Estimate or None
+        The last one: of the files, then of this tab's own fits.
+    shown : tuple of str
+        Records that are looked at.
+    seconds : float
+        Of each, from its start.
+    hand : str
+        The knob last touched.
+    compares : bool
+        Whether the estimate's curves are drawn too.
+    run : FitRun or None
+        The fit at work, or the last one.
+    """
+
+    def __init__(self, source: Source) -> None:
+        self.source, self.campaign = source, source.campaign
+        self.estimate = source.estimate
+        self.state: State = first_state(self.campaign)
+        if self.estimate:
+            self.state = replace(self.state.at(self.estimate.values), past=())
+        self.scenes = source.scenes
+        self.shown: tuple[str, ...] = tuple(self.scenes)[:1]
+        self.seconds = FIRST_LOOK_S
+        self.hand = next((q.name for q in self.campaign.mechanism.free), next(iter(self.state.knobs)))
+        self.compares = False
+        self.run: FitRun | None = None
+        self.followed = FollowedRun(source.journal) if source.journal else None
+        self.reading: FitRun | None = None
+        self._steps: dict[str, int] = {}
+        self._compared: dict[tuple[str, float], Picture] = {}
+
+    # What the page asks for.
+
+    def turn(self, name: str, value: float, grip: str = "") -> None:
+        """Turn a knob; it is in hand then."""
+        self.state = self.state.turned(name, value, grip)
+        self.hand = name
+
+    def take(self, name: str) -> None:
+        """Take a knob in hand without turning it."""
+        if name not in self.state.knobs:
+            raise UsageError(f"no parameter {name} to take in hand")
+        self.hand = name
+
+    def set_free(self, name: str, *, is_free: bool) -> None:
+        """Give a knob to the fit, or hold it."""
+        self.state = self.state.with_free(name, is_free=is_free)
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        self.state = self.state.undone()
+
+    def to_estimate(self) -> None:
+        """Set all knobs to the last estimate."""
+        if self.estimate:
+            self.state = self.state.at(self.estimate.values)
+
+    def to_file(self) -> None:
+        """Set all knobs to the values of mechanism.toml."""
+        self.state = self.state.at({q.name: q.value for q in self.source.campaign.parameters.values()})
+
+    def look(self, names: tuple[str, ...], seconds: float) -> None:
+        """Show some records, the first `seconds` of each."""
+        unknown = [name for name in names if name not in self.scenes]
+        if unknown:
+            raise UsageError(f"no record {unknown[0]} to show")
+        if not seconds > 0.0:
+            raise UsageError(f"{seconds} s is no stretch of a record")
+        self.shown, self.seconds = names[-MOST_SHOWN:], seconds
+
+    def compare(self, *, is_on: bool) -> None:
+        """Draw the estimate's curves too, or no longer."""
+        self.compares = is_on
+
+    # What the page shows.
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism as it is set."""
+        return campaign_at(self.campaign, self.state).mechanism
+
+    def pictures(self) -> dict[str, Picture]:
+        """Return the shown records beside the model as it is set."""
+        return {name: self._picture(name, self.state) for name in self.shown}
+
+    def compared(self) -> dict[str, Picture]:
+        """Return the shown records beside the model at the estimate."""
+        if not self.estimate:
+            return {}
+        at = self.state.at(self.estimate.values)
+        for name in self.shown:
+            if (name, self.seconds) not in self._compared:
+                self._compared[name, self.seconds] = self._picture(name, at)
+        return {name: self._compared[name, self.seconds] for name in self.shown}
+
+    def effects(self) -> dict[str, Effect]:
+        """Return what a small step of the knob in hand does to the shown records."""
+        mechanism, knob = self.mechanism, self.state.knobs[self.hand]
+        return {name: self.scenes[name].effect(mechanism, knob, self._stretch(name, self.state)) for name in self.shown}
+
+    def _picture(self, name: str, state: State) -> Picture:
+        mechanism = campaign_at(self.campaign, state).mechanism
+        return self.scenes[name].picture(mechanism, self._stretch(name, state))
+
+    def _stretch(self, name: str, state: State) -> Stretch:
+        """Return what of a record is simulated."""
+        delay = self.scenes[name].record.time_offset
+        if name not in self._steps:
+            self._steps[name] = self.scenes[name].steps_needed(self.mechanism)
+        return Stretch(self.seconds, state.now.values.get(delay.name, delay.value), self._steps[name])
+
+    def mechanism_file(self) -> str:
+        """Return the text of a mechanism.toml with the values, and the free parameters, as they are set."""
+        return mechanism_text(
+            self.mechanism, f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}"
+        )
+
+    # The fit.
+
+    @property
+    def is_fitting(self) -> bool:
+        """Whether a fit is at work."""
+        return self.run is not None and self.run.state is RunState.RUNNING
+
+    @property
+    def watched(self) -> FitRun | FollowedRun | None:
+        """The run that is shown: this tab's own, or one elsewhere that was at work while the tab was open."""
+        return self.run or (self.followed if self.followed and self.followed.is_alive else None)
+
+    def fit_from_here(self) -> None:
+        """Begin a fit of what is free from the knobs' values."""
+        values = dict(self.state.now.values)
+        self._begin(lambda campaign, told: identify_from(campaign, values, workers=self.source.workers, listener=told))
+
+    def search(self) -> None:
+        """Begin an identification with its own search for a start, as ``mechid identify`` does."""
+        self._begin(lambda campaign, told: identify(campaign, workers=self.source.workers, listener=told))
+
+    @property
+    def samples(self) -> int:
+        """Samples of all records that are estimated from."""
+        return sum(r.data.samples for r in self.campaign.estimated if r.data is not None)
+
+    def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
+        if self.is_fitting:
+            raise UsageError("a fit is at work; cancel it first")
+        campaign = campaign_at(self.campaign, self.state)
+
+        def judged(told: Listener) -> Estimate:
+            fit = work(campaign, told)
+            told(Progress(1, 1, "verdict", "all records are simulated and judged", None, 0.0))
+            return estimate_of(fit, campaign, "the last fit of this tab")
+
+        self.run = FitRun(judged)
+        self.run.start()
+
+    def cancel(self) -> None:
+        """Stop the fit at work; everything else stays as it is."""
+        if self.run is not None:
+            self.run.cancel()
+
+    def follow(self) -> None:
+        """See how an identification elsewhere goes on; when it has left its estimate, read that."""
+        if self.followed is None or self.is_fitting or self.reading is not None:
+            return
+        self.followed.poll()
+        if self.followed.has_left(FILE_NAME):
+            path, campaign = self.followed.path.with_name(FILE_NAME), self.source.campaign
+            self.reading = FitRun(lambda told: read_estimated(path, campaign))
+            self.reading.start()
+
+    def take_up(self) -> bool:
+        """Take up the estimate of a fit that has ended since the last call, and set the knobs to it."""
+        for run in (self.run, self.reading):
+            if run is not None and run.state is RunState.FINISHED and run.result is not None:
+                self._take_estimate(run.result)
+                run.result = None
+                return True
+        return False
+
+    def _take_estimate(self, estimate: Estimate) -> None:
+        self.estimate = estimate
+        self.campaign = replace(self.campaign, records=self._as_taken(estimate))
+        self.scenes = scenes_of(self.campaign)
+        self._compared.clear()
+        self.to_estimate()
+
+    def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
+        """Return the records with the sign and command that a fit took them to have, and their own knobs."""
+        own = {r.name: r for r in estimate.records}
+        return tuple(replace(own.get(r.name, r), parameters=r.parameters) for r in self.campaign.records)

@@ -1,0 +1,268 @@
+"""What the page says, as one plain dict: the numbers are fixed here, the page only prints them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mechid.campaign import Campaign
+from mechid.identification.noise import MISFIT
+from mechid.identification.progress import Progress
+from mechid.parameter import Parameter
+from mechid.report.digits import digits, plain, with_sigma
+from mechid.web.fit_run import FitRun, RunState
+from mechid.web.followed_run import FollowedRun
+from mechid.web.knobs import Knob
+from mechid.web.picture import Effect, Picture, Scene
+from mechid.web.session import Session
+
+VALUE_DIGITS = 5
+MOST_REPORTS = 300
+"""Of a fit: of more, some are left out of the figure."""
+LEAST_AWAY, MOST_AWAY = 0.05, 1e3
+"""Standard errors: less is said to be none, more is written with a power of ten."""
+GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
+         "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
+Data = dict[str, Any]
+ELSEWHERE = {
+    RunState.RUNNING: "an identification is at work elsewhere",
+    RunState.FINISHED: "the identification elsewhere has ended",
+    RunState.CANCELLED: "the identification elsewhere has stopped",
+}
+
+
+def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str, Scene]) -> Data:
+    """Return what does not change while the page is open: title, knobs by table, records, values without a knob."""
+    return {
+        "title": campaign.path.resolve().parent.name or campaign.path.name,
+        "path": str(campaign.path),
+        "groups": _groups(knobs),
+        "records": [_scene_entry(scene) for scene in scenes.values()],
+        "fixed": [
+            _fixed_entry(q, campaign.mechanism.value(q.name))
+            for q in campaign.mechanism.parameters.values()
+            if q.name not in knobs
+        ],
+        "warnings": list(campaign.warnings),
+    }
+
+
+def _fixed_entry(q: Parameter, value: float) -> Data:
+    return {
+        "name": q.name,
+        "symbol": symbol_parts(q.declaration.symbol),
+        "text": plain(value),
+        "unit": _unit(q.declaration.unit),
+        "why": f"follows {q.tied_to}" if q.tied_to else "shapes the equations",
+        "meaning": q.declaration.meaning,
+    }
+
+
+def _groups(knobs: Mapping[str, Knob]) -> list[Data]:
+    groups: dict[str, list[Data]] = {}
+    for knob in knobs.values():
+        table, _, key = knob.name.rpartition(".")
+        groups.setdefault(table, []).append(_knob_entry(knob, key))
+    return [{"table": table, "knobs": entries} for table, entries in groups.items()]
+
+
+def _knob_entry(knob: Knob, key: str) -> Data:
+    q = knob.parameter
+    unit = _unit(q.declaration.unit)
+    ends = f"{plain(q.min, 4)} to {plain(q.max, 4)} {unit}".rstrip()
+    whose = "bounds of the file" if knob.is_bounded else "the file gives no bounds: a range around its value"
+    return {
+        "name": knob.name,
+        "key": key,
+        "symbol": symbol_parts(q.declaration.symbol),
+        "unit": unit,
+        "meaning": q.declaration.meaning,
+        "low": q.min,
+        "high": q.max,
+        "low_text": plain(q.min, 4),
+        "high_text": plain(q.max, 4),
+        "log": knob.is_log,
+        "hover": f"{q.declaration.symbol}: {q.declaration.meaning}. {ends} ({whose}"
+        f"{', logarithmic' if knob.is_log else ''}). Source: {q.declaration.source}",
+    }
+
+
+def symbol_parts(symbol: str) -> tuple[str, str]:
+    """Return a symbol and its index, Greek letters as such.
+
+    Examples
+    --------
+    >>> symbol_parts("phi_1"), symbol_parts("K_D1"), symbol_parts("zeta")
+    (('φ', '1'), ('K', 'D1'), ('ζ', ''))
+    """
+    head, _, index = symbol.partition("_")
+    return GREEK.get(head, head), index
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else "°" if unit == "deg" else unit.replace("*", " ")
+
+
+def _scene_entry(scene: Scene) -> Data:
+    record = scene.record
+    assert record.data is not None
+    return {
+        "name": scene.label,
+        "use": scene.match.use,
+        "duration": f"{plain(record.data.duration_s, 3)} s",
+        "file": str(record.file or ""),
+        "column": record.data.channel(scene.match.quantity).column,
+    }
+
+
+def shown_data(session: Session, pictures: Mapping[str, Picture], effects: Mapping[str, Effect]) -> Data:
+    """Return what the page says of the session as it stands."""
+    return {
+        "knobs": {name: _knob_now(session, knob) for name, knob in session.state.knobs.items()},
+        "records": [_panel(name, picture, effects.get(name), session) for name, picture in pictures.items()],
+        "hand": session.hand,
+        "seconds": session.seconds,
+        "can_undo": bool(session.state.past),
+        "compares": session.compares,
+        "free": len(session.state.now.free),
+        "estimate": session.estimate.source if session.estimate else "",
+        "verdict": session.estimate.summary if session.estimate else None,
+        "run": run_data(session.watched, session.state.knobs) if session.watched else None,
+    }
+
+
+def _knob_now(session: Session, knob: Knob) -> Data:
+    value = session.state.now.values[knob.name]
+    now: Data = {
+        "value": value,
+        "text": plain(value, VALUE_DIGITS),
+        "place": knob.place(value),
+        "free": knob.name in session.state.now.free,
+        "estimate_place": None,
+        "away": "",
+        "estimate": "",
+    }
+    estimate = session.estimate
+    if estimate and knob.name in estimate.values:
+        sigma = estimate.sigmas.get(knob.name)
+        text, error = with_sigma(estimate.values[knob.name], sigma)
+        away = estimate.away(knob.name, value)
+        now["estimate_place"] = knob.place(estimate.values[knob.name])
+        now["estimate"] = f"{text} ± {error}" if error else text
+        now["away"] = _away_text(away)
+    return now
+
+
+def _away_text(away: float | None) -> str:
+    if away is None or abs(away) < LEAST_AWAY:
+        return ""
+    return f"{away:+.1f} σ" if abs(away) < MOST_AWAY else f"{away:+.0e} σ"
+
+
+def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
+    n, unit = picture.numbers, session.scenes[name].unit
+    ratio = n.noise_ratio
+    return {
+        "name": name,
+        "grade": "bad" if not math.isfinite(ratio) else "good" if ratio <= MISFIT else "caution",
+        "numbers": [
+            ("residual", amount(n.residual_rms, unit)),
+            ("noise floor", amount(n.noise_sigma, unit)),
+            ("residual / noise", digits(ratio, 3)),
+            ("fit", f"{digits(n.fit_percent, 4)} %"),
+            ("offset", amount(n.offset, unit)),
+            ("drift", f"{amount(n.drift, unit)}/s"),
+        ],
+        "ratio": None if not math.isfinite(ratio) else ratio,
+        "words": _in_words(ratio),
+        "effect": _effect_words(effect, session, unit),
+    }
+
+
+def amount(value: float, unit: str) -> str:
+    """Return a small amount with its unit, a torque in thousandths.
+
+    Examples
+    --------
+    >>> amount(0.0020123, "N*m"), amount(0.5, "A")
+    ('2.01 mN m', '0.500 A')
+    """
+    if unit == "N*m":
+        return f"{digits(1e3 * value, 3)} mN m"
+    return f"{digits(value, 3)} {_unit(unit)}".rstrip()
+
+
+def _in_words(ratio: float) -> str:
+    if not math.isfinite(ratio):
+        return "The model cannot be simulated to the end of this stretch."
+    if ratio <= MISFIT:
+        return "Explained down to the noise."
+    return f"The model misses {ratio:.3g} times as much as the noise."
+
+
+def _effect_words(effect: Effect | None, session: Session, channel_unit: str) -> str:
+    if effect is None:
+        return ""
+    knob = session.state.knobs[session.hand]
+    if effect.rms == 0.0:
+        return f"{knob.name} does not act on this stretch at all."
+    unit = _unit(knob.parameter.declaration.unit)
+    return (
+        f"{effect.words} of {knob.name} moves this stretch by {amount(effect.rms, channel_unit)} RMS; if all else "
+        f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip()
+        + "."
+    )
+
+
+def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
+    """Return where a fit stands."""
+    latest = run.reports[-1] if run.reports else None
+    words = {
+        RunState.RUNNING: "at work",
+        RunState.FINISHED: "ended; the parameters are at its estimate, Undo takes them back",
+        RunState.CANCELLED: "cancelled; the parameters are where you left them",
+        RunState.FAILED: run.fault,
+    }[run.state]
+    if run.is_elsewhere:
+        words = run.fault or ELSEWHERE[run.state]
+    values = latest.values if latest else {}
+    places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
+    return {
+        "state": run.state.value,
+        "elsewhere": run.is_elsewhere,
+        "words": words,
+        "places": places,
+        "elapsed": f"{run.elapsed_s:.0f} s",
+        **_progress(latest),
+    }
+
+
+def _progress(latest: Progress | None) -> Data:
+    if latest is None:
+        return {"stage": "starting", "line": "", "cost": ""}
+    finite = latest.cost is not None and math.isfinite(latest.cost)
+    return {
+        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}" if latest.total > 1 else latest.stage,
+        "line": latest.line,
+        "cost": f"cost {latest.cost:.6g}" if finite else "",
+    }
+
+
+def course(
+    reports: Sequence[Progress], knobs: Mapping[str, Knob], samples: int
+) -> tuple[list[tuple[int, float]], dict[str, list[tuple[int, float]]]]:
+    """Return the costs told, over the number of samples, and the place of each parameter between its ends.
+
+    Both are lists of the number of the report and the value.
+    """
+    apart = max(len(reports) // MOST_REPORTS, 1)
+    drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
+    told = [(k, r.cost / samples) for k, r in drawn if r.cost is not None]
+    costs = [(k, cost) for k, cost in told if math.isfinite(cost) and cost > 0.0]
+    places: dict[str, list[tuple[int, float]]] = {}
+    for k, report in drawn:
+        for name, value in report.values.items():
+            if name in knobs:
+                places.setdefault(name, []).append((k, knobs[name].place(value)))
+    return costs, places

@@ -1,0 +1,183 @@
+"""One tab as a Bokeh document: what the page asks for comes in, texts and curves go out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from bokeh.core.properties import String
+from bokeh.document import Document
+from bokeh.model import DataModel
+
+from mechid.errors import MechidError, UsageError
+from mechid.web.equations import Equations
+from mechid.web.figures import RunFigures, Slot
+from mechid.web.page import page_template
+from mechid.web.session import MOST_SHOWN, Session, Source
+from mechid.web.shown import course, page_data, shown_data
+
+POLL_MS = 200
+Message = Mapping[str, Any]
+
+
+class Wire(DataModel):
+    """The two texts between page and session, each JSON: what the page asks for, and what it is to say."""
+
+    asked = String(default="")
+    told = String(default="")
+
+
+class Tab:
+    """Joins a session to the document of its page."""
+
+    def __init__(self, source: Source, equations: Equations, document: Document) -> None:
+        self.session, self.equations, self.document = Session(source), equations, document
+        self.wire = Wire(name="wire")
+        self.slots = [Slot(k) for k in range(min(MOST_SHOWN, len(self.session.scenes)))]
+        self.course = RunFigures()
+        self.seen: tuple[Any, ...] = ()
+        self.note, self.answered = "", 0
+        self.framed: tuple[tuple[str, ...], float] | None = None
+        self.pictures: dict[str, Any] = {}
+        self.effects: dict[str, Any] = {}
+        self.explained = ""
+        self.symbols = {name: knob.parameter.declaration.symbol for name, knob in self.session.state.knobs.items()}
+        self._build(source)
+
+    def _build(self, source: Source) -> None:
+        document = self.document
+        roots = {name: root for slot in self.slots for name, root in slot.roots.items()} | self.course.roots
+        self.course.roots["run"].tags = [self.wire]
+        for root in roots.values():
+            document.add_root(root)
+        data = page_data(source.campaign, self.session.state.knobs, self.session.scenes)
+        document.title = f"{data['title']} · mechid explore"
+        document.template = page_template()
+        document.template_variables.update(data=data, slots=len(self.slots), synthetic=source.is_synthetic)
+        self.wire.on_change("asked", self._hear)
+        for slot in self.slots:
+            slot.time.on_change("start", self._zoomed)
+            slot.time.on_change("end", self._zoomed)
+        document.add_periodic_callback(self._poll, POLL_MS)
+        document.on_session_destroyed(lambda context: self.session.cancel())
+        self.redraw()
+
+    # In.
+
+    def _hear(self, attribute: str, old: str, new: str) -> None:
+        del attribute, old
+        message = json.loads(new)
+        self.answered, self.note = message.get("number", 0), ""
+        file = ""
+        try:
+            file = self._done(message)
+        except MechidError as error:
+            self.note = str(error)
+        except (KeyError, TypeError, ValueError):
+            self.note = f"the page asks for what is not understood: {new}"
+        self.tell(file=file)
+
+    def _done(self, message: Message) -> str:
+        """Do what a message asks for, and draw what it changes; return the file where one is to be saved."""
+        what = message["do"]
+        if what == "save":
+            return self.session.mechanism_file()
+        self._asked_for(message)
+        if what in REDRAWN:
+            self.redraw()
+        elif what in DRAGGED:
+            self._simulate()
+            self._draw_curves()
+        return ""
+
+    def _asked_for(self, message: Message) -> None:
+        action = ACTIONS.get(message["do"])
+        if action is None:
+            raise UsageError(f"the page asks for {message['do']}, which is unknown")
+        action(self.session, message)
+
+    def _zoomed(self, attribute: str, old: object, new: object) -> None:
+        del attribute, old, new
+        if self.framed is not None:
+            self._draw_curves()
+            self._draw_effects()
+
+    # Out.
+
+    def redraw(self) -> None:
+        """Simulate what is shown with the effect of the knob in hand, and draw it."""
+        self._simulate()
+        self.effects = self.session.effects()
+        self._frame()
+        self._draw_curves()
+        self._draw_effects()
+
+    def _simulate(self) -> None:
+        self.pictures = self.session.pictures()
+
+    def _frame(self) -> None:
+        """Set the axes anew where another record or stretch is shown."""
+        session = self.session
+        if self.framed == (session.shown, session.seconds):
+            return
+        self.framed = None
+        for slot, name in zip(self.slots, session.shown, strict=False):
+            slot.frame(self.pictures[name], session.scenes[name])
+        self.framed = session.shown, session.seconds
+
+    def _draw_curves(self) -> None:
+        compared = self.session.compared() if self.session.compares else {}
+        for slot, name in zip(self.slots, self.session.shown, strict=False):
+            slot.show(self.pictures[name], compared.get(name))
+
+    def _draw_effects(self) -> None:
+        for slot, name in zip(self.slots, self.session.shown, strict=False):
+            slot.show_effect(self.pictures[name], self.effects[name])
+
+    def tell(self, file: str = "") -> None:
+        """Send what the page says."""
+        data = shown_data(self.session, self.pictures, self.effects)
+        data |= {"answered": self.answered, "note": self.note, "file": file}
+        if self.explained != self.session.hand:
+            self.explained = self.session.hand
+            data["equations"] = self.equations.of(self.session.hand)
+        self.wire.update(told=json.dumps(data, allow_nan=False))
+
+    def _poll(self) -> None:
+        """Show how the fit goes on, and take up its end."""
+        self.session.follow()
+        run = self.session.watched
+        if run is None:
+            return
+        ended = self.session.take_up()
+        state = (id(run), len(run.reports), run.state, int(run.elapsed_s))
+        if state == self.seen and not ended:
+            return
+        self.seen = state
+        costs, places = course(run.reports, self.session.state.knobs, max(self.session.samples, 1))
+        self.course.show(costs, places, self.symbols)
+        if ended:
+            self.redraw()
+        self.tell()
+
+
+Action = Callable[[Session, Message], None]
+ACTIONS: Mapping[str, Action] = {
+    "hello": lambda session, m: None,
+    "turn": lambda session, m: session.turn(m["name"], float(m["value"]), m.get("grip", "")),
+    "settle": lambda session, m: None,
+    "take": lambda session, m: session.take(m["name"]),
+    "free": lambda session, m: session.set_free(m["name"], is_free=bool(m["is"])),
+    "undo": lambda session, m: session.undo(),
+    "estimate": lambda session, m: session.to_estimate(),
+    "file": lambda session, m: session.to_file(),
+    "look": lambda session, m: session.look(tuple(m["records"]), float(m["seconds"])),
+    "compare": lambda session, m: session.compare(is_on=bool(m["is"])),
+    "fit": lambda session, m: session.fit_from_here(),
+    "search": lambda session, m: session.search(),
+    "cancel": lambda session, m: session.cancel(),
+}
+DRAGGED = ("turn",)
+"""The effect of a knob follows when the page has come to rest, and asks for it."""
+REDRAWN = ("settle", "take", "undo", "estimate", "file", "look", "compare")

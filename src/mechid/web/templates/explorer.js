@@ -1,0 +1,227 @@
+"use strict";
+// Sends what is turned, pressed and chosen to the session, and prints what it answers. While an answer is awaited
+// the newest turn of a knob waits, those before it are dropped: a picture is never older than one simulation.
+
+const at = (id) => document.getElementById(id);
+const knobs = new Map([...document.querySelectorAll(".knob")].map((row) => [row.dataset.name, row]));
+const STEPS = 2000, SETTLED_MS = 150, waiting = [], latencies = [];
+let settling = 0, turned = false;
+let wire = null, number = 0, awaited = 0, grip = 0, began = 0, told = null;
+
+function ask(message) {
+  const last = waiting[waiting.length - 1];
+  if (message.do === "turn" && last && last.do === "turn" && last.name === message.name) waiting.pop();
+  waiting.push(message);
+  next();
+}
+
+function next() {
+  if (!wire || awaited || !waiting.length) return;
+  const message = waiting.shift();
+  clearTimeout(settling);
+  settling = 0;
+  turned = message.do === "turn";
+  awaited = ++number;
+  began = message.began ?? 0;
+  wire.asked = JSON.stringify({ ...message, number });
+}
+
+// A knob's place on its track and its value.
+const ends = (row) => [Number(row.dataset.low), Number(row.dataset.high), row.dataset.log === "1"];
+function valueAt(row, share) {
+  const [low, high, log] = ends(row);
+  return log ? low * (high / low) ** share : low + share * (high - low);
+}
+
+for (const [name, row] of knobs) {
+  const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
+  range.addEventListener("pointerdown", () => { grip += 1; });
+  range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; });
+  range.addEventListener("input", () => {
+    ask({ do: "turn", name, value: valueAt(row, range.value / STEPS), grip: `grip ${grip}`, began: performance.now() });
+  });
+  for (const input of [range, written]) {
+    input.addEventListener("focus", () => { if (told && told.hand !== name) ask({ do: "take", name }); });
+  }
+  written.addEventListener("change", () => {
+    if (Number.isFinite(written.valueAsNumber)) ask({ do: "turn", name, value: written.valueAsNumber });
+    else written.value = told.knobs[name].text;
+  });
+  row.querySelector("[type=checkbox]").addEventListener("change", (event) => {
+    ask({ do: "free", name, is: event.target.checked });
+  });
+}
+
+for (const id of ["undo", "estimate", "file", "save", "fit", "search", "cancel"]) {
+  at(id).addEventListener("click", () => ask({ do: id }));
+}
+at("compare").addEventListener("change", (event) => ask({ do: "compare", is: event.target.checked }));
+document.addEventListener("keydown", (event) => {
+  if ((event.ctrlKey || event.metaKey) && event.key === "z" && event.target.type !== "number") {
+    event.preventDefault();
+    ask({ do: "undo" });
+  }
+});
+
+const chips = [...document.querySelectorAll(".chip")];
+const look = (records) => ask({ do: "look", records, seconds: Number(at("seconds").value) });
+for (const chip of chips) {
+  chip.addEventListener("click", () => {
+    const now = told.records.map((r) => r.name), name = chip.dataset.record;
+    const records = now.includes(name) ? now.filter((other) => other !== name) : [...now, name];
+    if (records.length) look(records);
+  });
+}
+at("seconds").addEventListener("change", () => look(told.records.map((r) => r.name)));
+
+// What the session says.
+function element(kind, text, name) {
+  const made = document.createElement(kind);
+  made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}
+
+function marked(row, kind, place) {
+  const mark = row.querySelector(`.mark.${kind}`);
+  mark.hidden = place === null || place === undefined;
+  // the thumb's middle runs from half its width to the track's width less that
+  if (!mark.hidden) mark.style.left = `calc(8px + ${place} * (100% - 16px))`;
+}
+
+// What has not changed is not written: each writing makes the browser work out styles anew.
+function set(target, name, value) {
+  if (target[name] !== value) target[name] = value;
+}
+
+function printedKnob(row, now, before) {
+  const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
+  const turning = waiting.some((m) => m.name === row.dataset.name);
+  if (!turning) set(range, "value", String(Math.round(now.place * STEPS)));
+  if (before && JSON.stringify(now) === JSON.stringify(before)) return;
+  range.setAttribute("aria-valuetext", now.text);
+  if (document.activeElement !== written) set(written, "value", now.text);
+  set(row.querySelector("[type=checkbox]"), "checked", now.free);
+  set(row.querySelector(".away"), "textContent", now.away);
+  set(row.querySelector(".mark.estimate"), "title", now.estimate);
+  marked(row, "estimate", now.estimate_place);
+}
+
+function printedPanel(panel, record) {
+  set(panel, "hidden", !record);
+  if (!record) return;
+  set(panel, "className", `panel ${record.grade}`);
+  Object.assign(panel.dataset, { record: record.name, ratio: record.ratio });
+  set(panel.querySelector("h2"), "textContent", record.name);
+  set(panel.querySelector(".state"), "textContent", record.words);
+  set(panel.querySelector(".effect"), "textContent", record.effect);
+  const numbers = panel.querySelector(".numbers");
+  if (!numbers.children.length) numbers.append(...record.numbers.map(() => document.createElement("li")));
+  record.numbers.forEach(([label, value], k) => {
+    const line = numbers.children[k];
+    if (!line.children.length) line.append(element("span", `${label} `), element("b", ""));
+    set(line.lastChild, "textContent", value);
+  });
+}
+
+function printedVerdict(verdict, source) {
+  at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
+  at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
+  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Fit from here” makes one from the values below; mechid identify makes one from the catalogue.";
+  at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {
+    const part = element("div", ""), list = element("ul", "");
+    list.append(...answers.map((answer) => element("li", answer)));
+    part.append(element("h3", question), list);
+    return part;
+  }));
+}
+
+function printedRun(run) {
+  const running = run !== null && run.state === "running";
+  for (const id of ["fit", "search"]) at(id).disabled = running;
+  at("cancel").hidden = !running || run.elsewhere;
+  at("course").hidden = !run;
+  at("run-words").className = run ? run.state : "";
+  at("run-words").textContent = run ? run.words : "";
+  at("run-line").textContent = run ? [run.stage, run.line, run.cost, run.elapsed].filter(Boolean).join(", ") : "";
+  if (running && !at("course").dataset.opened) { at("course").open = true; at("course").dataset.opened = "1"; }
+  if (!running) delete at("course").dataset.opened;
+  for (const [name, row] of knobs) marked(row, "run", running ? run.places[name] : null);
+}
+
+function printed() {
+  const before = told;
+  told = JSON.parse(wire.told);
+  for (const [name, now] of Object.entries(told.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
+  for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
+  document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
+  for (const chip of chips) chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
+  at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
+  set(at("undo"), "disabled", !told.can_undo);
+  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
+  set(at("compare"), "checked", told.compares);
+  at("panels").classList.toggle("comparing", told.compares);
+  set(at("free-count"), "textContent", `${told.free} parameters free`);
+  set(at("note"), "textContent", told.note);
+  set(at("note"), "hidden", !told.note);
+  set(at("hand-name"), "textContent", told.hand);
+  set(at("hand-hover"), "textContent", knobs.get(told.hand).querySelector(".name").title);
+  if (told.equations) at("equations").innerHTML = told.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
+  if (JSON.stringify([told.verdict, told.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
+    printedVerdict(told.verdict, told.estimate);
+  }
+  if (JSON.stringify(told.run) !== JSON.stringify(before?.run)) printedRun(told.run);
+  if (told.file) saved(told.file);
+  if (told.answered === awaited && awaited) {
+    awaited = 0;
+    next();
+    if (!awaited && turned) settling = setTimeout(() => { settling = 0; ask({ do: "settle" }); }, SETTLED_MS);
+  }
+}
+
+// From the turn of a slider to the end of the frame in which its curves are drawn, ms.
+function drawnSoon() {
+  const since = began;
+  began = 0;
+  if (since) requestAnimationFrame(() => setTimeout(() => latencies.push(performance.now() - since)));
+}
+
+function saved(text) {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(new Blob([text], { type: "application/toml" }));
+  link.download = "mechanism.toml";
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+}
+
+function repainted() {
+  for (const root of wire.document.roots()) painted(root);
+}
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { if (wire) repainted(); });
+at("theme").addEventListener("click", () => {
+  const dark = getComputedStyle(document.documentElement).getPropertyValue("--scheme").trim() === "dark";
+  document.documentElement.dataset.theme = dark ? "light" : "dark";
+  if (wire) repainted();
+});
+
+(function connected() {
+  const shown = window.Bokeh && Bokeh.documents[0];
+  const found = shown && shown.get_model_by_name("wire");
+  if (!found) { setTimeout(connected, 20); return; }
+  wire = found;
+  repainted();
+  if (matchMedia("(pointer: coarse)").matches) {
+    for (const root of shown.roots()) for (const model of root.references()) {
+      if (model.type === "Toolbar") model.setv({ active_drag: null }, { sync: false });
+    }
+  }
+  wire.properties.told.change.connect(printed);
+  for (const root of shown.roots().filter((r) => r.name.startsWith("spectrum"))) {
+    const { data_source } = [...root.references()].find((m) => m.type === "GlyphRenderer" && m.name.endsWith("spectrum"));
+    data_source.properties.data.change.connect(drawnSoon);
+  }
+  shown.on_event("connection_lost", () => { at("gone").hidden = false; });
+  if (wire.told) printed();
+  ask({ do: "hello" });
+})();
+window.mechid = { latencies, knobs, valueAt, ask, state: () => told, idle: () => Boolean(wire) && !awaited && !waiting.length && !settling };

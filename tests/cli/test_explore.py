@@ -1,0 +1,83 @@
+"""`mechid explore`. Truth: what identify leaves, what HTTP answers, the documented exit codes."""
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import urllib.request
+
+import pytest
+
+from mechid.campaign import load_campaign
+from mechid.cli import journal
+from mechid.identification.estimate_file import read_estimate
+from mechid.web import Source, read_estimated
+from mechid.web.session import Session
+
+WAIT_S = 120.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send to another process")
+def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "mechid", "explore", str(staged), "--no-browser"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    watchdog = threading.Timer(WAIT_S, process.kill)
+    watchdog.start()
+    try:
+        address = process.stdout.readline().split()[0]
+        with urllib.request.urlopen(address, timeout=WAIT_S) as answer:
+            page = answer.read().decode()
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate()
+    finally:
+        watchdog.cancel()
+        process.kill()
+    assert address.startswith("http://127.0.0.1:")
+    assert f"<h1>{staged.name}</h1>" in page
+    assert "<b>Synthetic.</b>" in page
+    assert "Traceback" not in said
+    assert process.returncode == 0, said
+
+
+def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run, staged, tmp_path, monkeypatch):
+    monkeypatch.setattr(journal, "EVERY_S", 0.0)
+    out = tmp_path / "result"
+    session = Session(Source(load_campaign(staged), journal=out / journal.FILE_NAME))
+    notes = []
+
+    class Noted(journal.StageLines):
+        """Looks at the tab each time that something is noted."""
+
+        def tell(self, progress):
+            super().tell(progress)
+            session.follow()
+            notes.append((session.watched.state.value, len(session.watched.reports)))
+
+    monkeypatch.setattr("mechid.cli.identification.StageLines", Noted)
+    assert run("identify", staged, "--out", out).exit_code == 0
+    assert notes == [("running", k) for k in range(1, len(notes) + 1)]
+    assert len(notes) > 3
+    session.follow()
+    assert session.reading.wait(WAIT_S)
+    assert session.take_up()
+    parameters = read_estimate(out / "estimate.json")["parameters"]
+    assert session.state.now.values["gear.stiffness"] == parameters["gear.stiffness"]["value"]
+    assert not session.take_up()
+    assert read_estimated(out / "estimate.json", session.source.campaign).values == session.estimate.values
+
+
+def test_what_is_wrong_is_said_before_anything_is_served(refused, changed, staged, tmp_path):
+    assert "there is no such file" in refused(3, "explore", staged, "--no-browser", "--fit", tmp_path / "nowhere")
+    assert "stiffnes" in refused(3, "explore", changed("mechanism.toml", "stiffness =", "stiffnes ="), "--no-browser")
+
+
+def test_a_port_that_is_taken_is_said(refused, staged):
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        line = refused(2, "explore", staged, "--no-browser", "--port", taken.getsockname()[1])
+    assert "port" in line

@@ -1,0 +1,75 @@
+"""A small campaign in memory, its explorer served from a thread, and a browser."""
+
+import asyncio
+import queue
+import threading
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import synthetic
+from browser import chromium
+from mechid.web import Explorer, Source
+from synthetic import COMMANDS, displaced, measured
+
+TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
+HOSTILE = "<img src=x onerror=document.title='taken'> <script> \"quoted\" 'µ' " + 60 * "long"
+"""Would be markup where it is not escaped."""
+
+
+@pytest.fixture(scope="session")
+def campaign():
+    """Return two records of the demo's mechanism, its gear wrong by some percent, with hostile names around."""
+    start = displaced(synthetic.truth(), {"gear.stiffness": 1.05, "gear.damping": 0.9})
+    rng = np.random.default_rng(7)
+    records = []
+    for name, seconds in (("full_46", 0.3), ("micro_46", 0.2)):
+        torque = measured(synthetic.truth(), COMMANDS[name], rng, seconds=seconds)
+        record = synthetic.record(name, torque, COMMANDS[name])
+        channel = replace(record.data.channels[0], column=HOSTILE)
+        data = replace(record.data, channels=(channel,))
+        records.append(replace(record, file=Path("/nowhere") / f"{HOSTILE}.csv", data=data))
+    made = synthetic.campaign(start, *records)
+    return replace(made, path=Path("/nowhere") / HOSTILE / "campaign.toml", warnings=(f"{HOSTILE}: odd",))
+
+
+@pytest.fixture(scope="session")
+def source(campaign):
+    return Source(campaign, workers=1)
+
+
+@contextmanager
+def served(source):
+    """Yield the address of an explorer that is served from a thread."""
+    said = queue.Queue()
+
+    def serve():
+        asyncio.set_event_loop(asyncio.new_event_loop())
+        explorer = Explorer(source)
+        said.put(explorer)
+        explorer.serve(opens_browser=False, ready=said.put)
+
+    thread = threading.Thread(target=serve, daemon=True)
+    thread.start()
+    explorer, address = said.get(timeout=30), said.get(timeout=30)
+    try:
+        yield address
+    finally:
+        loop = explorer.server.io_loop
+        loop.add_callback(loop.stop)
+        thread.join(30)
+
+
+@pytest.fixture(scope="session")
+def address(source):
+    with served(source) as found:
+        yield found
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with chromium() as opened:
+        yield opened

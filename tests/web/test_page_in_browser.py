@@ -1,0 +1,209 @@
+"""The explorer in a real browser. Truth: the simulation at what is set, the mechanism behind the records, the files."""
+
+import time
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+
+import synthetic
+from browser import faults, requests
+from mechid.campaign import read_mechanism
+from mechid.web.session import Session
+
+KNOB = "gear.stiffness"
+SECONDS = 60.0
+SOURCE = """
+const root = Bokeh.documents[0].roots().find((r) => r.name === arguments[0]);
+const source = [...root.references()].find((m) => m.type === 'ColumnDataSource' && 'modelled' in m.data);
+const whole = (y) => Array.from(y).filter(Number.isFinite);
+return Object.fromEntries(Object.entries(source.data).map(([name, y]) => [name, whole(y)]));"""
+
+
+def until(browser, script, *arguments):
+    """Wait until a script returns something that is true, and return it."""
+    end = time.monotonic() + SECONDS
+    while time.monotonic() < end:
+        found = browser.execute_script(script, *arguments)
+        if found:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"not within {SECONDS} s: {script}")
+
+
+def idle(browser):
+    until(browser, "return Boolean(window.mechid) && mechid.idle()")
+
+
+def opened(browser, address, width=1400, *, dark=False):
+    screen = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500}
+    scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+    browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", screen)
+    browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": scheme})
+    browser.get_log("browser"), browser.get_log("performance")
+    browser.get(address)
+    idle(browser)
+
+
+def asked(browser, **message):
+    browser.execute_script("mechid.ask(arguments[0])", message)
+    idle(browser)
+
+
+def told(browser):
+    return browser.execute_script("return mechid.state()")
+
+
+def pressed(browser, key, times):
+    """Press an arrow key on a knob's slider, as a hand would."""
+    browser.execute_script("mechid.knobs.get(arguments[0]).querySelector('[type=range]').focus()", KNOB)
+    for _ in range(times):
+        for kind in ("keyDown", "keyUp"):
+            browser.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": key})
+    idle(browser)
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1400, False), (1400, True), (390, False)])
+def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(browser, address, width, dark):
+    opened(browser, address, width, dark=dark)
+    asked(browser, do="look", records=["full_46", "micro_46"], seconds=1e9)
+    assert {urlsplit(url).netloc for url in requests(browser)} == {urlsplit(address).netloc}
+    assert faults(browser) == []
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    shown = "return [...document.querySelectorAll('.panel:not([hidden]) h2')].map((h) => h.textContent)"
+    assert browser.execute_script(shown) == ["full_46", "micro_46"]
+    wide = "return [...document.querySelectorAll('.figure')].filter((f) => f.scrollWidth > f.clientWidth + 1).length"
+    assert browser.execute_script(wide) == 0
+
+
+def test_figures_carry_axis_labels_with_units(browser, address):
+    opened(browser, address)
+    labels = browser.execute_script(
+        "return Bokeh.documents[0].roots().flatMap((root) => [...root.references()])"
+        ".filter((m) => m.type.endsWith('Axis')).map((m) => m.axis_label)"
+    )
+    units = {"time, s", "torque, N m", "residual, N m", "effect, N m", "frequency, Hz", "amplitude, N m"}
+    assert units <= set(labels)
+
+
+def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, address, source):
+    opened(browser, address)
+    before = browser.execute_script(SOURCE, "time_0")
+    pressed(browser, "ArrowRight", 12)
+    after = browser.execute_script(SOURCE, "time_0")
+    value = told(browser)["knobs"][KNOB]["value"]
+    assert value > source.campaign.mechanism.value(KNOB)
+    twin = Session(source)
+    twin.turn(KNOB, value)
+    picture = twin.pictures()["full_46"]
+    kept = np.round(np.array(after["time"]) * synthetic.RATE_HZ).astype(int)
+    assert after["modelled"] == picture.modelled[kept].tolist()
+    assert after["residual"] == picture.residual[kept].tolist()
+    assert after["modelled spectrum"] == picture.modelled_spectrum.tolist()
+    assert before["modelled"] != after["modelled"]
+    assert (
+        dict(told(browser)["records"][0]["numbers"])["residual"] in browser.find_element("css selector", ".panel").text
+    )
+    assert len(browser.execute_script("return mechid.latencies")) > 0
+
+
+def test_a_zoom_shows_every_sample(browser, address, source):
+    opened(browser, address)
+    browser.execute_script(
+        "const root = Bokeh.documents[0].roots().find((r) => r.name === 'time_0');"
+        "[...root.references()].find((m) => m.type === 'Figure').x_range.setv({ start: 0.1, end: 0.11 })"
+    )
+    inside = "const x = (() => {" + SOURCE + "})(...arguments).time; return x.length < 200 ? x : null"
+    x = np.array(until(browser, inside, "time_0"))
+    kept = np.round(x[(x >= 0.1 - 1e-9) & (x <= 0.11 + 1e-9)] * synthetic.RATE_HZ).astype(int)
+    assert kept.tolist() == list(range(1000, 1101))
+
+
+def test_undo_by_the_button_and_by_the_keyboard(browser, address):
+    opened(browser, address)
+    start = told(browser)["knobs"][KNOB]["value"]
+    pressed(browser, "ArrowRight", 1)
+    browser.find_element("id", "undo").click()
+    idle(browser)
+    assert told(browser)["knobs"][KNOB]["value"] == start
+    pressed(browser, "ArrowLeft", 1)
+    browser.execute_script("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'z', ctrlKey: true }))")
+    idle(browser)
+    assert told(browser)["knobs"][KNOB]["value"] == start
+    assert not browser.find_element("id", "undo").is_enabled()
+
+
+def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
+    opened(browser, address)
+    browser.find_element("id", "fit").click()
+    until(browser, "return mechid.state().run?.state === 'finished' && mechid.state().verdict")
+    idle(browser)
+    state = told(browser)
+    for name, true in {"gear.stiffness": 913.47, "gear.damping": 0.39}.items():
+        text, error = state["knobs"][name]["estimate"].split(" ± ")
+        assert abs(float(text) - true) < 4.0 * float(error)
+    text = browser.find_element("id", "verdict").text
+    for question in ("Is this fit good?", "What is least certain?", "What would improve it?"):
+        assert question in text
+    assert "gear.damping" in text
+    assert "Explained down to the noise." in browser.find_element("css selector", ".panel").text
+    points = browser.execute_script(
+        "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
+        "const sources = [...root.references()].filter((m) => m.type === 'ColumnDataSource');"
+        "return sources.map((m) => (m.data.xs ?? m.data.x).length)"
+    )
+    assert len(points) == 3
+    assert all(n > 1 for n in points)
+    assert faults(browser) == []
+
+
+def test_cancel_keeps_what_is_set(browser, address):
+    opened(browser, address)
+    pressed(browser, "ArrowRight", 3)
+    was = told(browser)
+    browser.execute_script("document.getElementById('search').click()")
+    browser.execute_script("document.getElementById('cancel').click()")
+    until(browser, "return mechid.state().run?.state === 'cancelled'")
+    now = told(browser)
+    assert (now["knobs"], now["verdict"], now["can_undo"]) == (was["knobs"], None, True)
+    assert browser.find_element("id", "fit").is_enabled()
+    assert "cancelled" in browser.find_element("id", "run-words").text
+
+
+def test_two_tabs_do_not_disturb_each_other(browser, address):
+    opened(browser, address)
+    first = browser.current_window_handle
+    start = told(browser)["knobs"][KNOB]["value"]
+    browser.switch_to.new_window("tab")
+    opened(browser, address)
+    asked(browser, do="turn", name=KNOB, value=700.0)
+    asked(browser, do="free", name=KNOB, **{"is": False})
+    browser.close()
+    browser.switch_to.window(first)
+    asked(browser, do="take", name=KNOB)
+    knob = told(browser)["knobs"][KNOB]
+    assert (knob["value"], knob["free"]) == (start, True)
+
+
+def test_hostile_titles_columns_and_paths_show_as_text(browser, address, source):
+    opened(browser, address)
+    folder = source.campaign.path.parent.name
+    assert browser.find_element("tag name", "h1").text.split() == folder.split()
+    assert browser.title.startswith("<img src=x")
+    column = source.campaign.records[0].data.channels[0].column
+    assert column in browser.find_element("css selector", ".chip").get_attribute("title")
+    assert browser.execute_script("return document.querySelectorAll('img').length") == 0
+    asked(browser, do="<script>")
+    assert "<script>" in browser.find_element("id", "note").text
+
+
+def test_the_saved_file_is_the_mechanism_that_is_set(browser, address, tmp_path):
+    opened(browser, address)
+    asked(browser, do="turn", name=KNOB, value=877.5)
+    where = {"behavior": "allow", "downloadPath": str(tmp_path)}
+    browser.execute_cdp_cmd("Browser.setDownloadBehavior", where)
+    browser.find_element("id", "save").click()
+    end = time.monotonic() + SECONDS
+    while not (path := tmp_path / "mechanism.toml").exists() and time.monotonic() < end:
+        time.sleep(0.05)
+    assert read_mechanism(path).value(KNOB) == 877.5

@@ -1,0 +1,81 @@
+"""Who is answered. Truth: the status of raw requests, as a browser of a foreign page or a foreign name would make."""
+
+import http.client
+import re
+import socket
+from urllib.parse import urlsplit
+
+import pytest
+
+UPGRADE = {
+    "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}  # fmt: skip
+
+
+def answer(address, path="/", headers=()):
+    parts = urlsplit(address)
+    connection = http.client.HTTPConnection(parts.hostname, parts.port, timeout=30)
+    connection.request("GET", path, headers=dict(headers))
+    response = connection.getresponse()
+    content = response.read() if response.status != 101 else b""
+    connection.close()
+    return response, content
+
+
+@pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
+def test_its_own_names_are_answered_and_nobody_may_frame_or_keep_the_page(address, name):
+    port = urlsplit(address).port
+    response, content = answer(address, headers={"Host": f"{name}:{port}", "Origin": f"http://{name}:{port}"})
+    assert response.status == 200
+    assert b"mechid explore" in content
+    assert response.headers["X-Frame-Options"] == "DENY"
+    assert response.headers["Cache-Control"] == "no-store"
+    assert response.headers["Access-Control-Allow-Origin"] is None
+
+
+@pytest.mark.parametrize("path", ["/", "/ws", "/static/js/bokeh.min.js"])
+@pytest.mark.parametrize(
+    "headers",
+    [
+        {"Host": "evil.example"},  # a foreign name that resolves to this machine
+        {"Host": "evil.example:{port}"},
+        {"Host": "127.0.0.1"},  # without the port: another server's
+        {"Origin": "http://evil.example"},
+        {"Origin": "https://127.0.0.1:{port}"},
+        {"Origin": "http://127.0.0.1:1"},
+        {"Origin": "http://127.0.0.1:{port}.evil.example"},
+        {"Origin": "null"},
+        {"Sec-Fetch-Site": "cross-site"},
+        {"Sec-Fetch-Site": "same-site"},
+    ],
+)
+def test_other_hosts_and_origins_are_refused(address, path, headers, monkeypatch):
+    monkeypatch.setenv("BOKEH_ALLOW_WS_ORIGIN", "*")  # Bokeh's own setting does not open it
+    port = urlsplit(address).port
+    sent = {name: value.format(port=port) for name, value in headers.items()}
+    response, content = answer(address, path, {**(UPGRADE if path == "/ws" else {}), **sent})
+    assert response.status == 403
+    assert b"token" not in content
+
+
+@pytest.mark.parametrize("path", ["/autoload.js", "/metadata", "/nothing", "//evil.example/"])
+def test_what_the_page_does_not_need_is_not_there(address, path):
+    assert answer(address, path)[0].status == 404
+
+
+def test_it_listens_on_the_loopback_interface_alone(address):
+    port = urlsplit(address).port
+    own = {found[4][0] for found in socket.getaddrinfo(socket.gethostname(), None, socket.AF_INET)}
+    others = {ip for ip in own if not ip.startswith("127.")} | {"127.0.0.2"}
+    for ip in others:
+        with socket.socket() as tried:
+            tried.settimeout(5.0)
+            assert tried.connect_ex((ip, port)) != 0
+
+
+def test_the_page_names_no_other_place(address):
+    """Truth: no address in it but its own server's, beside names of XML and what scripts are called by."""
+    _, content = answer(address)
+    found = set(re.findall(rb"(?:src|href)=[\"']([^\"']+)", content))
+    assert all(place.startswith((b"/static/", b"static/", b"data:")) for place in found), found

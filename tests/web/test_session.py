@@ -1,0 +1,213 @@
+"""A tab without a browser. Truth: the simulation itself, differences, the Jacobian of the fit, the record's noise."""
+
+import json
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import synthetic
+from mechid.campaign import read_mechanism
+from mechid.errors import UsageError
+from mechid.identification.identify import make_problem
+from mechid.identification.progress import Progress
+from mechid.web import Source
+from mechid.web.fit_run import RunState
+from mechid.web.session import MOST_SHOWN, Session
+from mechid.web.shown import course, page_data, shown_data
+from mechid.web.state import campaign_at
+
+TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
+SECONDS = 60.0
+
+
+@pytest.fixture
+def session(source):
+    made = Session(source)
+    yield made
+    made.cancel()
+
+
+def at_truth(session):
+    for name, value in TRUTH.items():
+        session.turn(name, value)
+    return session
+
+
+def ended(session):
+    """Wait until the fit has ended, and take it up."""
+    until = time.monotonic() + SECONDS
+    while session.is_fitting and time.monotonic() < until:
+        time.sleep(0.02)
+    assert session.run.state is RunState.FINISHED, session.run.fault
+    assert session.take_up()
+
+
+def test_a_picture_is_the_simulation_of_the_settings_and_its_residual_is_the_noise(session):
+    """Truth: the bench's own simulation, four steps a sample, and the noise that it drew."""
+    picture = at_truth(session).pictures()["full_46"]
+    torque = synthetic.torque_of(synthetic.truth(), synthetic.COMMANDS["full_46"], 3001)
+    assert np.abs(picture.modelled - torque).max() < 1e-4
+    assert picture.numbers.residual_rms == pytest.approx(synthetic.NOISE_NM, rel=0.05)
+    assert picture.numbers.noise_ratio == pytest.approx(1.0, abs=0.05)
+    assert np.abs(picture.measured - picture.modelled - picture.residual).max() < 1e-12
+
+
+def test_turning_a_knob_moves_the_model_and_worsens_the_residual(session):
+    before = at_truth(session).pictures()["full_46"]
+    session.turn("gear.stiffness", 1000.0)
+    after = session.pictures()["full_46"]
+    assert np.abs(after.modelled - before.modelled).max() > 0.05
+    assert after.numbers.noise_ratio > 10.0
+    session.undo()
+    assert np.array_equal(session.pictures()["full_46"].modelled, before.modelled)
+
+
+@pytest.mark.parametrize(
+    "name", ["gear.stiffness", "housing.gain", "stepper.detent.1.phase_deg", "stepper.torque_constant"]
+)
+def test_the_effect_of_a_knob_is_the_difference_that_a_small_step_makes(session, name):
+    at_truth(session).take(name)
+    effect = session.effects()["full_46"]
+    value = session.state.now.values[name]
+    step, words = session.state.knobs[name].step(value)
+    assert effect.words == words
+    tiny = 1e-4 * step
+
+    def modelled(at):
+        session.turn(name, at)
+        return session.pictures()["full_46"].modelled
+
+    slope = (modelled(value + tiny) - modelled(value - tiny)) / (2.0 * tiny)
+    line = np.polynomial.Polynomial.fit(np.arange(slope.size), slope, 1)
+    expected = step * (slope - line(np.arange(slope.size)))
+    assert np.linalg.norm(effect.torque - expected) < 1e-3 * np.linalg.norm(expected)
+    assert effect.rms == pytest.approx(float(np.sqrt(np.mean(expected**2))), rel=1e-3)
+
+
+def test_what_a_record_would_tell_alone_is_the_error_of_a_fit_of_one_parameter(session, campaign):
+    """Truth: the triangle of the fit's own Jacobian, offset and drift projected out."""
+    at_truth(session).set_free("gear.damping", is_free=False)
+    session.take("gear.stiffness")
+    problem = make_problem(campaign_at(campaign, session.state), 1)
+    target = problem.targets[0]
+    J = problem.triangle(target, problem.start, (0, target.samples)).jacobian  # to the logarithm
+    expected = TRUTH["gear.stiffness"] / np.linalg.norm(J)
+    assert session.effects()["full_46"].alone == pytest.approx(expected, rel=1e-3)
+
+
+def test_a_fit_from_here_finds_the_truth_and_undo_takes_it_back(session):
+    start = session.state.now
+    session.fit_from_here()
+    with pytest.raises(UsageError, match="cancel"):
+        session.search()
+    ended(session)
+    estimate = session.estimate
+    for name, true in TRUTH.items():
+        assert session.state.now.values[name] == estimate.values[name]
+        assert abs(estimate.away(name, true)) < 4.0
+    assert estimate.summary["grade"] in ("good", "caution")
+    assert [q["question"] for q in estimate.summary["questions"]][1] == "What is least certain?"
+    session.undo()
+    assert session.state.now == start
+
+
+def test_the_course_of_a_fit_ends_where_the_fit_does(session):
+    session.fit_from_here()
+    ended(session)
+    costs, places = course(session.run.reports, session.state.knobs, session.samples)
+    assert costs[0][1] > 10.0
+    assert costs[-1][1] == pytest.approx(1.0, abs=0.1)
+    for name in TRUTH:
+        knob = session.state.knobs[name]
+        assert places[name][-1][1] == pytest.approx(knob.place(session.estimate.values[name]), abs=1e-6)
+        assert places[name][0][1] != places[name][-1][1]
+
+
+def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session):
+    session.set_free("gear.damping", is_free=False)
+    session.turn("gear.damping", 0.4)
+    session.fit_from_here()
+    ended(session)
+    assert session.state.now.values["gear.damping"] == 0.4
+    was, estimate = session.state, session.estimate
+    session.search()
+    session.cancel()
+    assert session.run.wait(SECONDS)
+    assert session.run.state is RunState.CANCELLED
+    assert not session.take_up()
+    assert (session.state, session.estimate) == (was, estimate)
+
+
+def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):
+    reports = [Progress(1, 4, "multi-start", "", 1e4 / k, 0.0, {"gear.stiffness": 900.0 + k}) for k in range(1, 5001)]
+    costs, places = course(reports, session.state.knobs, 100)
+    assert 250 < len(costs) < 700
+    assert costs[-1] == (5000, pytest.approx(0.02))
+    assert len(places["gear.stiffness"]) == len(costs)
+
+
+def test_an_effect_is_there_also_where_nothing_is_free(campaign):
+    held = Session(Source(replace(campaign, mechanism=campaign.mechanism.with_free(()))))
+    held.take("gear.stiffness")
+    assert held.effects()["full_46"].rms > 1e-4
+
+
+def test_a_fit_that_cannot_be_made_says_why(session):
+    for name in TRUTH:
+        session.set_free(name, is_free=False)
+    session.fit_from_here()
+    assert session.run.wait(SECONDS)
+    assert session.run.state is RunState.FAILED
+    assert "nothing to estimate" in session.run.fault
+
+
+def test_the_saved_mechanism_reads_back_to_the_settings(session, tmp_path):
+    session.turn("gear.stiffness", 987.654321)
+    session.turn("load.inertia", 0.0111)
+    session.set_free("load.inertia", is_free=True)
+    session.set_free("gear.damping", is_free=False)
+    path = tmp_path / "mechanism.toml"
+    path.write_text(session.mechanism_file(), encoding="utf-8")
+    read = read_mechanism(path)
+    assert {
+        q.name: q.value for q in read.parameters.values() if q.name in session.state.knobs
+    } == session.state.now.values
+    assert {q.name for q in read.free} == {"gear.stiffness", "load.inertia"}
+
+
+def test_two_tabs_share_nothing_that_can_be_set(source):
+    one, other = Session(source), Session(source)
+    one.turn("gear.stiffness", 1234.0)
+    one.set_free("gear.damping", is_free=False)
+    one.look(("micro_46",), 0.1)
+    assert other.state.now.values["gear.stiffness"] == source.campaign.mechanism.value("gear.stiffness")
+    assert "gear.damping" in other.state.now.free
+    assert other.shown == ("full_46",)
+
+
+def test_records_side_by_side_are_the_last_ones_chosen_and_exist(session):
+    session.look(("full_46", "micro_46"), 0.1)
+    pictures = session.pictures()
+    assert list(pictures) == ["full_46", "micro_46"]
+    assert all(p.measured.size == 1001 for p in pictures.values())
+    session.look(("micro_46",) * (MOST_SHOWN + 2), 1e9)
+    assert len(session.shown) == MOST_SHOWN
+    assert session.pictures()["micro_46"].measured.size == 2001
+    for names, seconds in ((("other",), 1.0), (("full_46",), 0.0)):
+        with pytest.raises(UsageError):
+            session.look(names, seconds)
+
+
+def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(session, campaign):
+    at_truth(session)
+    pictures = session.pictures()
+    said = shown_data(session, pictures, session.effects())
+    assert set(json.loads(json.dumps(said, allow_nan=False))) == set(said)
+    (panel,) = said["records"]
+    assert panel["grade"] == "good"
+    assert dict(panel["numbers"])["residual"] == f"{1e3 * pictures['full_46'].numbers.residual_rms:.2f} mN m"
+    still = page_data(campaign, session.state.knobs, session.scenes)
+    assert {k["name"] for group in still["groups"] for k in group["knobs"]} == set(said["knobs"])
+    assert all(k["meaning"] in k["hover"] for group in still["groups"] for k in group["knobs"])
