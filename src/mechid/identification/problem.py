@@ -129,7 +129,11 @@ class Problem:
 
     def output(self, quantity: str) -> int:
         """Return which of the plant's outputs a quantity is."""
-        return tuple(self.space.mechanism.plant.outputs).index(quantity)
+        return self._outputs[quantity]
+
+    @cached_property
+    def _outputs(self) -> dict[str, int]:
+        return {quantity: j for j, quantity in enumerate(self.space.mechanism.plant.outputs)}
 
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
         """Return the problem with other noise levels of the leading channels, by record."""
