@@ -104,6 +104,34 @@ def test_edges_per_sample(rate, most):
     assert command.max_edges_per_sample(0.01, 10.0) == most
 
 
+def test_steps_wait_for_the_clock(tmp_path):
+    """Truth: k/3 s to the next tenth of a second; the step at 1 s is on its tick."""
+    table = {"stepping": "full", "rate": 3.0, "clock_tick_s": 0.1}
+    times = Command.from_table(table, "here", tmp_path).excitation(1.45).times
+    assert times == pytest.approx([0.4, 0.7, 1.0, 1.4], abs=1e-12)
+
+
+def test_of_steps_due_at_one_tick_the_last_holds(tmp_path):
+    """Truth: at 10 steps/s and a tick of 0.25 s the indices 2, 5, 7 and 10, and one edge in any quarter of a second."""
+    command = Command.from_table({"stepping": "full", "rate": 10.0, "clock_tick_s": 0.25}, "here", tmp_path)
+    plain = Command.from_table({"stepping": "full", "rate": 10.0}, "here", tmp_path).excitation(1.0)
+    excitation = command.excitation(1.0)
+    assert excitation.times == pytest.approx([0.25, 0.5, 0.75, 1.0], abs=1e-12)
+    np.testing.assert_array_equal(excitation.values, plain.values[[1, 4, 6, 9]])
+    assert command.max_edges_per_sample(0.2, 1.0) == 1
+
+
+def test_a_tick_longer_than_the_record_holds_the_start(tmp_path):
+    command = Command.from_table({"stepping": "full", "rate": 10.0, "clock_tick_s": 2.0}, "here", tmp_path)
+    assert command.excitation(1.0).times.size == 0
+
+
+def test_a_tick_that_cannot_be_is_refused(tmp_path):
+    with pytest.raises(InputFileError) as caught:
+        Command.from_table({"stepping": "full", "rate": 10.0, "clock_tick_s": -1e-3}, "here", tmp_path)
+    assert str(caught.value) == "here.clock_tick_s: found -0.001; write a period in s, or 0 for none"
+
+
 @pytest.mark.parametrize("duration", [-1.0, math.nan, math.inf])
 def test_a_duration_that_cannot_be(duration):
     with pytest.raises(UsageError, match=r"^duration_s: found "):
@@ -125,7 +153,7 @@ WRONG = {
     "far from any key": (
         {**GOOD, "xyz": 2},
         ".xyz: unknown key; the keys of a command are stepping, microsteps, rate, rate_profile, rate_table, "
-        "start_angle_deg, waveform, start",
+        "start_angle_deg, waveform, start, clock_tick_s",
     ),
     "no stepping": ({"rate": 46.0}, '.stepping: missing; write one of "full", "half", "micro"'),
     "near stepping": ({**GOOD, "stepping": "mikro"}, '.stepping: found "mikro"; did you mean "micro"?'),

@@ -141,6 +141,7 @@ Each [[record]] has
     start_angle_deg  electrical angle that the coils hold before the first step; without it 0.0
     waveform         {quoted(WAVEFORMS)}; without it the first
     start            {quoted(STARTS)}; without it the first
+    clock_tick_s     period of the driver's step clock, at whose ticks the steps come; without it 0.0, none
 and may have
   use            {quoted(USES)}: to be fitted, or only compared; without it the first
   offset         false keeps a constant part of the torque, which is removed otherwise

@@ -94,6 +94,30 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     return np.minimum(times[within], duration_s), index[within].astype(np.int64)
 
 
+def on_ticks(times_s: Floats, index: Integers, tick_s: float, duration_s: float) -> tuple[Floats, Integers]:
+    """Return the edges as a step clock lets them through: at the first tick at or after each, the last one of a tick.
+
+    Parameters
+    ----------
+    times_s, index : (E,)
+        As `step_edges` gives them.
+    tick_s : float
+        Period of the clock in s, above 0; it ticks at 0.
+    duration_s : float
+        Edges that come after it are dropped.
+
+    Examples
+    --------
+    >>> on_ticks(np.array([0.33, 0.66, 0.69, 1.0]), np.array([1, 2, 3, 4]), 0.25, 1.0)
+    (array([0.5 , 0.75, 1.  ]), array([1, 3, 4]))
+    """
+    ticks = np.ceil(times_s / tick_s * (1.0 - SLACK))
+    last = np.append(np.diff(ticks) > 0.0, True)[: ticks.size]
+    times = ticks[last] * tick_s
+    within = times <= duration_s * (1.0 + SLACK)
+    return np.minimum(times[within], duration_s), index[last][within]
+
+
 def steps_travelled(profile: RateProfile, times_s: Floats) -> Floats:
     """Return the full steps travelled since t = 0 under a rate, both directions counted up, (N,).
 

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from mechid.command.edges import step_edges
+from mechid.command.edges import Floats, Integers, on_ticks, step_edges
 from mechid.command.entry import chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.rate import RateProfile
@@ -25,7 +25,7 @@ STEPPINGS: tuple[Stepping, ...] = ("full", "half", "micro")
 STARTS: tuple[Start, ...] = ("commanded", "equilibrium")
 FIXED_MICROSTEPS: Mapping[str, int] = {"full": 1, "half": 2}
 MOST_MICROSTEPS = 2**16
-KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "start")
+KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "start", "clock_tick_s")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +46,9 @@ class Command:
         Phase voltages over the electrical angle.
     start : {"commanded", "equilibrium"}
         Whether the rotor starts at the commanded angle or at the nearest equilibrium.
+    clock_tick_s : float
+        Period in s of the driver's step clock, which ticks at command time 0: a step comes at the first tick at or
+        after its instant, and of several due at one tick the last holds. 0 for steps at their own instants.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class Command:
     start_angle_deg: float = 0.0
     waveform: Waveform = "cosine"
     start: Start = "commanded"
+    clock_tick_s: float = 0.0
 
     def __post_init__(self) -> None:
         chosen("stepping", self.stepping, STEPPINGS)
@@ -72,6 +76,8 @@ class Command:
         number("start_angle_deg", self.start_angle_deg)
         chosen("waveform", self.waveform, WAVEFORMS)
         chosen("start", self.start, STARTS)
+        if number("clock_tick_s", self.clock_tick_s) < 0.0:
+            raise UsageError(f"clock_tick_s: found {self.clock_tick_s}; write a period in s, or 0 for none")
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], where: str, folder: Path) -> Command:
@@ -115,6 +121,7 @@ class Command:
             start_angle_deg=number("start_angle_deg", table.get("start_angle_deg", 0.0)),
             waveform=table.get("waveform", "cosine"),
             start=table.get("start", "commanded"),
+            clock_tick_s=number("clock_tick_s", table.get("clock_tick_s", 0.0)),
         )
 
     @property
@@ -144,7 +151,7 @@ class Command:
         UsageError
             If the duration is negative or not finite, or there are too many steps to hold.
         """
-        times, index = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
+        times, index = self._edges(duration_s)
         held = np.concatenate([np.zeros(1, dtype=np.int64), index])
         voltages = phase_voltages(held, self.microsteps, self.start_angle_deg, self.waveform)
         return Excitation(initial=voltages[0].copy(), times=times, values=voltages[1:])
@@ -159,8 +166,13 @@ class Command:
         duration_s : float
             Length of the record in s.
         """
-        times, _ = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
+        times, _ = self._edges(duration_s)
         return most_within(times, h)
+
+    def _edges(self, duration_s: float) -> tuple[Floats, Integers]:
+        """Return the instants of the edges and the step index from each on, at the step clock's ticks."""
+        times, index = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
+        return on_ticks(times, index, self.clock_tick_s, duration_s) if self.clock_tick_s else (times, index)
 
 
 def _checked_duration(duration_s: float) -> float:
