@@ -1,6 +1,7 @@
 """Test stands that differ from record to record. Truth: values that made the records, run by the slow twin."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,6 +19,8 @@ from paper import constant
 from runs import base, run_twin
 
 NOISE_NM = 2e-3
+TICK_S = 4e-4
+"""Of the driver's clock: a microstep every 1.36 ms waits for it up to that long."""
 STAND = {
     "transducer": {"law": "adaptor", "gain": 1.0, "stiffness": 2.0e4, "adaptor_inertia": 1e-4, "damping": 0.05},
     "charge_amplifier": {"time_constant": 0.15},
@@ -46,7 +49,8 @@ def written(folder, seconds=0.6, own=free):
     lines = ['mechanism = "mechanism.toml"']
     for name, (rate, microsteps) in RUNS.items():
         stand = {key: value for key, value in OWN[name].items() if "." in key}
-        command, delay = constant(rate, microsteps=microsteps), OWN[name]["time_offset_s"]
+        command = replace(constant(rate, microsteps=microsteps), clock_tick_s=TICK_S)
+        delay = OWN[name]["time_offset_s"]
         time_base = base(seconds)
         y = run_twin(m.with_values(stand), command, time_base, offset_s=delay).y[:, 0]
         y = y + rng.normal(0.0, NOISE_NM, y.size) + rng.normal(0.0, 0.01)
@@ -55,7 +59,7 @@ def written(folder, seconds=0.6, own=free):
         steps = f'stepping = "micro", microsteps = {microsteps}' if microsteps > 1 else 'stepping = "full"'
         entries = ", ".join(f"{key} = {own(value, 1.02)}" for key, value in stand.items())
         lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', "drift = false",
-                  f"command = {{ {steps}, rate = {rate}, start_angle_deg = 45.0 }}",
+                  f"command = {{ {steps}, rate = {rate}, start_angle_deg = 45.0, clock_tick_s = {TICK_S} }}",
                   "time_offset_s = { value = 0.0, min = -1e-3, max = 1e-3 }",
                   f"test_stand = {{ {entries} }}"]  # fmt: skip
         truth |= {f"record.{name}.{key}": value for key, value in OWN[name].items()}
@@ -70,7 +74,7 @@ def written(folder, seconds=0.6, own=free):
 
 @pytest.mark.slow
 def test_all_effects_of_test_stands_are_found_within_their_errors(tmp_path):
-    """High-pass, anti-alias filter, resonance, gain, polarity, delay, offset; shared, and each record's own."""
+    """High-pass, anti-alias filter, resonance, gain, polarity, delay, offset, clock; shared, and each record's own."""
     truth = written(tmp_path)
     campaign = load_campaign(tmp_path)
     fit = identify(campaign)
