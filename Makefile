@@ -42,7 +42,7 @@ types: $(VENV)/.installed-dev
 	$(BIN)/mypy
 
 pytest: $(VENV)/.installed-dev ## Tests and doctests alone
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist loadfile
 
 format: $(VENV)/.installed-dev ## Bring the sources into form
 	$(BIN)/ruff check --fix .
@@ -51,7 +51,7 @@ format: $(VENV)/.installed-dev ## Bring the sources into form
 lock: ## Write constraints.txt anew from the newest versions that pyproject.toml allows
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
-	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,dataframes,dev,formats]'
+	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,dataframes,dev,formats,structures]'
 	{ echo '# Every version that make installs, by `make lock`; do not edit. What only Windows needs is not pinned.'; \
 	  build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
