@@ -131,7 +131,7 @@ def test_known_values_of_a_record_hold_for_it_alone(tmp_path):
     campaign = load_campaign(tmp_path, read_records=False)
     m = campaign.mechanism.with_values({"transducer.gain": -0.94, "charge_amplifier.time_constant": 0.22})
     torque = simulate(campaign, "full_46", sample_rate_hz=1e4, duration_s=0.05).torque
-    twin = run_twin(m, constant(46.0), base(0.05)).y[:, 0]
+    twin = run_twin(m, replace(constant(46.0), clock_tick_s=TICK_S), base(0.05)).y[:, 0]
     (line,) = [line for line in campaign_data(campaign)["records"][1]["lines"] if "test stand" in line]
     assert line == "its own test stand: transducer.gain = -0.94, charge_amplifier.time_constant = 0.22"
     assert np.linalg.norm(torque - twin) <= 1e-5 * np.linalg.norm(twin)
