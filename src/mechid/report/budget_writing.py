@@ -32,7 +32,7 @@ def write_budget_report(data: Mapping[str, Any], folder: Path | str) -> list[Pat
     """
     folder, contents = Path(folder), budget_contents(data)
     try:
-        pictures = write_figures(budget_figures(contents), folder / FOLDER_NAME)
+        pictures = write_figures(budget_figures(contents).items(), folder / FOLDER_NAME)
         texts = {
             folder / PAGE_NAME: budget_page(contents, pictures), folder / TABLES_NAME: budget_markdown(contents),
         }  # fmt: skip

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len
 
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
@@ -150,8 +151,12 @@ def _points(profile: RateProfile) -> list[tuple[float, float]]:
 
 
 def _spectrum(y: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Return the peak of each group of bins, and its frequency in Hz."""
-    frequency, amplitude = amplitude_spectrum(y, sample_rate_hz)
+    """Return the peak of each group of bins, and its frequency in Hz.
+
+    The last samples, hardly ever more than a few, are left out: the transform of a length with a large prime factor
+    takes several times the memory.
+    """
+    frequency, amplitude = amplitude_spectrum(y[: prev_fast_len(y.size, real=True)], sample_rate_hz)
     starts = peak_groups(frequency, GROUPS)
     peaks = np.maximum.reduceat(amplitude, starts)
     stops = np.append(starts[1:], amplitude.size)

@@ -67,7 +67,7 @@ def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], li
     try:
         folder.mkdir(parents=True, exist_ok=True)
         write_together(texts)
-        write_figures(design_figures(data), folder / FOLDER_NAME)
+        write_figures(design_figures(data).items(), folder / FOLDER_NAME)
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return data, [*texts, folder / FOLDER_NAME]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -59,8 +59,8 @@ SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 Drawing = Callable[[Any], None]
 
 
-def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str, Figure]:
-    """Return the figures by name: of each channel of each record, of the correlation, of the information.
+def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures with their names: of each channel of each record, of the correlation, of the information.
 
     Parameters
     ----------
@@ -68,12 +68,14 @@ def paper_figures(data: Mapping[str, Any], curves: Sequence[Curves]) -> dict[str
         As `report_contents` makes it.
     curves : sequence of Curves
     """
-    with mpl.rc_context(STYLE), np.errstate(all="ignore"):
-        return {name: made(draw, height) for name, height, draw in _drawings(data, curves)}
+    for name, height, draw in _drawings(data, curves):
+        with mpl.rc_context(STYLE), np.errstate(all="ignore"):
+            figure = made(draw, height)
+        yield name, figure
 
 
-def write_figures(figures: Mapping[str, Figure], folder: Path) -> dict[str, str]:
-    """Write each figure as SVG and PNG, and return the SVG texts by name.
+def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[str, str]:
+    """Write each figure as SVG and PNG as it comes, and return the SVG texts by name.
 
     Each file is written beside its place and renamed.
 
@@ -84,14 +86,15 @@ def write_figures(figures: Mapping[str, Figure], folder: Path) -> dict[str, str]
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {}
-    with mpl.rc_context(STYLE):
-        for name, figure in figures.items():
-            svg, png = io.BytesIO(), io.BytesIO()
+    for name, figure in figures:
+        svg, png = io.BytesIO(), io.BytesIO()
+        with mpl.rc_context(STYLE):
             figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
             figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
-            texts[name] = svg.getvalue().decode("utf-8")
-            for suffix, content in (("svg", svg), ("png", png)):
-                _write(folder / f"{name}.{suffix}", content.getvalue())
+        figure.clear()  # its parts refer to one another, and would wait for the collector
+        texts[name] = svg.getvalue().decode("utf-8")
+        for suffix, content in (("svg", svg), ("png", png)):
+            _write(folder / f"{name}.{suffix}", content.getvalue())
     return texts
 
 

@@ -52,7 +52,7 @@ def write_record_figures(campaign: Campaign, folder: Path | str) -> list[Path]:
     """
     figures = record_figures(campaign.records)
     try:
-        write_figures(figures, Path(folder))
+        write_figures(figures.items(), Path(folder))
     except OSError as error:
         raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return [Path(folder) / f"{name}.svg" for name in figures]
