@@ -84,15 +84,16 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.
     Signal Processing 25 (1977), pp. 423-428, doi:10.1109/TASSP.1977.1162979.
     """
     most = min(most, max(series.size // 20, 0))
-    stretches = [series - series.mean()]
+    stretches, mean = [series], float(series.mean())
     if rejected is not None and rejected.size:
-        stretches = _between(series, rejected)
+        stretches, mean = _between(series, rejected), 0.0
         most = min(most, int(np.median([x.size for x in stretches])) // 2) if stretches else 0
     stretches = [x for x in stretches if x.size > most]
-    if not any(np.any(x) for x in stretches):
+    if not any(np.any(x != mean) for x in stretches):
         return Autoregression(np.ones(1), 0.0)
     n = sum(x.size - most for x in stretches)
-    models = _burg(sum((_lagged_products(x, most) for x in stretches[1:]), _lagged_products(stretches[0], most)), n)
+    first, *others = (_lagged_products(x, most, mean) for x in stretches)
+    models = _burg(sum(others, first), n)
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
 
 
@@ -104,17 +105,17 @@ def _between(series: FloatArray, rejected: NDArray[np.int64]) -> list[FloatArray
     return [series[part] - mean for part in parts if part.size]
 
 
-def _lagged_products(x: FloatArray, most: int) -> FloatArray:
-    """Return phi_ij, the sum of x_(k-i) x_(k-j) over k from `most` to the end, (most + 1, most + 1)."""
+def _lagged_products(x: FloatArray, most: int, mean: float = 0.0) -> FloatArray:
+    """Return phi_ij, the sum of x_(k-i) x_(k-j) about `mean`, k from `most` to the end, (most + 1, most + 1)."""
     n = x.size
     phi = np.zeros((most + 1, most + 1))
     for start in range(most, n, BLOCK):
-        stop = min(start + BLOCK, n)
-        phi[0] += [x[start:stop] @ x[start - j : stop - j] for j in range(most + 1)]
+        part = x[start - most : min(start + BLOCK, n)] - mean
+        phi[0] += [part[most:] @ part[most - j : part.size - j] for j in range(most + 1)]
     phi[:, 0] = phi[0]
+    head, tail = x[:most][::-1] - mean, x[n - most :][::-1] - mean
     for i in range(most):  # a lag more on both sides: one product enters at the beginning, one leaves at the end
-        before, last = x[most - 1 - i], x[n - 1 - i]
-        phi[i + 1, 1:] = phi[i, :-1] + before * x[:most][::-1] - last * x[n - most :][::-1]
+        phi[i + 1, 1:] = phi[i, :-1] + head[i] * head - tail[i] * tail
     return phi
 
 
