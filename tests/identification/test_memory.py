@@ -1,4 +1,4 @@
-"""Memory of an identification, before validation and report: what the demo takes, and what a longer record adds."""
+"""Memory of an identification: what the demo takes, and what a longer record adds."""
 
 import subprocess
 import sys
@@ -24,9 +24,9 @@ IDENTIFY = """
 import sys
 from pathlib import Path
 from mechid.campaign import load_campaign
-from mechid.identification.identify import identify
+from mechid.cli.identification import identify_into
 
-identify(load_campaign(sys.argv[1]), workers=2)
+identify_into(load_campaign(sys.argv[1]), Path(sys.argv[2]), workers=2)
 status = dict(line.split(":", 1) for line in Path("/proc/self/status").read_text().splitlines())
 print("peak", int(status["VmHWM"].split()[0]) * 1024)
 """
@@ -35,7 +35,7 @@ print("peak", int(status["VmHWM"].split()[0]) * 1024)
 
 def peak_bytes(folder):
     """Identify a campaign in a process of its own, and return its peak memory."""
-    command = [sys.executable, "-c", IDENTIFY, str(folder)]
+    command = [sys.executable, "-c", IDENTIFY, str(folder), str(folder / "result")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     return int(done.stdout.split()[-1])

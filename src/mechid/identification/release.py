@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.noise import released, whitened_again, without_outliers
+from mechid.identification.problem import Problem
 from mechid.identification.solve import Solution
 from mechid.identification.trail import Trail, joint_fit
 
@@ -14,33 +16,25 @@ REPETITIONS = 2
 
 def fit_with_noise_released(trail: Trail, options: IdentifyOptions, names: tuple[str, ...]) -> Solution:
     """Fit with each record's residual as its noise, where the trail stands, and leave the trail there."""
-    if options.spikes == "reject":
+    rejects = options.spikes == "reject"
+    if rejects:
         trail.problem = without_outliers(trail.problem, trail.q, trail.windows)
     trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
     if options.priors == "search":
         trail.problem = replace(trail.problem, priors={})
     solution = joint_fit(trail, "noise released", names)
-    solution = _whitened_again(trail, solution, names)
-    return _without_outliers(trail, solution, names) if options.spikes == "reject" else solution
+    solution = _fitted_again(trail, solution, names, "whitened again", whitened_again)
+    return _fitted_again(trail, solution, names, "spikes rejected", without_outliers) if rejects else solution
 
 
-def _whitened_again(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
-    """Fit again with prefilters of what the whitened fit leaves, until they stay the same."""
+def _fitted_again(
+    trail: Trail, solution: Solution, names: tuple[str, ...], stage: str, seen_anew: Callable[..., Problem]
+) -> Solution:
+    """Fit again with the noise as what the fit leaves shows it, until that stays the same."""
     for _ in range(REPETITIONS):
-        whiter = whitened_again(trail.problem, trail.q, trail.windows)
-        if whiter is trail.problem:
+        problem = seen_anew(trail.problem, trail.q, trail.windows)
+        if problem is trail.problem:
             break
-        trail.problem = whiter
-        solution = joint_fit(trail, "whitened again", names)
-    return solution
-
-
-def _without_outliers(trail: Trail, solution: Solution, names: tuple[str, ...]) -> Solution:
-    """Reject what the fit has shown to be far off, and fit again, until nothing more is."""
-    for _ in range(REPETITIONS):
-        kept = without_outliers(trail.problem, trail.q, trail.windows)
-        if kept is trail.problem:
-            break
-        trail.problem = kept
-        solution = joint_fit(trail, "spikes rejected", names)
+        trail.problem = problem
+        solution = joint_fit(trail, stage, names)
     return solution
