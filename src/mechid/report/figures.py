@@ -5,6 +5,7 @@ Text stays text in the SVG, so that it can be searched and edited; line styles a
 
 from __future__ import annotations
 
+import gc
 import io
 import math
 import os
@@ -91,10 +92,11 @@ def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[s
         with mpl.rc_context(STYLE):
             figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
             figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
-        figure.clear()  # its parts refer to one another, and would wait for the collector
         texts[name] = svg.getvalue().decode("utf-8")
         for suffix, content in (("svg", svg), ("png", png)):
             _write(folder / f"{name}.{suffix}", content.getvalue())
+        figure.clear()
+        gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
     return texts
 
 
