@@ -87,17 +87,24 @@ def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[s
     """
     folder.mkdir(parents=True, exist_ok=True)
     texts = {}
+    gc.freeze()  # only what the figures make is looked through below
     for name, figure in figures:
-        svg, png = io.BytesIO(), io.BytesIO()
-        with mpl.rc_context(STYLE):
-            figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
-            figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
-        texts[name] = svg.getvalue().decode("utf-8")
-        for suffix, content in (("svg", svg), ("png", png)):
-            _write(folder / f"{name}.{suffix}", content.getvalue())
+        texts[name] = _written(name, figure, folder)
         figure.clear()
         gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
+    gc.unfreeze()
     return texts
+
+
+def _written(name: str, figure: Figure, folder: Path) -> str:
+    """Write a figure as SVG and PNG, and return the SVG's text."""
+    svg, png = io.BytesIO(), io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
+        figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
+    for suffix, content in (("svg", svg), ("png", png)):
+        _write(folder / f"{name}.{suffix}", content.getvalue())
+    return svg.getvalue().decode("utf-8")
 
 
 def _write(path: Path, content: bytes) -> None:
