@@ -8,8 +8,8 @@ import pytest
 from scipy.signal import lfilter
 
 from mechid.campaign.bench import TRUTH
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify
+from mechid.identification.result.fit import FitOutcome
 from synthetic import COMMANDS, NOISE_NM, bench, campaign, displaced, record, torque_of, truth
 
 FREE = ("gear.stiffness", "gear.damping", "stepper.torque_constant", "housing.gain")

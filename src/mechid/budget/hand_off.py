@@ -15,7 +15,7 @@ from mechid.budget.line_of_sight import Response
 from mechid.budget.numbers import band_edges, budget_data
 from mechid.campaign.toml_file import write_whole
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 
 FloatArray = NDArray[np.float64]
 

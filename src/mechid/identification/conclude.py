@@ -15,14 +15,14 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
-from mechid.identification.ambiguity import ambiguity_notes
-from mechid.identification.declaration import DECLARED, taken_campaign
-from mechid.identification.ending import Ending
-from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
-from mechid.identification.problem import Problem
-from mechid.identification.record_fit import record_fit
-from mechid.identification.standard_errors import StandardErrors, standard_errors
-from mechid.identification.verdict import Verdict, judge
+from mechid.identification.identifiability.ambiguity import ambiguity_notes
+from mechid.identification.identifiability.verdict import Verdict, judge
+from mechid.identification.output_error.declaration import DECLARED, taken_campaign
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.ending import Ending
+from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.result.record_fit import record_fit
+from mechid.identification.uncertainty.standard_errors import StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.identification.bootstrap import Bootstrap, DrawOutcome, Spread
-from mechid.identification.estimate_file import json_text
+from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import digits, like, with_sigma
 from mechid.report.results import write_texts
 from mechid.report.terminal import print_lines, say

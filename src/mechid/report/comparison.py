@@ -15,7 +15,7 @@ from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.campaign.toml_file import write_whole
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables

@@ -13,7 +13,7 @@ from mechid.design.design import Design
 from mechid.design.hand_off import design_data, rate_rows
 from mechid.design.proposal import criterion_words, proposed_campaign, proposed_options
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.design_figures import design_figures
 from mechid.report.digits import plain
 from mechid.report.figures import FOLDER_NAME, write_figures

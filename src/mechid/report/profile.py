@@ -9,8 +9,8 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.identification.estimate_file import json_text
-from mechid.identification.profile import Point, Profile
+from mechid.identification.refit.profile import Point, Profile
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import like, with_sigma
 from mechid.report.results import write_texts
 from mechid.report.terminal import print_lines, say

@@ -11,9 +11,9 @@ from typing import Any
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.estimate_file import FILE_NAME as ESTIMATE_NAME
-from mechid.identification.estimate_file import json_text
-from mechid.identification.fit import Fit
+from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
-from mechid.identification.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.quantities import quantity_words

@@ -9,8 +9,8 @@ from typing import Any
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
-from mechid.identification.fit import Fit
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
 from mechid.kernel.equation_text import equations_mathml
 from mechid.report.contents import report_contents
 from mechid.report.curves import record_curves
