@@ -18,7 +18,6 @@ from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.consider import file_slopes
 
 FloatArray = NDArray[np.float64]
-HALF_TURN = 180.0
 UNSEEN = "no record sees it"
 ON_BOUND = "on the bound of the mechanism file"
 NO_PHASE = "zero torque, no phase"

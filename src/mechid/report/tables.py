@@ -16,7 +16,6 @@ from mechid.report.validation import order_rows, validation_rows
 from mechid.units import unit_words
 
 FORMAT = "mechid-report/1"
-BAD_DEVIATION = 3.0
 
 
 def report_data(

@@ -26,7 +26,6 @@ from mechid.web.state import State, campaign_at, first_state
 MOST_SHOWN = 4
 """Records side by side."""
 FIRST_LOOK_S = 1.0
-HEADER = "set by hand with mechid explore, from {}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
+from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
 
@@ -50,8 +51,7 @@ class Journal:
             The file cannot be written, or the run to be resumed had other inputs.
         """
         inputs = {**inputs, "version of mechid": _source_digest()}
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
+        with writable(path.parent):
             lines = _whole_lines(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
             if not resume or begun is None:
@@ -61,8 +61,6 @@ class Journal:
             _refuse_others(path, lines[begun].get("inputs", {}), inputs)
             journal = cls(path, {line["key"]: line for line in lines[begun:] if line["event"] == STEP})
             journal.note(RESUMED)
-        except OSError as error:
-            raise UsageError(f"{path}: cannot be written to ({error.strerror}); give another folder") from error
         return journal
 
     def note(self, event: str, **entries: object) -> None:

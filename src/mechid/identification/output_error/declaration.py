@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, RateProfile
@@ -51,6 +52,18 @@ class Taken:
         if self.left_out:
             own["use"] = "validate"
         return own
+
+    @classmethod
+    def from_dict(cls, own: Mapping[str, Any]) -> Taken:
+        """Return what `to_dict` wrote down."""
+        delay = own.get("time_offset_s")
+        return cls(
+            polarity=own.get("polarity", 1),
+            direction=own.get("direction", 1),
+            start_angle_deg=own.get("start_angle_deg"),
+            time_offset_s=(delay[0], delay[1], delay[2]) if delay else None,
+            left_out="use" in own,
+        )
 
     @property
     def changes(self) -> int:

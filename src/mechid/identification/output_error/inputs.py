@@ -1,8 +1,10 @@
-"""Digests of all that the search of a campaign sees, by name, to tell whether two runs have the same inputs."""
+"""Digests of a campaign's files, and of all that its search sees, to tell whether two runs have the same inputs."""
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import astuple
+from pathlib import Path
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
@@ -19,6 +21,17 @@ def campaign_digests(campaign: Campaign) -> dict[str, str]:
         "options": digest(list(astuple(campaign.options))),
         **{f"record {r.name}": target_digest(target_of(r)) for r in campaign.estimated if r.data is not None},
     }
+
+
+def file_digests(campaign: Campaign) -> dict[str, str]:
+    """Return SHA-256 by file name: of the campaign's two files as they are, of the records as they were read."""
+    own = {path.name: file_digest(path) for path in (campaign.path, campaign.mechanism_path)}
+    return own | {r.data.path.name: r.data.digest for r in campaign.records if r.data is not None}
+
+
+def file_digest(path: Path) -> str:
+    """Return the SHA-256 of a file's bytes; empty where there is none."""
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""
 
 
 def _of_mechanism(mechanism: Mechanism) -> str:

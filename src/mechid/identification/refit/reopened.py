@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +14,7 @@ from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
 from mechid.identification.computation.progress import silent
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Taken, taken_campaign
+from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import FitOutcome
@@ -83,7 +82,8 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
         The fit has no optimum.
     """
     _refuse_others(campaign, estimate)
-    campaign = taken_campaign(campaign, {name: _taken(r) for name, r in estimate["records"].items() if r.get("taken")})
+    taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
+    campaign = taken_campaign(campaign, taken)
     parameters: dict[str, Any] = estimate["parameters"]
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     problem, q, windows = _at(campaign, make_problem(campaign, workers), values)
@@ -99,14 +99,6 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
-
-
-def _taken(record: Mapping[str, Any]) -> Taken:
-    """Return how the fit took a record, from its table in estimate.json."""
-    own = dict(record["taken"])
-    offset = own.pop("time_offset_s", None)
-    left_out = own.pop("use", "") == "validate"
-    return Taken(**own, left_out=left_out, time_offset_s=tuple(offset) if offset else None)
 
 
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
@@ -135,12 +127,6 @@ def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     if code not in {outcome.code for outcome in ENOUGH}:
         raise FitError(f"the fit has no optimum to look around from ({code}); identify until it converges")
     found = estimate["provenance"]["inputs_sha256"]
-    now = {path.name: _digest(path) for path in (campaign.path, campaign.mechanism_path)}
-    now |= {r.data.path.name: r.data.digest for r in campaign.records if r.data is not None}
-    other = [name for name, digest in now.items() if found.get(name) != digest]
+    other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
     if other:
         raise InputFileError(f"{campaign.path}: {', '.join(other)}: not as in the fit; identify anew")
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

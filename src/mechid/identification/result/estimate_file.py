@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.toml_file import write_whole
 from mechid.errors import InputFileError
 from mechid.identification.result.fit import FORMAT, Fit
+from mechid.writing import write_whole
 
 FILE_NAME = "estimate.json"
 

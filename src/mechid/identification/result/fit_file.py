@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,6 +12,7 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import (
     ChannelFit,
@@ -78,7 +78,9 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
-        name: RecordFit(name=name, channels=_channels(r["channels"]), taken=_taken(r["taken"]), **_kept(r, ESTIMATED))
+        name: RecordFit(
+            name=name, channels=_channels(r["channels"]), taken=Taken.from_dict(r["taken"]), **_kept(r, ESTIMATED)
+        )
         for name, r in content["records"].items()
     }
     return Fit(
@@ -105,18 +107,6 @@ def _channel(own: Mapping[str, Any]) -> ChannelFit:
     return ChannelFit(**{**own, "rejected_runs": runs})
 
 
-def _taken(entries: Mapping[str, Any]) -> Taken:
-    """Return what `Taken.to_dict` wrote down."""
-    delay = entries.get("time_offset_s")
-    return Taken(
-        polarity=entries.get("polarity", 1),
-        direction=entries.get("direction", 1),
-        start_angle_deg=entries.get("start_angle_deg"),
-        time_offset_s=(delay[0], delay[1], delay[2]) if delay else None,
-        left_out="use" in entries,
-    )
-
-
 def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
     return {k: math.nan if entries[k] is None and k in NUMBERS else entries[k] for k in keys}
 
@@ -129,6 +119,5 @@ def _refuse_changed(digests: Mapping[str, str], campaign: Campaign, path: Path) 
     """Compare the files as they are with those that were identified."""
     files = [campaign.path, campaign.mechanism_path, *(r.data.path for r in campaign.records if r.data is not None)]
     for file in files:
-        digest = hashlib.sha256(file.read_bytes()).hexdigest() if file.is_file() else ""
-        if digests.get(file.name, "") != digest:
+        if digests.get(file.name, "") != file_digest(file):
             raise InputFileError(f"{path}: {file} is not the file that was identified; identify anew")

@@ -6,13 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.errors import UsageError
 from mechid.report.budget.contents import budget_contents
 from mechid.report.budget.figures import budget_figures
 from mechid.report.budget.markdown import budget_markdown
 from mechid.report.budget.page import budget_page
 from mechid.report.figures import FOLDER_NAME, write_figures
-from mechid.report.results import write_together
+from mechid.writing import writable, write_together
 
 PAGE_NAME, TABLES_NAME = "budget.html", "budget.md"
 
@@ -31,12 +30,7 @@ def write_budget_report(data: Mapping[str, Any], folder: Path | str) -> list[Pat
         The folder cannot be written to.
     """
     folder, contents = Path(folder), budget_contents(data)
-    try:
+    with writable(folder):
         pictures = write_figures(budget_figures(contents).items(), folder / FOLDER_NAME)
-        texts = {
-            folder / PAGE_NAME: budget_page(contents, pictures), folder / TABLES_NAME: budget_markdown(contents),
-        }  # fmt: skip
-        write_together(texts)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-    return [*texts, folder / FOLDER_NAME]
+    texts = {PAGE_NAME: budget_page(contents, pictures), TABLES_NAME: budget_markdown(contents)}
+    return [*write_together(folder, texts), folder / FOLDER_NAME]
