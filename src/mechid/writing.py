@@ -23,7 +23,12 @@ def whole(path: Path) -> Iterator[Path]:
 
 def write_whole(path: Path, content: str | Iterable[str]) -> None:
     """Write a text file, given whole or in pieces."""
-    with whole(path) as beside, beside.open("w", encoding="utf-8", newline="\n") as file:
+    with whole(path) as beside:
+        _write(beside, content)
+
+
+def _write(path: Path, content: str | Iterable[str]) -> None:
+    with path.open("w", encoding="utf-8", newline="\n") as file:
         file.writelines((content,) if isinstance(content, str) else content)
 
 
@@ -40,12 +45,28 @@ def writable(folder: Path | str) -> Iterator[None]:
         Path(folder).mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
-        why = error.strerror or error
-        raise UsageError(f"{folder}: cannot be written to ({why}); give another folder") from error
+        raise _refusal(Path(folder), error) from error
 
 
-def write_together(folder: Path | str, texts: Mapping[str, str]) -> list[Path]:
-    """Write texts by file name into a folder; earlier ones are replaced, in this order, when all are whole.
+def refuse_unwritable(folder: Path | str) -> None:
+    """Raise UsageError where a folder cannot be made or written to; nothing is made. For what takes long before it."""
+    folder = Path(folder)
+    place = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+    if not place.is_dir():
+        raise _refusal(folder, NotADirectoryError())
+    if not os.access(place, os.W_OK):
+        raise _refusal(folder, PermissionError(0, "no permission"))
+
+
+def _refusal(folder: Path, error: OSError) -> UsageError:
+    """Return the error that a folder cannot be written to, with the reason."""
+    files = [place for place in (folder, *folder.parents) if place.is_file()]
+    why = f"{files[0]} is a file" if files else error.strerror or error
+    return UsageError(f"{folder}: cannot be written to ({why}); give another folder")
+
+
+def write_together(folder: Path | str, texts: Mapping[str, str | Iterable[str]]) -> list[Path]:
+    """Write texts, whole or in pieces, by file name; earlier ones are replaced, in this order, when all are whole.
 
     Returns
     -------
@@ -60,5 +81,5 @@ def write_together(folder: Path | str, texts: Mapping[str, str]) -> list[Path]:
     files = {Path(folder) / name: text for name, text in texts.items()}
     with writable(folder), ExitStack() as renamed:
         for path, text in reversed(files.items()):  # what is entered last is renamed first
-            renamed.enter_context(whole(path)).write_text(text, encoding="utf-8", newline="\n")
+            _write(renamed.enter_context(whole(path)), text)
     return list(files)

@@ -58,7 +58,7 @@ def test_files_that_are_there_stay(folder):
         ("structure.toml", "structur.toml", 'there is no such file; did you mean "structure.toml"'),
         ("load_inertia", "load_inertai", 'flight.load_inertai: unknown key; did you mean "load_inertia"'),
         ("peak_voltage = 0.06", "peak_voltage = -0.06", "flight.spread.stepper.peak_voltage: found -0.06"),
-        ("count = 26", "count = 1", "mode[0].rate_range: found 10 to 60 in 1"),
+        ("count = 26", "count = 1", "mode[0].rate_range: found from 10 to 60 in 1 rates; from is below to"),
         ("microsteps = 16 }", "microsteps = 16, rate = 5.0 }", "mode[0]: found 2 of command.rate, rates, rate_range"),
         ("rate = 92.0", "rate = -92.0", "mode[1]: found -92; a steady rate is above 0"),
         ("rate = 92.0", "rate_profile = [[0, 1]]", "mode[1].duration_s: found 0; write a number above 0 in s"),

@@ -166,7 +166,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "campaign.toml: "
     "same name but for the case": (
         NAME,
         'name = "Sweep"',
-        'record[1].name: "sweep" is but for the case also the name of record[0]; give each record its own',
+        'record[1].name: "sweep" is but for capitals the name of record[0]; give each record its own',
     ),
     "no file": (
         'file = "full_46.csv"',

@@ -253,12 +253,12 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
     "against physics": (
         "viscous = 9.74e-4",
         "viscous = -1.0",
-        "friction.viscous: found -1; viscous friction cannot be below 0 in N m s/rad",
+        "friction.viscous: found -1; viscous friction cannot be below 0 N m s/rad",
     ),
     "bound against physics": (
         "min = 300.0",
         "min = -300.0",
-        "gear.stiffness.min: found -300; gear stiffness at output cannot be below 0 in N m/rad",
+        "gear.stiffness.min: found -300; gear stiffness at output cannot be below 0 N m/rad",
     ),
     "zero in a denominator": (
         "coil_inductance = 0.0229",

@@ -70,7 +70,7 @@ def test_the_example_is_a_record(tmp_path):
     ("files", "names"),
     [
         (["run 1.csv"], ["run_1"]),
-        (["Prüfung.csv"], ["Pr_fung"]),
+        (["Prüfung.csv"], ["Prufung"]),
         (["°.csv"], ["record"]),
         (["a/run.csv", "b/Run.csv", "b/run.txt"], ["run", "Run_2", "run_3"]),
         (["run_2.csv", "x/run.csv", "y/run.csv"], ["run_2", "run", "run_3"]),

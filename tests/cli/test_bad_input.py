@@ -42,6 +42,23 @@ def test_a_missing_campaign_is_3(refused, tmp_path):
     assert "mechid new" in refused(3, "check", tmp_path)
 
 
+def test_a_file_of_another_kind_is_named_as_what_it_is(refused, folder):
+    assert "mechanism.toml: is a mechanism file; give a campaign file" in refused(3, "check", folder / MECHANISM)
+    assert "campaign.toml: is a campaign file; give a mechanism file" in refused(3, "kernel", folder / CAMPAIGN)
+    line = refused(3, "budget", folder / CAMPAIGN, "--out", folder / "out")
+    assert "campaign.toml: is a campaign file; give a budget file" in line
+
+
+def test_a_table_that_stands_twice_is_told_to_be_kept_once(refused, changed):
+    folder = changed(MECHANISM, "[load]", "[gear]\nratio = 50\n[load]")
+    line = refused(3, "check", folder)
+    assert "twice, in '[gear]'; the name is there already: keep one" in line
+
+
+def test_equations_in_two_forms_at_once_are_2(refused):
+    assert "--source, --latex: give one of them" in refused(2, "kernel", "--source", "--latex")
+
+
 WRONG_RECORDS = {
     "missing": (None, 'did you mean "full_46.csv"?'),
     "empty": (lambda lines: lines[:1], "no samples"),

@@ -26,7 +26,7 @@ def test_numbers_keep_their_last_bit(digits):
         ('{"format": "mechid-estimate/9"}', 'found "mechid-estimate/9"; this mechid reads "mechid-estimate/1"'),
         ("{}", "format: found null"),
         ("[]", "format: found null"),
-        ("{", "cannot be read"),
+        ("{", "is damaged"),
     ],
 )
 def test_a_file_that_is_no_estimate_is_refused(tmp_path, content, fragment):
@@ -35,6 +35,57 @@ def test_a_file_that_is_no_estimate_is_refused(tmp_path, content, fragment):
     with pytest.raises(InputFileError, match=r"estimate\.json") as error:
         read_estimate(path)
     assert fragment in str(error.value)
+
+
+def minimal():
+    return {
+        "format": "mechid-estimate/1",
+        "outcome": {"code": "converged"},
+        "parameters": {"gear.damping": {"value": 0.39, "status": "free"}},
+        "correlation": {"names": ["gear.damping"], "matrix": [[1.0]]},
+        "covariance": {"names": ["gear.damping"], "matrix": [[1e-6]]},
+        "records": {},
+        "provenance": {},
+    }
+
+
+def of_gear(**entries):
+    """Return what spoils the table of the one parameter."""
+    return lambda estimate: estimate["parameters"]["gear.damping"].update(entries)
+
+
+DAMAGES = {
+    "a value that is no number": (of_gear(value="0.39"), 'parameters.gear.damping.value: found "0.39"'),
+    "a value that is not finite": (of_gear(value=float("nan")), "value: found NaN"),
+    "a value that is null": (of_gear(value=None), "value: found null"),
+    "no status": (of_gear(status=None), "parameters.gear.damping.status: missing"),
+    "no parameters": (lambda e: e.pop("parameters"), "parameters: missing"),
+    "no outcome": (lambda e: e["outcome"].clear(), "outcome.code: missing"),
+    "a matrix of another size": (
+        lambda e: e["covariance"].update(matrix=[[1.0, 2.0]]),
+        "covariance.matrix: is not 1 x",
+    ),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_damage_is_named_with_its_place(tmp_path, damage):
+    """Truth: the same content without the damage is read."""
+    path, content = tmp_path / "estimate.json", minimal()
+    path.write_text(json.dumps(content))
+    assert read_estimate(path) == content
+    spoil, says = DAMAGES[damage]
+    spoil(content)
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputFileError, match="identify anew") as error:
+        read_estimate(path)
+    assert says in str(error.value)
+
+
+def test_a_file_where_the_folder_should_be_is_told(tmp_path):
+    (tmp_path / "fit").write_text("")
+    with pytest.raises(InputFileError, match="fit: is no folder"):
+        read_estimate(tmp_path / "fit" / "estimate.json")
 
 
 def test_a_missing_file_is_refused_with_a_remedy(tmp_path):

@@ -110,5 +110,5 @@ def test_the_truth_of_an_earlier_report_is_read(reported, tmp_path):
     with pytest.raises(InputFileError, match="no such file"):
         read_truth(tmp_path)
     (tmp_path / "report.json").write_text("{")
-    with pytest.raises(InputFileError, match="cannot be read"):
+    with pytest.raises(InputFileError, match="is damaged"):
         read_truth(tmp_path)

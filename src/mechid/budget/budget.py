@@ -112,7 +112,7 @@ class _Maker:
     def steady(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with steady rates."""
         file, mode = self.file, _refined(mode, self.file, self.estimate)
-        self.listener(f'mode "{mode.name}": {mode.rates.size} rates')
+        self.listener(f'mode "{mode.name}": {mode.rates.size} rate{"s" * (mode.rates.size > 1)}')
         responses = self._responses(self.estimate.mechanism, mode, self.names)
         levels = {r.name: level_curve(r, responses, self.estimate, file.errors, file.seed) for r in file.requirements}
         worst = int(np.argmax([response.rms().max() for response in responses]))

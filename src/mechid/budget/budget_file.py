@@ -45,7 +45,7 @@ def read_budget_file(path: Path | str) -> BudgetFile:
         The file or its structure is missing or wrong; one line with place, what was found and remedy.
     """
     path = Path(path)
-    table, place = read_toml(path), Place(path.name)
+    table, place = read_toml(path, "budget"), Place(path.name)
     refuse_unknown_keys(table, KEYS, place)
     estimate = text(
         required(table, "estimate", place, 'write estimate = "estimate.json", as mechid identify leaves it'),

@@ -46,12 +46,15 @@ class Flight:
         Of what is not estimated and not known exactly, as voltage or flight load: part of the band.
     load_modes : tuple of LoadMode
         Their inertias are part of the load's.
+    place : str
+        Where it stands, for messages.
     """
 
     values: Mapping[str, float] = field(default_factory=dict)
     spread: Mapping[str, float] = field(default_factory=dict)
     uncertain: Mapping[str, float] = field(default_factory=dict)
     load_modes: tuple[LoadMode, ...] = ()
+    place: str = "flight"
 
 
 def read_flight(entry: Any, place: Place) -> Flight:
@@ -69,7 +72,7 @@ def read_flight(entry: Any, place: Place) -> Flight:
     values |= _numbers(entry.get("values", {}), place.key("values"))
     spread, uncertain = (_deviations(entry.get(key, {}), place.key(key)) for key in ("spread", "uncertain"))
     modes = tuple(_load_mode(mode, at) for mode, at in tables(entry, "load_mode", place))
-    return Flight(values, spread, uncertain, modes)
+    return Flight(values, spread, uncertain, modes, str(place))
 
 
 def _numbers(entry: Any, place: Place) -> dict[str, float]:

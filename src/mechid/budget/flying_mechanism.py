@@ -72,17 +72,21 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         for name in given:
             if name not in own:
                 near = did_you_mean(name, own) or f"; the parameters are {', '.join(own)}"
-                raise InputFileError(f"flight.{where}: unknown parameter {name}{near}")
+                raise InputFileError(f"{flight.place}.{where}: unknown parameter {name}{near}")
         for name in given if where != "values" else ():
             if content["parameters"][name]["status"] == "tied" and name not in flight.values:
-                raise InputFileError(f"flight.{where}: {name} follows another parameter; name that one")
+                raise InputFileError(f"{flight.place}.{where}: {name} follows another parameter; name that one")
     names, covariance = _covariance(content, path)
     flying = [k for k, name in enumerate(names) if name in own and name not in flight.values]
     known = tuple(names[k] for k in flying)
     for name in set(flight.uncertain) & set(known):
-        raise InputFileError(f"flight.uncertain: {name} is estimated and has its error from there; leave it out")
+        raise InputFileError(
+            f"{flight.place}.uncertain: {name} is estimated and has its error from there; leave it out"
+        )
     return Estimate(
-        mechanism=_mechanism({**own, **flight.values}, flight, content["parameters"], path.name),
+        mechanism=_mechanism(
+            {**own, **flight.values}, flight, content["parameters"], flight.place if flight.values else path.name
+        ),
         names=(*known, *flight.uncertain),
         covariance=block_diag(covariance[np.ix_(flying, flying)], np.diag(np.square(list(flight.uncertain.values())))),
         discrepancy=read_discrepancy(content, path.parent),
@@ -115,7 +119,7 @@ def _mechanism(values: Mapping[str, float], flight: Flight, entries: Mapping[str
     hub = rigid.value("load.inertia") - sum(mode.inertia for mode in flight.load_modes)
     if hub <= 0.0:
         total = rigid.value("load.inertia")
-        raise InputFileError(f"flight.load_mode: their inertias leave nothing of the load's {total:.9g} kg m2")
+        raise InputFileError(f"{flight.place}.load_mode: their inertias leave nothing of the load's {total:.9g} kg m2")
     plant = in_flight(_orders(rigid), 0, len(flight.load_modes))
     modes = {
         f"load.{k}.{key}": value

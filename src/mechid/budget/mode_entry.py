@@ -133,7 +133,10 @@ def _range(entry: Any, place: Place) -> FloatArray:
     low, high = (number(required(entry, k, place, RATE_REMEDY), place.key(k), "full steps/s") for k in ("from", "to"))
     count = entry.get("count", 0)
     if not is_whole(count, 2, MOST_RATES) or low >= high:
-        raise place.error(f"found {low:.9g} to {high:.9g} in {count}; {RATE_REMEDY}")
+        raise place.error(
+            f"found from {low:.9g} to {high:.9g} in {count} rates; from is below to, "
+            f"count a whole number from 2 to {MOST_RATES}"
+        )
     return np.linspace(low, high, count)
 
 

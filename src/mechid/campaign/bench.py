@@ -21,6 +21,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.trajectory_file import record_rows, refuse_lost
+from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 from mechid.writing import writable, write_whole
 
@@ -85,6 +86,12 @@ def bench_records(sweep_s: float = 60.0) -> tuple[BenchRecord, ...]:
 def true_mechanism() -> Mechanism:
     """Return the mechanism that the bench's records are simulated with."""
     return catalogue_mechanism().with_values(TRUTH)
+
+
+def refuse_measured_campaign(folder: Path) -> None:
+    """Raise UsageError where a folder holds a campaign that is no bench, and would be replaced by one."""
+    if (folder / FILE_NAME).exists() and not (folder / TRUTH_NAME).exists():
+        raise UsageError(f"{folder}: holds a {FILE_NAME} of measured records; give another folder")
 
 
 def write_bench(folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0) -> Path:

@@ -47,7 +47,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
         A record's file is missing or cannot be used.
     """
     file = _campaign_file(Path(path))
-    table, place = read_toml(file), Place(file.name)
+    table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     options = read_identify_options(table, place)
     mechanism_path = file.parent / _mechanism(table, place)

@@ -43,7 +43,7 @@ def read_mechanism(path: Path | str) -> Mechanism:
     InputFileError
         The file is missing or wrong; one line with place and remedy.
     """
-    return mechanism_from_table(read_toml(Path(path)), Path(path).name, Path(path).parent)
+    return mechanism_from_table(read_toml(Path(path), "mechanism"), Path(path).name, Path(path).parent)
 
 
 def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Path()) -> Mechanism:

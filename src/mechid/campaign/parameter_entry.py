@@ -112,7 +112,8 @@ def _limited(entry: Any, declaration: Declaration, place: Place) -> float:
         return value
     low = value < declaration.lower
     limit = f"below {declaration.lower:.9g}" if low else f"above {declaration.upper:.9g}"
-    reason = f"{declaration.meaning} cannot be {limit}{in_unit(declaration.unit)}"
+    unit = "" if declaration.unit == "1" else f" {declaration.unit}"
+    reason = f"{declaration.meaning} cannot be {limit}{unit}"
     raise place.error(f"found {value:.9g}; {reason}")
 
 

@@ -114,7 +114,8 @@ def _time_base(record: CampaignRecord, rate_hz: float | None, duration_s: float 
     rate_hz = rate_hz if rate_hz is not None else data.sample_rate_hz if data else record.spec.sample_rate_hz
     duration_s = data.duration_s if data and duration_s is None else duration_s
     if rate_hz is None or duration_s is None:
-        raise UsageError(f'record "{record.name}" has no file; give both a sample rate and a duration for it')
+        remedy = "give both a sample rate and a duration for it (--sample-rate-hz, --duration-s)"
+        raise UsageError(f'record "{record.name}" has no file; {remedy}')
     return TimeBase(rate_hz, _samples(rate_hz, duration_s), start_s)
 
 

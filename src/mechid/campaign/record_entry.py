@@ -158,7 +158,7 @@ def _refuse_same_names(records: tuple[CampaignRecord, ...], places: list[Place])
     for index, record in enumerate(records):
         earlier = seen.setdefault(record.name.casefold(), index)
         if earlier != index:
-            how = "also" if records[earlier].name == record.name else "but for the case also"
+            how = "also" if records[earlier].name == record.name else "but for capitals"
             raise (
                 places[index]
                 .key("name")

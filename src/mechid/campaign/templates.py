@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -177,7 +178,8 @@ def _comment(text: str) -> list[str]:
 
 def _name(file: Path, taken: set[str]) -> str:
     """Return a record's name for a file, other than those taken, and take it."""
-    plain = NOT_IN_NAMES.sub("_", file.stem).strip("_") or "record"
+    letters = unicodedata.normalize("NFKD", file.stem).encode("ascii", "ignore").decode()
+    plain = NOT_IN_NAMES.sub("_", letters).strip("_") or "record"
     name, count = plain, 2
     while name.casefold() in taken:
         name, count = f"{plain}_{count}", count + 1

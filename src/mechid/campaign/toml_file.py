@@ -10,22 +10,39 @@ from typing import Any
 from mechid.errors import InputFileError, did_you_mean
 
 _WHERE = re.compile(r"\s*\(at line (\d+), column (\d+)\)$")
+KINDS = {
+    "mechanism": {"assembly", "stepper", "friction", "gear", "load"},
+    "campaign": {"mechanism", "record", "stage"},
+    "budget": {"estimate", "requirement"},
+}
+"""Keys at the top by which a file shows what it is."""
 _QUOTED = {'"': '\\"', "\\": "\\\\"}
 
 
-def read_toml(path: Path) -> dict[str, Any]:
+def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
     """Return what a TOML file holds.
+
+    Parameters
+    ----------
+    path : Path
+    kind : str
+        Which of `KINDS` it has to be; empty for any.
 
     Raises
     ------
     InputFileError
-        The file is missing, no text, or no TOML; with line and column where there are any.
+        The file is missing, no text, no TOML (with line and column where there are any), or of another kind.
     """
     content = _content(path)
     try:
-        return tomllib.loads(content)
+        table = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
+    if kind and not KINDS[kind] & table.keys():
+        other = next((name for name, keys in KINDS.items() if keys & table.keys()), "")
+        if other:
+            raise InputFileError(f"{path.name}: is a {other} file; give a {kind} file")
+    return table
 
 
 def toml_text(value: str) -> str:
@@ -66,10 +83,12 @@ def _syntax(message: str, content: str) -> str:
     row, column = (int(at[1]), f", column {at[2]}") if at else (len(lines), "")
     what = _WHERE.sub("", message).removesuffix(" (at end of document)")
     line = lines[row - 1].strip()[:60] if 0 < row <= len(lines) else ""
-    return f"line {row}{column}: {what[:1].lower()}{what[1:]}, in '{line}'; {_remedy(line)}"
+    return f"line {row}{column}: {what[:1].lower()}{what[1:]}, in '{line}'; {_remedy(line, what)}"
 
 
-def _remedy(line: str) -> str:
+def _remedy(line: str, what: str) -> str:
+    if "twice" in what or "overwrite" in what:
+        return "the name is there already: keep one, or write [[...]] before each where there may be several"
     if line.count("{") > line.count("}"):
         return "a table in { } has to stand on one line"
     if "\\" in line:

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.errors import FitError
+from mechid.errors import FitError, UsageError
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 from mechid.units import SI_UNIT
-from mechid.writing import writable, write_whole
+from mechid.writing import write_together
 
 REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
@@ -23,7 +23,7 @@ TIME_FORMAT, TORQUE_FORMAT = "%.15g", "%.12e"
 
 
 def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | str) -> dict[str, Path]:
-    """Write each trajectory as ``<name>.csv``, one header line; whole or not at all.
+    """Write each trajectory as ``<name>.csv``, one header line; all or none.
 
     Parameters
     ----------
@@ -45,14 +45,21 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
         The folder cannot be written to.
     """
     refuse_lost(trajectories)
-    files = {name: Path(folder) / f"{name}.csv" for name in trajectories}
-    with writable(folder):
-        for name, path in files.items():
-            trajectory = trajectories[name]
-            others = {quantity: y for quantity, y in trajectory.values.items() if quantity != trajectory.quantity}
-            rows = record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity, others=others)
-            write_whole(path, rows)
-    return files
+    files = write_together(folder, {f"{name}.csv": _rows(trajectory) for name, trajectory in trajectories.items()})
+    return dict(zip(trajectories, files, strict=True))
+
+
+def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | str) -> None:
+    """Raise UsageError where a simulated ``<name>.csv`` would replace one of the measured `files`."""
+    places = {(Path(folder) / f"{name}.csv").resolve() for name in names}
+    lost = next((file for file in files if file.resolve() in places), None)
+    if lost is not None:
+        raise UsageError(f"{folder}: holds the measured {lost.name}, which must not be replaced; give another folder")
+
+
+def _rows(trajectory: Trajectory) -> Iterator[str]:
+    others = {quantity: y for quantity, y in trajectory.values.items() if quantity != trajectory.quantity}
+    return record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity, others=others)
 
 
 def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:

@@ -30,7 +30,10 @@ from mechid.errors import MechidError
 
 INTERRUPTED, UNEXPECTED = 130, 1
 DEBUG = "MECHID_DEBUG"
-EPILOG = "Exit codes: 0 good, 2 usage, 3 mechanism or campaign file, 4 record, 5 fit did not succeed, 130 interrupted."
+EPILOG = (
+    "Exit codes: 0 good, 1 a fault of mechid's own, 2 usage, 3 a wrong input file, 4 record, "
+    "5 fit did not succeed, 130 interrupted."
+)
 
 
 class Verbs(TyperGroup):

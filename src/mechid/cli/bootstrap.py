@@ -24,7 +24,7 @@ def bootstrap(
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
-    """Simulate the records at the estimate with noise like theirs, refit, and see how the estimates scatter."""
+    """Refit simulated records, and see how estimates scatter."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
     from mechid.identification.computation.journal import Journal

@@ -13,7 +13,7 @@ def budget(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     workers: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
 ) -> None:
-    """Predict the microvibration at the payload, against requirements."""
+    """Predict the line of sight's error against requirements."""
     from mechid.budget.budget import make_budget
     from mechid.budget.budget_file import read_budget_file
     from mechid.budget.hand_off import write_budget
@@ -21,8 +21,11 @@ def budget(
     from mechid.report.budget.terminal import print_budget
     from mechid.report.budget.writing import write_budget_report
     from mechid.report.terminal import console_on
+    from mechid.writing import refuse_unwritable
 
-    made = make_budget(read_budget_file(file), workers, lambda line: typer.echo(line, err=True))
+    asked = read_budget_file(file)
+    refuse_unwritable(out)
+    made = make_budget(asked, workers, lambda line: typer.echo(line, err=True))
     data = budget_data(made)
     files = write_budget(made, out, data)
     print_budget(data, console_on(), [*files, *write_budget_report(data, out)])

@@ -16,7 +16,7 @@ def check(
         Path | None, typer.Option(metavar="DIR", help="Write a picture of each record with its command into DIR.")
     ] = None,
 ) -> None:
-    """Read a campaign and say what was understood, and what is odd; or list what a data file holds."""
+    """Say what was understood of a campaign, or list a data file."""
     from mechid.campaign import load_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.errors import UsageError

@@ -12,7 +12,7 @@ def compare(
     fits: Annotated[list[Path], typer.Argument(metavar="FIT FIT...", help="Result folders of mechid identify.")],
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for comparison.json.")] = None,
 ) -> None:
-    """Compare finished fits of the same records under different hypotheses."""
+    """Compare finished fits of the same records."""
     from mechid.analysis import compare as compare_fits
     from mechid.report.comparison import comparison_data, print_comparison, write_comparison
     from mechid.report.terminal import console_on

@@ -7,8 +7,6 @@ from typing import Annotated
 
 import typer
 
-ESTIMATED_NAME = "mechanism_estimated.toml"
-
 
 def demo(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for campaign and results.")] = Path("mechid-demo"),
@@ -17,12 +15,13 @@ def demo(
     """Make a synthetic bench and identify it from catalogue values."""
     from mechid.budget.example import write_example
     from mechid.campaign import catalogue_mechanism, load_campaign
-    from mechid.campaign.bench import TRUTH, write_bench
+    from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
 
+    refuse_measured_campaign(out)
     prepare_kernel(catalogue_mechanism().plant)
     typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
     campaign = load_campaign(write_bench(out, seed))
     write_example(out)
-    identify_into(campaign, out, seed=seed, truth=TRUTH, mechanism_name=ESTIMATED_NAME)
+    identify_into(campaign, out, seed=seed, truth=TRUTH)

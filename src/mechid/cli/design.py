@@ -23,7 +23,7 @@ def design(
     total_s: Annotated[float | None, typer.Option(min=0.0, help="Test time, what is between records included.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
 ) -> None:
-    """Design the next test: the records that tell most in the time there is."""
+    """Choose the records of the next test, and rate step loss."""
     from mechid.campaign import load_campaign
     from mechid.cli.finished_fit import finished_fit
     from mechid.design.design import make_design
@@ -31,10 +31,12 @@ def design(
     from mechid.identification.refit.reopened import reopened
     from mechid.report.design import print_design, refuse_own_folder, write_design
     from mechid.report.terminal import console_on
+    from mechid.writing import refuse_unwritable
 
     count = workers or os.cpu_count() or 1
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
+    refuse_unwritable(out)
     asked = (read_design_file(options) if options else beside(loaded.path)).asking(criterion, total_s)
     optimum = None
     if fit:

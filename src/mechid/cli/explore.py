@@ -18,7 +18,7 @@ def explore(
     workers: Annotated[int | None, typer.Option(min=1, help="Threads of a fit; one per core without it.")] = None,
     browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in a browser.")] = True,
 ) -> None:
-    """Turn parameters and watch the model follow; fit from where they are."""
+    """Turn parameters in the browser and watch model and fit."""
     from mechid.campaign import load_campaign
     from mechid.campaign.bench import TRUTH_NAME
     from mechid.cli.journal import FILE_NAME as JOURNAL_NAME

@@ -11,7 +11,7 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.cli.journal import identified_campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
-from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ def finished_fit(source: Path, campaign: Path | None) -> FinishedFit:
         There is no estimate.json, or the campaign cannot be found.
     """
     folder = source if source.is_dir() else source.parent
-    estimate = read_estimate(folder / FILE_NAME)
+    estimate = read_estimate(folder / FILE_NAME, needs=(*TABLES, "records", "provenance"))
     beside = source if source.is_file() else folder / CAMPAIGN_NAME
     path = campaign or (beside if beside.is_file() else identified_campaign(folder))
     return FinishedFit(load_campaign(path), estimate)

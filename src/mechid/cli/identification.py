@@ -24,6 +24,8 @@ from mechid.report.results import MECHANISM_NAME, REPORT_NAME
 from mechid.report.terminal import console_on
 
 INTERRUPTED = 130
+ESTIMATED_NAME = "mechanism_estimated.toml"
+"""Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
 
 
 def identify_into(
@@ -33,7 +35,6 @@ def identify_into(
     seed: int = 0,
     workers: int | None = None,
     truth: Mapping[str, float] | None = None,
-    mechanism_name: str = MECHANISM_NAME,
     resume: bool = False,
 ) -> None:
     """Identify a campaign, leave the results in a folder, and print them.
@@ -51,6 +52,8 @@ def identify_into(
     fit, journal = _followed(campaign, folder, seed, workers, resume)
     validation = validate(campaign, fit)
     data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+    is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
+    mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
     files += [journal, *_report(data, campaign, fit, validation, folder)]
     print_report(data, console_on(), files)

@@ -16,11 +16,14 @@ def kernel(
     latex: Annotated[bool, typer.Option("--latex", help="The equations as LaTeX.")] = False,
     lanes: Annotated[int, typer.Option(min=0, help="Parameters whose sensitivities ride along.")] = 0,
 ) -> None:
-    """Print a mechanism's equations, or the kernel made from them."""
+    """Print a mechanism's equations, or their compiled source."""
     from mechid.campaign import catalogue_mechanism, read_mechanism
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.errors import UsageError
     from mechid.kernel.equation_text import equations_latex, equations_text
 
+    if source and latex:
+        raise UsageError("--source, --latex: give one of them")
     plant = (read_mechanism(mechanism) if mechanism else catalogue_mechanism()).plant
     if not source:
         typer.echo(equations_latex(plant) if latex else equations_text(plant), nl=False)

@@ -21,5 +21,6 @@ def new(
         typer.echo(f"written: {path}")
     for file in files or ():
         if not file.is_file():
-            typer.echo(f"warning: {file}: there is no such file yet", err=True)
+            why = "is a folder, no file" if file.is_dir() else "there is no such file yet"
+            typer.echo(f"warning: {file}: {why}", err=True)
     typer.echo(f"next: fill them in, then mechid check {folder}")

@@ -23,7 +23,7 @@ def profile(
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
-    """Hold a parameter at value after value, refit all others, and see how the cost rises."""
+    """Profile the likelihood over a parameter, all others refitted."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
     from mechid.identification.computation.journal import Journal

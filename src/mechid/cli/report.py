@@ -14,7 +14,7 @@ def report(
         Path | None, typer.Option(metavar="CAMPAIGN", help="Its campaign.toml; the journal's without it.")
     ] = None,
 ) -> None:
-    """Make the report of an identification: report.html, report.json, report.md, figures/."""
+    """Make the report of an identification anew."""
     from mechid.analysis import validate
     from mechid.campaign import load_campaign
     from mechid.cli.journal import identified_campaign

@@ -15,7 +15,7 @@ from mechid.design.planned import PlannedRecord
 
 GUIDE = """\
 Proposed by mechid design. Drive each record as its command says, from rest, and put the measured file in its place:
-one header line, time_s,torque_Nm. {count} records, {seconds:.0f} s with {between:g} s between them; {chosen_by}.
+one header line, time_s,torque_Nm. {records}, {seconds:.0f} s with {between:g} s between them; {chosen_by}.
 Lengths and noise stand in design.toml beside this file: mechid design on this folder takes them from there."""
 
 
@@ -53,8 +53,9 @@ def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> 
     """Return campaign.toml of the records chosen, commented; the mechanism is that of the campaign."""
     peaks = {r["name"]: r["peak_torque_Nm"] for r in data["candidates"]}
     mechanism = Path(os.path.relpath(design.campaign.mechanism_path.absolute(), folder.absolute())).as_posix()
+    count = len(design.chosen.records)
     guide = GUIDE.format(
-        count=len(design.chosen.records),
+        records=f"{count} record{'s' * (count != 1)}",
         seconds=design.chosen.seconds,
         between=design.options.limits.between_s,
         chosen_by=f"chosen by {criterion_words(data)}",

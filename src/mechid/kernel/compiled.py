@@ -18,6 +18,7 @@ import numpy as np
 import platformdirs
 from numpy.typing import NDArray
 
+from mechid.errors import UsageError
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
 
@@ -78,11 +79,15 @@ def is_compiled(plant: Plant, sensitivities: int = 0) -> bool:
 def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
     path = _path(plant, lanes)
-    if not path.exists():
-        _write_whole(path, generate(plant, lanes))
-    module = _imported(path)
-    cached = _has_machine_code(path)
-    _compile(module, plant)
+    try:
+        if not path.exists():
+            _write_whole(path, generate(plant, lanes))
+        module = _imported(path)
+        cached = _has_machine_code(path)
+        _compile(module, plant)
+    except OSError as error:
+        remedy = "make room, or name another folder in MECHID_CACHE"
+        raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
     return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
 
 

@@ -92,7 +92,8 @@ def _refuse_missing(path: Path, label: str) -> None:
     if not path.exists():
         beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
         near = did_you_mean(path.name, beside)
-        raise RecordError(f"{label}: there is no such file{near or f' ({path})'}")
+        where = "; check the path" if str(path) == label else f" ({path})"
+        raise RecordError(f"{label}: there is no such file{near or where}")
 
 
 def _reader(path: Path, label: str) -> Callable[[Path, str], Table]:

@@ -14,7 +14,7 @@ from mechid.analysis.comparison import Comparison, ParameterComparison, RecordCo
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.identification.result.estimate_file import json_text
-from mechid.report.digits import digits, plain, with_sigma
+from mechid.report.digits import digits, rounded, with_sigma
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
 from mechid.writing import write_together
@@ -104,7 +104,7 @@ def _record(record: RecordComparison) -> dict[str, Any]:
         texts |= {f"residual_{i}": digits(rms, 4), f"fit_{i}": digits(fit, 4)}
     return {
         **asdict(record),
-        "text": {"samples": str(record.samples), "effective": plain(record.effective_samples), **texts},
+        "text": {"samples": str(record.samples), "effective": rounded(record.effective_samples), **texts},
     }
 
 

@@ -109,7 +109,8 @@ def _columns(data: Row) -> tuple[Column, ...]:
 def headline(data: Row) -> str:
     """Return the result in a sentence."""
     chosen = data["chosen"]
-    of = f"{len(chosen['records'])} records in {chosen['seconds']:.0f} s"
+    count = len(chosen["records"])
+    of = f"{count} record{'s' * (count != 1)} in {chosen['seconds']:.0f} s"
     by = criterion_words(data)
     if data["after_fit"]:
         return f"What to measure next, by {by}: {of} make standard errors {data['gain_factor']:.3g} times smaller."

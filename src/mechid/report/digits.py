@@ -48,6 +48,17 @@ def plain(value: float | None, digits: int = PLAIN_DIGITS) -> str:
     return "-" if value is None or not math.isfinite(value) else f"{value:.{digits}g}"
 
 
+def rounded(value: float | None) -> str:
+    """Return a count that need not be whole, as of effective samples; below 100 to two digits, ``-`` for none.
+
+    Examples
+    --------
+    >>> rounded(9931.51), rounded(4.39), rounded(None)
+    ('9932', '4.4', '-')
+    """
+    return f"{value:.0f}" if value is not None and 100.0 <= value < LARGEST else plain(value, SIGMA_DIGITS)
+
+
 def digits(value: float | None, count: int) -> str:
     """Return a number to so many significant digits, final zeros kept.
 

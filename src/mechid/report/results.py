@@ -83,5 +83,9 @@ def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:
         return bool(content["synthetic"]), truth
     except FileNotFoundError as error:
         raise InputFileError(f'{path}: there is no such file; "mechid identify" writes it') from error
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputFileError(f"{path}: cannot be read ({error}); identify anew") from error
+    except NotADirectoryError as error:
+        raise InputFileError(f"{folder}: is no folder; give the result folder of mechid identify") from error
+    except OSError as error:
+        raise InputFileError(f"{path}: cannot be read ({error.strerror}); identify anew") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputFileError(f"{path}: is damaged ({error}); identify anew") from error

@@ -8,7 +8,7 @@ from typing import Any
 
 from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import ChannelValidation, RecordValidation
-from mechid.report.digits import digits, plain
+from mechid.report.digits import digits, plain, rounded
 from mechid.report.quantities import quantity_words, torque_alone
 from mechid.report.text_table import Column
 from mechid.units import unit_words
@@ -80,7 +80,7 @@ def _row(record: RecordValidation, channel: ChannelValidation) -> dict[str, Any]
             **{part: _share(theil[part]) for part in ("bias", "variance", "covariance")},
             "p_value": digits(test["p_value"], 2),
             "largest": digits(test["largest"], 2),
-            "effective": plain(channel.effective_samples),
+            "effective": rounded(channel.effective_samples),
         },
     }
 

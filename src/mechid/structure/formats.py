@@ -61,6 +61,8 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
     path = Path(path)
     if not path.is_file():
         beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+        if path.is_dir():
+            raise InputFileError(f"{path}: is a folder; give the file of the structure")
         raise InputFileError(f"{path}: there is no such file{did_you_mean(path.name, beside) or '; check the path'}")
     if path.suffix.lower() not in READERS:
         raise InputFileError(f'{path.name}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,8 @@ from mechid.identification.result.fit import FORMAT, Fit
 from mechid.writing import write_whole
 
 FILE_NAME = "estimate.json"
+TABLES = ("outcome", "parameters")
+"""Without these there is nothing to read."""
 
 
 def write_estimate(fit: Fit, path: Path | str) -> None:
@@ -30,25 +32,61 @@ def json_text(value: Mapping[str, Any]) -> str:
     return json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
-def read_estimate(path: Path | str) -> dict[str, Any]:
+def read_estimate(path: Path | str, *, needs: Sequence[str] = TABLES) -> dict[str, Any]:
     """Return what an estimate.json holds.
+
+    Parameters
+    ----------
+    path : Path
+    needs : sequence of str
+        Tables at the top that have to be there.
 
     Raises
     ------
     InputFileError
-        The file is missing, no JSON, or not of the format.
+        The file is missing, damaged, or not of the format.
     """
     path = Path(path)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
     except FileNotFoundError as error:
         raise InputFileError(f'{path}: there is no such file; "mechid identify" writes it') from error
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path}: cannot be read ({error}); identify anew") from error
+    except NotADirectoryError as error:
+        raise InputFileError(f"{path.parent}: is no folder; give the result folder of mechid identify") from error
+    except UnicodeDecodeError as error:
+        raise InputFileError(f"{path}: is not UTF-8 text; identify anew") from error
+    except OSError as error:
+        raise InputFileError(f"{path}: cannot be read ({error.strerror}); identify anew") from error
+    except ValueError as error:
+        raise InputFileError(f"{path}: is damaged ({error}); identify anew") from error
     found = content.get("format") if isinstance(content, dict) else None
     if found != FORMAT:
         raise InputFileError(f'{path}: format: found {json.dumps(found)}; this mechid reads "{FORMAT}"')
+    fault = _fault(content, needs)
+    if fault:
+        raise InputFileError(f"{path}: {fault}; it is damaged or of another version, identify anew")
     return dict(content)
+
+
+def _fault(content: Mapping[str, Any], needs: Sequence[str]) -> str:
+    """Return what every reader rests on and the content lacks, with its place; empty where nothing is missing."""
+    missing = [key for key in needs if not isinstance(content.get(key), dict)]
+    if missing:
+        return f"{missing[0]}: missing"
+    for name, entry in content["parameters"].items():
+        if not isinstance(entry, dict) or not isinstance(entry.get("status"), str):
+            return f"parameters.{name}.status: missing"
+        value = entry.get("value")
+        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+            return f"parameters.{name}.value: found {json.dumps(value)}, no finite number"
+    if not isinstance(content["outcome"].get("code"), str):
+        return "outcome.code: missing"
+    for key in {"correlation", "covariance"} & content.keys():
+        names, rows = content[key].get("names"), content[key].get("matrix")
+        size = len(names) if isinstance(names, list) else 0
+        if not isinstance(rows, list) or [len(r) if isinstance(r, list) else -1 for r in rows] != [size] * size:
+            return f"{key}.matrix: is not {size} x {size}"
+    return ""
 
 
 def _finite(value: Any) -> Any:

@@ -97,7 +97,8 @@ def joint_fit(trail: Trail, name: str, free: tuple[str, ...], *, tolerance: floa
 
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
-    told = partial(trail.tell, name, f"{trail.problem.substeps} steps a sample")
+    substeps = trail.problem.substeps
+    told = partial(trail.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
     evaluations = 0
     while True:
         solution = _solved(trail, tolerance, told)

@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.report.budget.verdict import budget_verdict
 from mechid.report.digits import plain, with_sigma
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
@@ -38,6 +39,9 @@ SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
 
 def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `budget_data` made, and where the files are."""
+    verdict = budget_verdict(data)
+    say(console, verdict["headline"], "bold")
+    print_lines(console, "margin", verdict["questions"][0]["answers"] if data["requirements"] else [])
     say(console, "Modes of operation, at the rate of the largest line-of-sight RMS in full steps/s", "bold")
     print_table(console, MODES, [_mode(mode) for mode in data["modes"]])
     if data["requirements"]:

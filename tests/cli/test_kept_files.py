@@ -1,0 +1,90 @@
+"""What a user has is never replaced by what a command makes, and a command leaves all of its files or none.
+
+Truth: the files' own bytes before and after, and the contract of exit codes (DESIGN 3; README).
+"""
+
+import os
+
+import pytest
+
+import mechid.writing
+from mechid.budget.example import write_example
+from paper_estimate import write_estimate_of_paper
+
+
+@pytest.fixture
+def budget_file(tmp_path):
+    write_estimate_of_paper(tmp_path, fit_percent=99.0)
+    return write_example(tmp_path)[0]
+
+
+def content(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+
+
+def test_simulated_records_never_replace_measured_ones(refused, folder):
+    before = content(folder)
+    assert "holds the measured full_23.csv" in refused(2, "simulate", folder, "--out", folder)
+    assert content(folder) == before
+
+
+def test_a_bench_never_replaces_a_campaign_that_is_none(refused, folder):
+    (folder / "truth.json").unlink()
+    before = content(folder)
+    assert "campaign.toml of measured records" in refused(2, "demo", "--out", folder)
+    assert content(folder) == before
+
+
+def test_an_estimate_beside_its_campaign_leaves_the_mechanism_as_it_was(run, staged):
+    before = content(staged)
+    result = run("identify", staged, "--out", staged)
+    assert result.exit_code == 0, result.stderr
+    after = content(staged)
+    assert {name: after[name] for name in before} == before
+    assert b"Estimated by mechid" in after["mechanism_estimated.toml"]
+
+
+def test_simulated_records_are_all_there_or_none(refused, folder, tmp_path, monkeypatch):
+    """Truth: a disk that is full at the third file."""
+    write, count = mechid.writing._write, iter(range(9))
+
+    def full(path, text):
+        if next(count) == 2:
+            raise OSError(28, "No space left on device")
+        write(path, text)
+
+    monkeypatch.setattr(mechid.writing, "_write", full)
+    line = refused(2, "simulate", folder, "--out", tmp_path / "out")
+    assert "cannot be written to (No space left on device)" in line
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+@pytest.mark.parametrize("verb", ["simulate", "design", "budget"])
+def test_a_folder_that_is_a_file_is_told_before_the_work(refused, folder, tmp_path, budget_file, verb, monkeypatch):
+    """Truth: nothing is simulated; the work would fail the test."""
+    monkeypatch.setattr("mechid.budget.budget.make_budget", None)
+    monkeypatch.setattr("mechid.design.design.make_design", None)
+    monkeypatch.setattr("mechid.campaign.prediction.simulate_all", None)
+    out = tmp_path / "taken"
+    out.write_text("mine")
+    line = refused(2, verb, budget_file if verb == "budget" else folder, "--out", out / "deeper")
+    assert f"{out / 'deeper'}: cannot be written to ({out} is a file); give another folder" in line
+    assert out.read_text() == "mine"
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="needs rights that can be taken away")
+def test_a_folder_without_right_to_write_is_2(refused, folder, tmp_path):
+    locked = tmp_path / "locked"
+    locked.mkdir(mode=0o500)
+    assert "no permission" in refused(2, "simulate", folder, "--out", locked / "out")
+
+
+def test_a_cache_that_cannot_be_written_is_2(refused, folder, tmp_path, monkeypatch):
+    from mechid.kernel import compiled
+
+    (tmp_path / "file").write_text("")
+    compiled._kernel.cache_clear()
+    monkeypatch.setenv("MECHID_CACHE", str(tmp_path / "file"))
+    line = refused(2, "simulate", folder, "--out", tmp_path / "out")
+    assert "the kernel cannot be kept there" in line
+    assert "MECHID_CACHE" in line
