@@ -25,7 +25,7 @@ RAYS = (0.5, 1.0, 2.0, 4.0, 8.0)
 """Orders drawn in a Campbell diagram."""
 SPECTRA, SEEN = 30, 0.02
 """Of a waterfall: so many at most, up to the frequency of the last line above this share of the largest."""
-SHOWN_SHARES = 7
+SHOWN_SHARES, LEAST_SHARE = 7, 0.01
 NAME_IN = 2.5
 """Of the names beside bars."""
 
@@ -119,7 +119,8 @@ def _shares(data: Data, figure: Any) -> None:
     for r in rows:
         for name, share in r["variance_shares"].items():
             weight[name] = max(weight.get(name, 0.0), abs(share))
-    shown = sorted(weight, key=lambda name: -weight[name])[:SHOWN_SHARES]
+    seen = [name for name in weight if weight[name] >= LEAST_SHARE]
+    shown = sorted(seen, key=lambda name: -weight[name])[:SHOWN_SHARES]
     for k, r in enumerate(rows):
         ends = {True: 0.0, False: 0.0}
         others = sum(s for name, s in r["variance_shares"].items() if name not in shown)
@@ -128,6 +129,7 @@ def _shares(data: Data, figure: Any) -> None:
             axes.barh(k, 100.0 * share, left=ends[share >= 0.0], height=0.55, color=COLOURS[j % len(COLOURS)],
                       label=name if k == 0 else None, edgecolor="white", linewidth=0.3)  # fmt: skip
             ends[share >= 0.0] += 100.0 * share
+    axes.use_sticky_edges = False
     axes.set_xlabel("share in the variance of the level, %")
     _legend_above(figure, axes, 4)
 
@@ -178,7 +180,7 @@ def _waterfall(mode: Data, figure: Any) -> None:
     """Draw the torque's lines over the frequency, the rates behind one another."""
     rates, orders = _numbers(mode["rates"]), _numbers(mode["map"]["orders"])
     amplitude = _numbers(mode["map"]["torque_amplitude_Nm"])
-    chosen = np.unique(np.linspace(0, rates.size - 1, min(SPECTRA, rates.size)).round().astype(int))
+    chosen = np.unique(np.abs(rates - np.linspace(rates[0], rates[-1], SPECTRA)[:, None]).argmin(axis=1))
     height = 4.0 * (rates[-1] - rates[0]) / max(len(chosen) - 1, 1) / np.nanmax(amplitude[chosen])
     top = 1.1 * float(np.outer(rates, orders)[amplitude > SEEN * np.nanmax(amplitude)].max())
     axes = figure.subplots()

@@ -22,7 +22,7 @@ SMALLEST_SHARE = 1e-4
 def over_rate(data: Data, mode: Data, figure: Any) -> None:
     """Draw RMS with band over the rate, one-way and two-way, and each requirement's level over its limit."""
     rates, over = _numbers(mode["rates"]), mode["over_rate"]
-    rows = figure.subplots(2 if over["levels_rad"] else 1, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.12})
+    rows = figure.subplots(2 if over["levels_rad"] else 1, 1, sharex=True, squeeze=False, gridspec_kw={"hspace": 0.22})
     top = rows[0, 0]
     rms, band = _numbers(over["rms_rad"]), _numbers(over["rms_ci95_rad"])
     for k, axis in enumerate(data["line_of_sight"]):
@@ -32,9 +32,8 @@ def over_rate(data: Data, mode: Data, figure: Any) -> None:
             joined = _numbers(over["rms_two_way_rad"])[:, k]
             top.plot(rates, joined, "--", color=RESIDUAL_COLOUR, linewidth=0.8, label="two-way" if k == 0 else None)
     top.set(ylabel="line of sight RMS, rad", yscale="log", xlim=(rates[0], rates[-1]))
-    top.set_ylim(top=4.0 * top.get_ylim()[1])
     in_powers(top.yaxis)
-    top.legend(loc="upper left", ncols=3, fontsize=6.5)
+    _legend_above(top)
     if over["levels_rad"]:
         _levels(data, mode, rows[1, 0])
     rows[-1, 0].set_xlabel(RATE)
@@ -52,14 +51,18 @@ def _levels(data: Data, mode: Data, axes: Any) -> None:
             axes.axvspan(low, high, color=colour, alpha=0.15, linewidth=0)
     axes.axhline(1.0, color=MODELLED, linewidth=1.2, label="limit")
     axes.set(ylabel="level / limit", yscale="log")
-    axes.set_ylim(top=3.0 * axes.get_ylim()[1])
     in_powers(axes.yaxis)
-    axes.legend(loc="upper left", ncols=3, fontsize=6.5)
+    _legend_above(axes)
+
+
+def _legend_above(axes: Any) -> None:
+    """Write the legend above the axes at the right, where no curve runs."""
+    axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=6, fontsize=6.5, borderaxespad=0.1, borderpad=0.1)
 
 
 def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
     """Draw the line of sight at the worst rate: over time, its lines and density, its cumulative RMS."""
-    above, middle, below = figure.subplots(3, 1, gridspec_kw={"hspace": 0.42})
+    above, middle, below = figure.subplots(3, 1, gridspec_kw={"hspace": 0.52})
     series, lines = mode["series"], mode["lines"]
     frequency, cumulative = _numbers(lines["frequency_hz"]), mode["cumulative_rms_rad"]
     largest = max(max(column) for column in lines["line_of_sight_rad"])
@@ -85,7 +88,7 @@ def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
     if lines["random"] is not None:
         _density(lines["random"], middle)
     for axes in (above, middle, below):
-        axes.legend(loc="upper right", ncols=3, fontsize=6.5)
+        _legend_above(axes)
 
 
 def _density(random: Data, axes: Any) -> None:
@@ -101,7 +104,7 @@ def _density(random: Data, axes: Any) -> None:
 
 def course(data: Data, mode: Data, figure: Any) -> None:
     """Draw a profile: extremes of the line of sight, windowed RMS with band, commanded rate."""
-    above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.12})
+    above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.22})
     course_, windowed = mode["course"], mode["windowed"]
     for k, axis in enumerate(data["line_of_sight"]):
         above.fill_between(course_["time_s"], course_["least_rad"][k], course_["largest_rad"][k], step="post",
@@ -119,8 +122,8 @@ def course(data: Data, mode: Data, figure: Any) -> None:
     beside.plot(windowed["time_s"], windowed["rate"], ":", color="black", linewidth=0.8)
     beside.set(ylabel="rate, full steps/s (dotted)")
     beside.grid(visible=False)
-    above.legend(loc="upper left", ncols=3, fontsize=6.5)
-    below.legend(loc="upper left", ncols=3, fontsize=6.5)
+    for axes in (above, below):
+        _legend_above(axes)
 
 
 def _numbers(values: Any) -> FloatArray:
