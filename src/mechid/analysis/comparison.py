@@ -73,6 +73,11 @@ def compare(*folders: Path | str) -> Comparison:
     *folders : Path
         Two or more result folders of `mechid identify`, or their estimate.json.
 
+    Returns
+    -------
+    Comparison
+        Hypotheses, their scores, parameters side by side in the file's units, and the preference.
+
     Raises
     ------
     UsageError

@@ -39,6 +39,11 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     need_files : bool or None
         Whether a record without a file is refused; None refuses it where records are read.
 
+    Returns
+    -------
+    Campaign
+        Mechanism, records with their samples in SI units, stages, options, and warnings about what is odd.
+
     Raises
     ------
     InputFileError
