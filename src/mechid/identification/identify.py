@@ -75,8 +75,8 @@ def identify(
     journal : Journal or None
         Where what is worked out is noted, and taken from if it is there already.
     near : mapping of str to float or None
-        Values by name, in the file's units, that are close to the optimum, so that what they leave of the records is noise. Search and
-        confirmation are left out; they have no effect where the file has stages.
+        Values by name, in the file's units, that are close to the optimum, so that what they leave of the records is
+        noise. Search and confirmation are left out; they have no effect where the file has stages.
 
     Returns
     -------
