@@ -13,11 +13,12 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Of the bench's noise and of the search.")] = 0,
 ) -> None:
     """Make a synthetic bench and identify it from catalogue values."""
-    from mechid.budget.example import write_example
+    from mechid.budget.example import BUDGET_NAME, write_example
     from mechid.campaign import catalogue_mechanism, load_campaign
     from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.report.writing import PAGE_NAME
 
     refuse_measured_campaign(out)
     prepare_kernel(catalogue_mechanism().plant)
@@ -25,3 +26,4 @@ def demo(
     campaign = load_campaign(write_bench(out, seed))
     write_example(out)
     identify_into(campaign, out, seed=seed, truth=TRUTH)
+    typer.echo(f"next: open {out / PAGE_NAME}, and mechid budget {out / BUDGET_NAME} --out {out / 'budget'}")

@@ -77,6 +77,9 @@ def _report(
         from mechid.report.writing import write_report
 
         return [path for path in write_report(data, campaign, fit, validation, folder) if path.name != REPORT_NAME]
+    except KeyboardInterrupt:
+        typer.echo(f'the estimate is in {folder}; "mechid report {folder}" makes its report', err=True)
+        raise
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())
         typer.echo(f'warning: no report was made ({what}); "mechid report {folder}" tries again', err=True)
