@@ -14,6 +14,7 @@ from mechid.budget.example import BUDGET, write_example
 from mechid.budget.numbers import budget_data
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.budget.contents import budget_contents
+from mechid.report.budget.figures import budget_figures
 from mechid.report.budget.verdict import budget_verdict
 from mechid.report.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
@@ -89,6 +90,26 @@ def test_the_map_holds_the_lines_and_the_envelope_its_largest(made, data):
     top = max(scan["envelope"]["bands"], key=lambda band: band["torque_amplitude_Nm"])
     assert top["torque_amplitude_Nm"] == pytest.approx(largest)
     assert top["ci95_Nm"][0] < largest < top["ci95_Nm"][1]
+
+
+def test_no_legend_lies_over_curves(data):
+    """Truth: the places of legends and axes as Matplotlib draws them."""
+    for name, figure in budget_figures(budget_contents(data)).items():
+        figure.draw_without_rendering()
+        axes = [a.get_window_extent() for a in figure.axes]
+        legends = [*figure.legends, *(a.get_legend() for a in figure.axes if a.get_legend())]
+        boxes = [(b.x0 + 1, b.y0 + 1, b.x1 - 1, b.y1 - 1) for b in (legend.get_window_extent() for legend in legends)]
+        over = [1 for x0, y0, x1, y1 in boxes for a in axes if x0 < a.x1 and x1 > a.x0 and y0 < a.y1 and y1 > a.y0]
+        assert not over, name
+
+
+def test_only_shares_that_can_be_seen_are_named(data):
+    """Truth: the shares themselves."""
+    figure = budget_figures(budget_contents(data))["budget_shares"]
+    named = {text.get_text() for text in figure.legends[0].get_texts()} - {"all others"}
+    largest = {n: max(r["variance_shares"].get(n, 0.0) for r in data["requirements"]) for n in named}
+    assert named
+    assert min(largest.values()) >= 0.01
 
 
 @pytest.mark.parametrize(

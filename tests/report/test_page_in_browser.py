@@ -52,6 +52,15 @@ def test_it_opens_without_network_or_console_error_and_without_overflow(browser,
     assert browser.execute_script(wide) == 0
 
 
+@pytest.mark.parametrize("width", [1400, 1180])
+def test_parameters_and_records_are_whole_on_a_wide_screen(browser, page, width):
+    """Truth: a table that is wider than its place hides its last column."""
+    shown(browser, page, width)
+    cut = """return [...document.querySelectorAll('.scroll:has(> .cards)')]
+        .filter((place) => place.scrollWidth > place.clientWidth).length"""
+    assert browser.execute_script(cut) == 0
+
+
 @pytest.fixture(scope="module")
 def opened(browser, page):
     """Return the browser with the page open and all figures drawn, on a wide screen."""
