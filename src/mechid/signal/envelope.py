@@ -31,7 +31,7 @@ def envelope(y: FloatArray, columns: int) -> IndexArray:
     edges = np.arange(columns + 1, dtype=np.int64) * y.size // columns
     at_once = max(MOST_AT_ONCE * columns // y.size, 1)
     both = [_extremes(y, edges[a : a + at_once + 1]) for a in range(0, columns, at_once)]
-    return np.unique(np.concatenate(both))
+    return np.unique(np.concatenate(both, axis=1))
 
 
 def _extremes(y: FloatArray, edges: IndexArray) -> IndexArray:
