@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -257,19 +257,29 @@ def simulate_run(run: Run) -> Trajectory:
     """Consume a run into one trajectory."""
     simulator = run.simulator
     n, m, quantities = run.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
-    y = np.empty((n, len(quantities)))
+    y = np.empty((len(quantities), n))
     rate, J = np.empty((n if m else 0, len(quantities))), np.empty((n if m else 0, len(quantities), m))
     for block in run.blocks():
         rows = slice(block.start, block.stop)
-        y[rows] = block.y
+        y[:, rows] = block.y.T
         if m:
             rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
-    return Trajectory(
-        time=run.base.times,
-        values={q: y[:, j] for j, q in enumerate(quantities)},
+    return replace(
+        trajectory_of(run, y),
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
         parameters=tuple(str(simulator.plant.parameters[i[0]]) for i in simulator.sensitive),
+    )
+
+
+def trajectory_of(run: Run, y: FloatArray) -> Trajectory:
+    """Return what a run that is consumed gave as a trajectory without sensitivities; `y`, (n_y, n), are its outputs."""
+    return Trajectory(
+        time=run.base.times,
+        values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
+        jacobian={},
+        rate={},
+        parameters=(),
         switching=run.switching,
         outcome=run.outcome,
         substeps=run.substeps,

@@ -243,7 +243,7 @@ class Scene:
         both = [amplitude_spectrum(y, rate) for y in curves]
         frequency = both[0][0]
         kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
-        starts = peak_groups(frequency[:kept], MOST_BINS)
+        starts = peak_groups(kept, MOST_BINS)
         stops = np.append(starts[1:], kept)
         return frequency[(starts + stops - 1) // 2], [np.maximum.reduceat(y[:kept], starts) for _, y in both]
 
