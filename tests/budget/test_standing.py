@@ -43,7 +43,10 @@ def line(amplitude, rate=20.0, slopes=()):
     """Return a response of one line at the step rate; its derivatives are `slopes`."""
     gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
     nothing = np.zeros(100)
-    state = SteadyState(rate, np.array([2]), np.array([amplitude], dtype=complex), gradient, 1000.0, nothing, nothing)
+    state = SteadyState(
+        rate=rate, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex), gradient=gradient,
+        sample_rate_hz=1000.0, torque=nothing, residual=nothing, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
+    )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
 

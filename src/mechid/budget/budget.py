@@ -132,7 +132,7 @@ class _Maker:
         return self._with_standings(made)
 
     def _responses(self, mechanism: Mechanism, mode: OperatingMode, names: Sequence[str]) -> tuple[Response, ...]:
-        one = partial(_steady, mechanism, mode, names, enough_substeps(mechanism, mode))
+        one = partial(_steady, mechanism, mode, names, enough_substeps(mechanism, mode, names))
         states = mapped(one, [float(rate) for rate in mode.rates], self.workers)
         return tuple(respond(state, self.file.structure) for state in states)
 
@@ -140,7 +140,7 @@ class _Maker:
         """Return the budget of a mode with a profile."""
         file, mechanism = self.file, self.estimate.mechanism
         self.listener(f'mode "{mode.name}": a profile of {mode.duration_s:.6g} s')
-        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode), file.structure)
+        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode, self.names), file.structure)
         joined, two_way = coupled_modes(file.structure, file.coupled_below_hz), None
         if joined:
             moving = on_base(mechanism, joined)

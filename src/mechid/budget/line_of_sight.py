@@ -95,7 +95,7 @@ class Response:
 
         def moved(by: FloatArray) -> PointingError:
             at = phasors + np.tensordot(by, slopes, axes=1) if by.any() else phasors
-            lines = Source("mechanism", 0.5 * self.state.rate, orders, at)
+            lines = Source("mechanism", self.state.fundamental_hz, orders, at)
             return PointingError(np.zeros(at.shape[1]), (lines,), randoms)
 
         return moved

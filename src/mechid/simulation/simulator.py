@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import Command, Excitation
-from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
+from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.simulation.rest import resting_outputs
@@ -62,6 +62,22 @@ class Block:
     y: FloatArray
     rate: FloatArray
     jacobian: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where a run stands, or is to start from at command time 0.
+
+    Attributes
+    ----------
+    x : (n_x,)
+        The plant's states.
+    lanes : (n_x, m)
+        Their derivatives along the directions of the run.
+    """
+
+    x: FloatArray
+    lanes: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,17 +139,19 @@ class Simulator:
         events: int = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
+        start: State | None = None,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone.
+        `samples` for the first ones alone, `start` for another start than the command's.
         """
         wanted = self.directions if directions is None else directions
         base = self.base if samples is None else self.base.first(samples)
         return Run(
-            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted
-        )
+            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted,
+            start,
+        )  # fmt: skip
 
 
 class Run:
@@ -149,6 +167,7 @@ class Run:
         block: int,
         events: int,
         directions: FloatArray,
+        start: State | None = None,
     ) -> None:
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
@@ -162,13 +181,17 @@ class Run:
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         kernel.begin(
             p, self.buffers.directions, simulator.excitation.initial, simulator.command.start_angle_rad,
-            *self._start(), self.buffers.discrete, self.buffers.w,
+            *self._start(start), self.buffers.discrete, self.buffers.w,
         )  # fmt: skip
+        if start is not None:
+            self.buffers.w[self._lane_rows()[:, : start.lanes.shape[1]]] = start.lanes
         self.outcome = SimulationOutcome.COMPLETE
 
-    def _start(self) -> tuple[FloatArray, FloatArray]:
+    def _start(self, start: State | None) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
         simulator = self.simulator
+        if start is not None:
+            return start.x, np.zeros(start.x.size * self.p.size)
         if simulator.command.start == "commanded":
             return np.zeros(0), np.zeros(0)
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
@@ -230,6 +253,17 @@ class Run:
             b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
             b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
         )
+
+    @property
+    def state(self) -> State:
+        """Where the run stands: at its last sample, before an edge at that instant."""
+        w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
+        n = len(self.simulator.plant.states)
+        return State(w[first : first + n].copy(), w[self._lane_rows()[:, : self.moved]].copy())
+
+    def _lane_rows(self) -> NDArray[np.int64]:
+        module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
+        return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
 
     @property
     def switching(self) -> Switching:
