@@ -46,6 +46,7 @@ def line(amplitude, rate=20.0, slopes=()):
     state = SteadyState(
         rate=rate, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex), gradient=gradient,
         sample_rate_hz=1000.0, torque=nothing, residual=nothing, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
+        size=np.zeros(0),
     )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)

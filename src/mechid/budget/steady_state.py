@@ -54,6 +54,10 @@ class SteadyState:
         Floquet multipliers over `periods`, largest first; none where it does not repeat.
     follows : bool
         Whether the rotor keeps up with the command.
+    size : (n_x,)
+        How much each state moves.
+    reached : tuple of str
+        Ways in which the motion was reached: from rest, or from that of the next lower or higher rate.
     """
 
     rate: float
@@ -67,6 +71,8 @@ class SteadyState:
     x: FloatArray
     multipliers: ComplexArray
     follows: bool
+    size: FloatArray
+    reached: tuple[str, ...] = ()
 
     @property
     def fundamental_hz(self) -> float:
@@ -135,7 +141,7 @@ def steady_state(
         The mechanism diverged.
     """
     period = PeriodMap(mechanism, mode, rate, tuple(names), substeps)
-    settle = math.ceil(0.5 * mode.settle_s * rate)
+    settle = periods_to_settle(mode, rate)
     x = start
     for _ in range(ROUNDS):
         x = period.settled(x, settle)
@@ -143,6 +149,11 @@ def steady_state(
         if orbit is not None:
             return _repeating(period, orbit)
     return _not_repeating(period, start, settle)
+
+
+def periods_to_settle(mode: OperatingMode, rate: float) -> int:
+    """Return the periods of 2/rate that a mode takes until it counts as steady."""
+    return math.ceil(0.5 * mode.settle_s * rate)
 
 
 def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
@@ -155,7 +166,7 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
         rate=period.rate, periods=orbit.periods, orders=orders,
         lines=_lines(image.torque[:, None], 1, orders)[0][:, 0], gradient=_lines(image.gradient, 1, orders)[0],
         sample_rate_hz=period.sample_rate_hz, torque=torque, residual=np.zeros(torque.size), x=orbit.x,
-        multipliers=orbit.multipliers, follows=orbit.turns == 0,
+        multipliers=orbit.multipliers, follows=orbit.turns == 0, size=image.size,
     )  # fmt: skip
 
 
@@ -170,10 +181,11 @@ def _not_repeating(period: PeriodMap, start: FloatArray | None, settle: int) -> 
     lines, residual = _lines(y[first:], periods, orders)
     gradient, _ = _lines(J[first:], periods, orders)
     x = period.settled(start, skipped)
+    on = period(x, periods)
     return SteadyState(
         rate=period.rate, periods=0, orders=orders, lines=lines[:, 0], gradient=gradient,
         sample_rate_hz=period.sample_rate_hz, torque=y[first:, 0].copy(), residual=residual[:, 0], x=x,
-        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(period.settled(x, periods) - x) == 0,
+        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
     )  # fmt: skip
 
 
