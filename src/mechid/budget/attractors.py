@@ -21,7 +21,7 @@ from mechid.plant.mechanism import Mechanism
 FloatArray = NDArray[np.float64]
 
 FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
-MOST = 6
+MOST = 4
 """Steady states that are looked for at a rate."""
 SAME = 1e-6
 """Two motions are one where their states, in their own sizes, are nearer than this."""

@@ -22,6 +22,8 @@ MOST_PERIODS = 4
 ITERATIONS = 8
 CLOSED = 1e-9
 """A step of Newton's method, in the states' own sizes, after which there is no other."""
+SHRINKS = 0.7
+"""A step of it that is no smaller than this, of the one before, leads nowhere."""
 REACH = 0.2
 """What the linear map may miss of where the simulated state goes, for the fixed point to be the one it goes to."""
 NEUTRAL = 1e-9
@@ -75,7 +77,7 @@ def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
         turns = period.turns_off(image.x - x)
         step = _solved(image, period.modulo(image.x - x)[:, None])[:, 0]
         before, moved = moved, float(np.max(np.abs(step) / image.size))
-        if not moved < 2.0 * before:
+        if not moved < SHRINKS * before:
             return None
         if moved < CLOSED:
             if not _tends(period, start, first, x, image):

@@ -80,12 +80,15 @@ class SteadyState:
         return 0.5 * self.rate / max(self.periods, 1)
 
     @property
+    def largest_multiplier(self) -> float:
+        """Modulus of the largest Floquet multiplier; NaN where the motion does not repeat."""
+        return float(np.abs(self.multipliers[0])) if self.multipliers.size else math.nan
+
+    @property
     def decay_s(self) -> float:
         """Time in which the slowest transient falls to 1/e; NaN where the motion does not repeat."""
-        if not self.multipliers.size:
-            return math.nan
-        largest = float(np.abs(self.multipliers[0]))
-        return -2.0 * self.periods / self.rate / math.log(largest) if largest > 0.0 else 0.0
+        largest = self.largest_multiplier
+        return -2.0 * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -95,7 +98,7 @@ class SteadyState:
     @property
     def step_orders(self) -> FloatArray:
         """Of each line, (n,): its multiple of the step rate."""
-        return np.asarray(0.5 / max(self.periods, 1) * self.orders, dtype=np.float64)
+        return np.asarray(self.orders / (2.0 * max(self.periods, 1)), dtype=np.float64)
 
     @property
     def rms(self) -> float:

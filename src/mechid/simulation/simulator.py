@@ -184,7 +184,7 @@ class Run:
             *self._start(start), self.buffers.discrete, self.buffers.w,
         )  # fmt: skip
         if start is not None:
-            self.buffers.w[self._lane_rows()[:, : start.lanes.shape[1]]] = start.lanes
+            self.buffers.w[self._lane_rows[:, : start.lanes.shape[1]]] = start.lanes
         self.outcome = SimulationOutcome.COMPLETE
 
     def _start(self, start: State | None) -> tuple[FloatArray, FloatArray]:
@@ -259,9 +259,11 @@ class Run:
         """Where the run stands: at its last sample, before an edge at that instant."""
         w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
         n = len(self.simulator.plant.states)
-        return State(w[first : first + n].copy(), w[self._lane_rows()[:, : self.moved]].copy())
+        return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
+    @cached_property
     def _lane_rows(self) -> NDArray[np.int64]:
+        """Where the lanes of each state stand, (n_x, lanes)."""
         module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
         return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
 

@@ -1,0 +1,84 @@
+"""How steady a mode's motions are, in numbers and words: transients, several motions at a rate, none that repeats."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from mechid.budget.line_of_sight import Response
+from mechid.budget.mode_budget import ModeBudget
+
+SLOW = 0.25
+"""Of the settling time: a transient that decays no faster has been there when it counts as steady."""
+TOLD_RATES = 6
+"""Rates named in a line; all are in the table and in the files."""
+
+
+def steadiness(made: ModeBudget) -> dict[str, Any]:
+    """Return what is shown of a mode's steady states: at each rate how transients decay, and where there are several.
+
+    `slowest` is the rate at which a transient takes longest; `several` has the rates with more than one steady state,
+    or with one that repeats only after several periods, or never, or in which the rotor does not follow.
+    """
+    decays = np.array([max(r.state.decay_s for r in here) for here in made.states])
+    slowest = int(np.nanargmax(decays)) if np.isfinite(decays).any() else None
+    return {
+        "largest_multiplier": [r.state.largest_multiplier for r in made.responses],
+        "decay_s": [r.state.decay_s for r in made.responses],
+        "slowest": None if slowest is None else {"rate": float(made.mode.rates[slowest]), "decay_s": decays[slowest]},
+        "several": [
+            {"rate": float(made.mode.rates[k]), "differs": bool(made.differing(k)),
+             "states": [_state(r, made.responses[k]) for r in here]}
+            for k, here in enumerate(made.states)
+            if len(here) > 1 or here[0].state.periods != 1 or not here[0].state.follows
+        ],
+    }  # fmt: skip
+
+
+def _state(response: Response, worst: Response) -> dict[str, Any]:
+    s = response.state
+    return {
+        "reached": list(s.reached), "periods": s.periods, "largest_multiplier": s.largest_multiplier,
+        "decay_s": s.decay_s, "follows": s.follows, "worst": response is worst, "torque_rms_Nm": s.rms,
+        "rms_rad": response.rms().tolist(),
+    }  # fmt: skip
+
+
+def told(made: ModeBudget) -> Iterator[str]:
+    """Yield what must be known of a mode's steady states before its margins are relied on."""
+    rates, name = made.mode.rates, made.mode.name
+    every = [(float(rate), r.state) for rate, here in zip(rates, made.states, strict=True) for r in here]
+    several = [float(rate) for k, rate in enumerate(rates) if made.differing(k)]
+    if several:
+        yield (
+            f'mode "{name}": at {_named(several)} the disturbance depends on how the rate was reached; the worse '
+            "counts; see the steady states"
+        )
+    divided = sorted({rate for rate, s in every if s.periods > 1 and s.follows})
+    if divided:
+        yield f'mode "{name}": at {_named(divided)} the motion repeats only after several periods, with lines between'
+    lost = sorted({rate for rate, s in every if not s.follows})
+    if lost:
+        yield f'mode "{name}": at {_named(lost)} the rotor does not follow the command, or not from each start'
+    slow = sorted({rate for rate, s in every if s.decay_s > SLOW * made.mode.settle_s})
+    if slow:
+        longest = max(s.decay_s for _, s in every if not math.isnan(s.decay_s))
+        yield (
+            f'mode "{name}": at {_named(slow)} transients decay in up to {longest:.2g} s; a run shorter than some '
+            "times that is not steady"
+        )
+
+
+def _named(rates: Sequence[float]) -> str:
+    """Return rates in words.
+
+    Examples
+    --------
+    >>> _named([23.0, 46.25])
+    '23, 46.25 steps/s'
+    """
+    more = f" and {len(rates) - TOLD_RATES} further rates" if len(rates) > TOLD_RATES else ""
+    return ", ".join(f"{rate:.5g}" for rate in rates[:TOLD_RATES]) + f" steps/s{more}"
