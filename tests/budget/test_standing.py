@@ -238,7 +238,7 @@ def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):
         rms.append(respond(steady_state(moved, SCAN, 37.3, (), 2), STRUCTURE).rms()[0])
     expected = np.quantile(rms, [0.025, 0.975])
     np.testing.assert_allclose([low, high], expected, atol=0.15 * np.ptp(expected))
-    curve = level_curve(requirement(), [response], flying, (), seed=1)
+    curve = level_curve(requirement(), [[response]], flying, (), seed=1)
     whole = standing(requirement(), "scan", [(1.0, response)], flying, NOBODY).level
     assert curve.level[0] == pytest.approx(whole.value, rel=1e-9)
     assert np.ptp(curve.band[0]) == pytest.approx(np.ptp(whole.ci95), rel=0.2)

@@ -180,9 +180,10 @@ class PeriodMap:
         own = directions(self.mechanism, names)
         lanes = np.hstack([own, np.zeros((len(own), state_lanes))])
         block = math.ceil(self.samples / LOOKS) if state_lanes else 1024
-        return simulator.run(
-            self.mechanism.kernel_values(), substeps=self.substeps, directions=lanes, start=start, block=block
-        )
+        run = simulator.run(self.mechanism.kernel_values(), substeps=self.substeps, directions=lanes, block=block)
+        if start is not None:
+            run.restart(start)
+        return run
 
     def _back(self, x: FloatArray, periods: int) -> FloatArray:
         return np.asarray(self.sign**periods * x - periods * self.turn, dtype=np.float64)

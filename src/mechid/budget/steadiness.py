@@ -6,8 +6,6 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-import numpy as np
-
 from mechid.budget.line_of_sight import Response
 from mechid.budget.mode_budget import ModeBudget
 
@@ -20,15 +18,16 @@ TOLD_RATES = 6
 def steadiness(made: ModeBudget) -> dict[str, Any]:
     """Return what is shown of a mode's steady states: at each rate how transients decay, and where there are several.
 
-    `slowest` is the rate at which a transient takes longest; `several` has the rates with more than one steady state,
-    or with one that repeats only after several periods, or never, or in which the rotor does not follow.
+    `slowest` is the rate at which a transient takes longest, NaN where no motion repeats; `several` has the rates with
+    more than one steady state, or with one that repeats only after several periods, or never, or in which the rotor
+    does not follow.
     """
-    decays = np.array([max(r.state.decay_s for r in here) for here in made.states])
-    slowest = int(np.nanargmax(decays)) if np.isfinite(decays).any() else None
+    every = [(r.state.decay_s, r.state.rate) for here in made.states for r in here if r.state.periods]
+    decay_s, rate = max(every, default=(math.nan, math.nan))
     return {
         "largest_multiplier": [r.state.largest_multiplier for r in made.responses],
         "decay_s": [r.state.decay_s for r in made.responses],
-        "slowest": None if slowest is None else {"rate": float(made.mode.rates[slowest]), "decay_s": decays[slowest]},
+        "slowest": {"rate": rate, "decay_s": decay_s},
         "several": [
             {"rate": float(made.mode.rates[k]), "differs": bool(made.differing(k)),
              "states": [_state(r, made.responses[k]) for r in here]}
@@ -49,13 +48,12 @@ def _state(response: Response, worst: Response) -> dict[str, Any]:
 
 def told(made: ModeBudget) -> Iterator[str]:
     """Yield what must be known of a mode's steady states before its margins are relied on."""
-    rates, name = made.mode.rates, made.mode.name
-    every = [(float(rate), r.state) for rate, here in zip(rates, made.states, strict=True) for r in here]
-    several = [float(rate) for k, rate in enumerate(rates) if made.differing(k)]
-    if several:
+    name, every = made.mode.name, [(r.state.rate, r.state) for here in made.states for r in here]
+    ratios = {at.state.rate: _ratio(at, made.differing(k)) for k, at in enumerate(made.responses) if made.differing(k)}
+    if ratios:
         yield (
-            f'mode "{name}": at {_named(several)} the disturbance depends on how the rate was reached; the worse '
-            "counts; see the steady states"
+            f'mode "{name}": at {_named(list(ratios))} the disturbance depends on how the rate was reached, '
+            f"by a factor of up to {max(ratios.values()):.2g}; the worse counts"
         )
     divided = sorted({rate for rate, s in every if s.periods > 1 and s.follows})
     if divided:
@@ -70,6 +68,12 @@ def told(made: ModeBudget) -> Iterator[str]:
             f'mode "{name}": at {_named(slow)} transients decay in up to {longest:.2g} s; a run shorter than some '
             "times that is not steady"
         )
+
+
+def _ratio(worst: Response, others: Sequence[Response]) -> float:
+    """Return the RMS of the worst steady state over that of the least of the others, along the largest axis."""
+    axis = int(worst.rms().argmax())
+    return float(worst.rms()[axis] / min(other.rms()[axis] for other in others))
 
 
 def _named(rates: Sequence[float]) -> str:

@@ -224,7 +224,9 @@ def simulated(
         The mechanism diverged.
     """
     p, moved = mechanism.kernel_values(), directions(mechanism, names)
-    run = simulator.run(p, substeps=substeps, directions=moved, start=start)
+    run = simulator.run(p, substeps=substeps, directions=moved)
+    if start is not None:
+        run.restart(start)
     n = simulator.base.samples
     y, J = np.empty((n, 1)), np.zeros((n, len(names)))
     for block in run.blocks():

@@ -139,19 +139,17 @@ class Simulator:
         events: int = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
-        start: State | None = None,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone, `start` for another start than the command's.
+        `samples` for the first ones alone.
         """
         wanted = self.directions if directions is None else directions
         base = self.base if samples is None else self.base.first(samples)
         return Run(
-            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted,
-            start,
-        )  # fmt: skip
+            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted
+        )
 
 
 class Run:
@@ -167,7 +165,6 @@ class Run:
         block: int,
         events: int,
         directions: FloatArray,
-        start: State | None = None,
     ) -> None:
         self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
@@ -179,19 +176,24 @@ class Run:
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
-        kernel.begin(
-            p, self.buffers.directions, simulator.excitation.initial, simulator.command.start_angle_rad,
-            *self._start(start), self.buffers.discrete, self.buffers.w,
-        )  # fmt: skip
-        if start is not None:
-            self.buffers.w[self._lane_rows[:, : start.lanes.shape[1]]] = start.lanes
+        self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
 
-    def _start(self, start: State | None) -> tuple[FloatArray, FloatArray]:
+    def restart(self, state: State) -> None:
+        """Begin at another state than the command's start, before any block is consumed."""
+        self._begin(state.x, np.zeros(state.x.size * self.p.size))
+        self.buffers.w[self._lane_rows[:, : state.lanes.shape[1]]] = state.lanes
+
+    def _begin(self, x: FloatArray, x_p: FloatArray) -> None:
+        simulator, b = self.simulator, self.buffers
+        simulator.kernel.begin(
+            self.p, b.directions, simulator.excitation.initial, simulator.command.start_angle_rad, x, x_p,
+            b.discrete, b.w,
+        )  # fmt: skip
+
+    def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
         simulator = self.simulator
-        if start is not None:
-            return start.x, np.zeros(start.x.size * self.p.size)
         if simulator.command.start == "commanded":
             return np.zeros(0), np.zeros(0)
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
