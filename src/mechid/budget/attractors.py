@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.period_map import PeriodMap
 from mechid.budget.steady_state import SteadyState, enough_substeps, periods_to_settle, steady_state
-from mechid.identification.parallel import mapped
+from mechid.identification.computation.parallel import mapped
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
