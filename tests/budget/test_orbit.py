@@ -170,6 +170,26 @@ def test_a_rate_reached_from_rest_and_from_above(flying, sticky, way, profile):
     assert known[way].rms == pytest.approx(torque.std(), rel=0.05)
 
 
+@pytest.mark.parametrize(("rate", "follows"), [(60.0, True), (2500.0, False)])
+def test_a_rotor_that_does_not_follow(flying, rate, follows):
+    """Truth: how far it gets in simulated periods of two steps each, 3.6 deg if it follows."""
+    state = steady_state(flying.mechanism, mode(FULL, rate), rate, (), SUBSTEPS)
+    period = PeriodMap(flying.mechanism, mode(FULL, rate), rate, (), SUBSTEPS)
+    behind = -period.settled(None, 1000)[2] / np.radians(3.6)
+    assert state.follows is follows
+    assert (behind < 2.0) is follows
+
+
+def test_a_clock_with_a_tick_makes_it_aperiodic(flying):
+    """Truth: lines without the tick, which is a thousandth of a microstep's time here: they hardly differ."""
+    rates = mode(MICRO, 45.0, 46.0)
+    ticking = replace(rates, command=replace(MICRO, clock_tick_s=1.3e-6))
+    found = steady_states(flying.mechanism, ticking, (), 1)
+    for (state,), (plain, *_) in zip(found, steady_states(flying.mechanism, rates, (), 1), strict=True):
+        assert (state.periods, state.multipliers.size, state.reached) == (0, 0, ("from rest",))
+        np.testing.assert_allclose(state.lines, plain.lines, atol=0.01 * np.abs(plain.lines).max())
+
+
 def test_one_motion_is_one_however_it_is_reached(flying):
     """Truth: the paper's mechanism, run at each rate from rest, from the next lower and the next higher one."""
     (first,), (middle,), (last,) = steady_states(flying.mechanism, mode(MICRO, 45.0, 46.0, 47.0), ("load.inertia",), 1)

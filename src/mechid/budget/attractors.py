@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.orbit import find_orbit
 from mechid.budget.period_map import PeriodMap
 from mechid.budget.steady_state import SteadyState, enough_substeps, periods_to_settle, steady_state
 from mechid.identification.computation.parallel import mapped
@@ -41,6 +42,9 @@ class _AtRate:
             for state in self.known:
                 if state.periods and _is_on(self.period, x, state):
                     return state, way
+            endless = [state for state in self.known if not state.periods]
+            if endless and find_orbit(self.period, x) is None:
+                return endless[0], way
         p = self.period
         return steady_state(p.mechanism, p.mode, p.rate, p.names, p.substeps, start), way
 
@@ -60,6 +64,8 @@ def steady_states(
     mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], workers: int
 ) -> tuple[tuple[SteadyState, ...], ...]:
     """Return the steady states at each rate of a mode, the one from rest first.
+
+    On a step clock with a tick no motion repeats, and each rate is run from rest alone.
 
     Parameters
     ----------
@@ -85,7 +91,7 @@ def steady_states(
             (k + side, way, state.x)
             for k, state in fresh
             for side, way in ((1, RISING), (-1, FALLING))
-            if state is not None and 0 <= k + side < len(rates)
+            if state is not None and 0 <= k + side < len(rates) and not mode.command.clock_tick_s
         ]
     return tuple(tuple(at.known) for at in rates)
 

@@ -203,8 +203,8 @@ def _without_duty(modes: Sequence[ModeBudget]) -> bool:
 
 
 def _largest(responses: Sequence[Response]) -> Response:
-    """Return the response with the largest RMS along any line of sight."""
-    return max(responses, key=lambda response: float(response.rms().max()))
+    """Return the response with the largest RMS along any line of sight, with what does not repeat."""
+    return max(responses, key=lambda response: float(response.whole_rms().max()))
 
 
 def _on_resting_base(x: FloatArray, held: Sequence[Any], states: Sequence[Any]) -> FloatArray:

@@ -105,7 +105,7 @@ def _steady_states(budget: Budget) -> Iterator[str]:
                 yield (
                     f"{made.mode.name},{s.rate:.9g},{' and '.join(s.reached)},{s.periods},"
                     f"{_number(s.largest_multiplier)},{_number(s.decay_s)},{int(s.follows)},{int(response is worst)},"
-                    f"{s.rms:.9e},{','.join(_number(v) for v in response.rms())}\n"
+                    f"{s.rms:.9e},{','.join(_number(v) for v in response.whole_rms())}\n"
                 )
 
 

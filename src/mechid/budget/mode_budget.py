@@ -76,10 +76,14 @@ class ModeBudget:
         return OrderMap(self.mode.rates, orders, lines)
 
     def differing(self, k: int) -> tuple[Response, ...]:
-        """Return the steady states at rate k whose RMS is outside the 95 % interval of the worst one's."""
-        low, high = self.rms_band[k].T
-        others = [response for response in self.states[k] if response is not self.responses[k]]
-        return tuple(r for r in others if np.any((r.rms() < low) | (r.rms() > high)))
+        """Return the steady states at rate k whose RMS is outside the 95 % interval of the worst one's.
+
+        What does not repeat is part of the RMS; the interval is that of the lines, shifted by it.
+        """
+        worst = self.responses[k]
+        low, high = self.rms_band[k].T + (worst.whole_rms() - worst.rms())
+        others = [(response, response.whole_rms()) for response in self.states[k] if response is not worst]
+        return tuple(response for response, rms in others if np.any((rms < low) | (rms > high)))
 
     def two_way_lines(self, k: int) -> tuple[ComplexArray, ComplexArray]:
         """Return torque (n,) and line of sight (n, m) of the two-way lines at rate k, NaN where there is none.

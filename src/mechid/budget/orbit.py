@@ -54,15 +54,15 @@ class Orbit:
     turns: int
 
 
-def find_orbit(period: PeriodMap, x: FloatArray) -> Orbit | None:
-    """Return the stable motion that a simulated state tends to, None where none repeats in `MOST_PERIODS` periods.
+def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOST_PERIODS) -> Orbit | None:
+    """Return the stable motion that a simulated state tends to, None where none repeats in so many periods at most.
 
     Raises
     ------
     FitError
         The mechanism diverged.
     """
-    for periods in range(1, MOST_PERIODS + 1):
+    for periods in range(1, most_periods + 1):
         found = _newton(period, x, periods)
         if found is not None and abs(found.multipliers).max(initial=0.0) < 1.0:
             return found

@@ -42,7 +42,7 @@ def _state(response: Response, worst: Response) -> dict[str, Any]:
     return {
         "reached": list(s.reached), "periods": s.periods, "largest_multiplier": s.largest_multiplier,
         "decay_s": s.decay_s, "follows": s.follows, "worst": response is worst, "torque_rms_Nm": s.rms,
-        "rms_rad": response.rms().tolist(),
+        "rms_rad": response.whole_rms().tolist(),
     }  # fmt: skip
 
 
@@ -72,8 +72,8 @@ def told(made: ModeBudget) -> Iterator[str]:
 
 def _ratio(worst: Response, others: Sequence[Response]) -> float:
     """Return the RMS of the worst steady state over that of the least of the others, along the largest axis."""
-    axis = int(worst.rms().argmax())
-    return float(worst.rms()[axis] / min(other.rms()[axis] for other in others))
+    axis = int(worst.whole_rms().argmax())
+    return float(worst.whole_rms()[axis] / min(other.whole_rms()[axis] for other in others))
 
 
 def _named(rates: Sequence[float]) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.orbit import Orbit, find_orbit
+from mechid.budget.orbit import MOST_PERIODS, Orbit, find_orbit
 from mechid.budget.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
@@ -122,8 +122,8 @@ def steady_state(
     """Return the lines of a mode at one rate, on a base that holds or on its modes.
 
     The motion is simulated until it tends to one that repeats, which shooting then finds: however slowly the rest of
-    the transient decays, it is gone. A motion that does not repeat is analysed over whole periods of 2/rate; what
-    lies on no line of those does not repeat.
+    the transient decays, it is gone. A motion that does not repeat, as any on a clock with a tick, is analysed over
+    whole periods of 2/rate; what lies on no line of those does not repeat.
 
     Parameters
     ----------
@@ -145,13 +145,15 @@ def steady_state(
     """
     period = PeriodMap(mechanism, mode, rate, tuple(names), substeps)
     settle = periods_to_settle(mode, rate)
+    if mode.command.clock_tick_s:
+        return _not_repeating(period, start, settle)
     x = start
-    for _ in range(ROUNDS):
+    for k in range(ROUNDS):
         x = period.settled(x, settle)
-        orbit = find_orbit(period, x)
+        orbit = find_orbit(period, x, MOST_PERIODS if k + 1 == ROUNDS else 1)
         if orbit is not None:
             return _repeating(period, orbit)
-    return _not_repeating(period, start, settle)
+    return _not_repeating(period, start, ROUNDS * settle)
 
 
 def periods_to_settle(mode: OperatingMode, rate: float) -> int:
@@ -173,9 +175,9 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     )  # fmt: skip
 
 
-def _not_repeating(period: PeriodMap, start: FloatArray | None, settle: int) -> SteadyState:
-    """Return what a motion that does not repeat is over a stretch behind `ROUNDS` times the settling time."""
-    skipped, periods = ROUNDS * settle, _stretch(period)
+def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
+    """Return what a motion that does not repeat is over a stretch behind so many periods."""
+    periods = _stretch(period)
     first, samples = skipped * period.samples, periods * period.samples
     at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
     simulator = period.simulator(first + samples, period.lanes)

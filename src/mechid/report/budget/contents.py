@@ -16,7 +16,7 @@ STEADY = (
     "line of sight RMS, rad", "",
 )  # fmt: skip
 """Of the table of steady states."""
-SHOWN_STEADY = 40
+SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
 
