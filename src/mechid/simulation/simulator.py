@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import Command, Excitation
-from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
+from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.simulation.rest import resting_outputs
@@ -62,6 +62,22 @@ class Block:
     y: FloatArray
     rate: FloatArray
     jacobian: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where a run stands, or is to start from at command time 0.
+
+    Attributes
+    ----------
+    x : (n_x,)
+        The plant's states.
+    lanes : (n_x, m)
+        Their derivatives along the directions of the run.
+    """
+
+    x: FloatArray
+    lanes: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,11 +176,20 @@ class Run:
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
-        kernel.begin(
-            p, self.buffers.directions, simulator.excitation.initial, simulator.command.start_angle_rad,
-            *self._start(), self.buffers.discrete, self.buffers.w,
-        )  # fmt: skip
+        self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
+
+    def restart(self, state: State) -> None:
+        """Begin at another state than the command's start, before any block is consumed."""
+        self._begin(state.x, np.zeros(state.x.size * self.p.size))
+        self.buffers.w[self._lane_rows[:, : state.lanes.shape[1]]] = state.lanes
+
+    def _begin(self, x: FloatArray, x_p: FloatArray) -> None:
+        simulator, b = self.simulator, self.buffers
+        simulator.kernel.begin(
+            self.p, b.directions, simulator.excitation.initial, simulator.command.start_angle_rad, x, x_p,
+            b.discrete, b.w,
+        )  # fmt: skip
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
@@ -230,6 +255,19 @@ class Run:
             b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
             b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
         )
+
+    @property
+    def state(self) -> State:
+        """Where the run stands: at its last sample, before an edge at that instant."""
+        w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
+        n = len(self.simulator.plant.states)
+        return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
+
+    @cached_property
+    def _lane_rows(self) -> NDArray[np.int64]:
+        """Where the lanes of each state stand, (n_x, lanes)."""
+        module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
+        return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
 
     @property
     def switching(self) -> Switching:
