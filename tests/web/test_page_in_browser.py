@@ -1,5 +1,6 @@
 """The explorer in a real browser. Truth: the simulation at what is set, the mechanism behind the records, the files."""
 
+import threading
 import time
 from urllib.parse import urlsplit
 
@@ -9,6 +10,8 @@ import pytest
 import synthetic
 from browser import faults, requests
 from mechid.campaign import read_mechanism
+from mechid.simulation.interruption import ask
+from mechid.web.server import UNUSED_MS
 from mechid.web.session import Session
 
 KNOB = "gear.stiffness"
@@ -168,6 +171,33 @@ def test_cancel_keeps_what_is_set(browser, address):
     assert (now["knobs"], now["verdict"], now["can_undo"]) == (was["knobs"], None, True)
     assert browser.find_element("id", "fit").is_enabled()
     assert "cancelled" in browser.find_element("id", "run-words").text
+
+
+def fits_at_work():
+    return [thread for thread in threading.enumerate() if thread.name == "fit"]
+
+
+def test_closing_the_page_ends_its_fit(browser, address, monkeypatch):
+    """Truth: the thread of a fit without an end of its own; the server would keep the tab for longer."""
+
+    def endless(campaign, **options):
+        while True:
+            ask()
+
+    monkeypatch.setattr("mechid.web.session.identify", endless)
+    opened(browser, address)
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    opened(browser, address)
+    browser.find_element("id", "search").click()
+    until(browser, "return mechid.state().run?.state === 'running'")
+    fits = fits_at_work()
+    assert fits
+    browser.close()
+    browser.switch_to.window(first)
+    for fit in fits:
+        fit.join(0.6e-3 * UNUSED_MS)
+    assert fits_at_work() == []
 
 
 def test_two_tabs_do_not_disturb_each_other(browser, address):

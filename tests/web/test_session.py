@@ -12,8 +12,9 @@ from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.identify import make_problem
 from mechid.identification.progress import Progress
+from mechid.simulation.interruption import ask
 from mechid.web import Source
-from mechid.web.fit_run import RunState
+from mechid.web.fit_run import FitRun, RunState
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import course, page_data, shown_data
 from mechid.web.state import campaign_at
@@ -138,6 +139,18 @@ def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session)
     assert session.run.state is RunState.CANCELLED
     assert not session.take_up()
     assert (session.state, session.estimate) == (was, estimate)
+
+
+def test_a_cancelled_run_ends_also_where_it_has_nothing_to_report():
+    def endless(told):
+        while True:
+            ask()
+
+    run = FitRun(endless)
+    run.start()
+    run.cancel()
+    assert run.wait(SECONDS)
+    assert (run.state, run.result) == (RunState.CANCELLED, None)
 
 
 def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):

@@ -9,6 +9,7 @@ from typing import Any
 from bokeh.core.properties import String
 from bokeh.document import Document
 from bokeh.model import DataModel
+from bokeh.server.contexts import BokehSessionContext
 
 from mechid.errors import MechidError, UsageError
 from mechid.web.equations import Equations
@@ -145,7 +146,9 @@ class Tab:
         self.wire.update(told=json.dumps(data, allow_nan=False))
 
     def _poll(self) -> None:
-        """Show how the fit goes on, and take up its end."""
+        """Show how the fit goes on, and take up its end; for a page that is closed nothing goes on."""
+        if self._is_closed and self.session.is_fitting:
+            self.session.cancel()
         self.session.follow()
         run = self.session.watched
         if run is None:
@@ -160,6 +163,13 @@ class Tab:
         if ended:
             self.redraw()
         self.tell()
+
+    @property
+    def _is_closed(self) -> bool:
+        """Whether the page's connection is gone; Bokeh keeps the session for a while."""
+        context = self.document.session_context
+        session = context.session if isinstance(context, BokehSessionContext) else None
+        return session is not None and session.connection_count == 0
 
 
 Action = Callable[[Session, Message], None]
