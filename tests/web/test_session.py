@@ -216,7 +216,7 @@ def test_records_side_by_side_are_the_last_ones_chosen_and_exist(session):
 def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(session, campaign):
     at_truth(session)
     pictures = session.pictures()
-    said = shown_data(session, pictures, session.effects())
+    said = shown_data(session, pictures, session.effects(), session.sweeps(pictures))
     assert set(json.loads(json.dumps(said, allow_nan=False))) == set(said)
     (panel,) = said["records"]
     assert panel["grade"] == "good"

@@ -55,7 +55,6 @@ class Slot:
         self.orders = ColumnDataSource({"x": []})
         self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
         self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
-        self.limits: dict[str, tuple[float, float]] = {}
         self.axes: dict[str, Any] = {}
         self.roots = {f"time_{number}": self._time_plots(), f"spectrum_{number}": self._spectrum_plot()}
         for name, root in self.roots.items():
@@ -134,7 +133,7 @@ class Slot:
         kept = self._kept(picture, [effect.torque])
         self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
         height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
-        self._hold("effect", -height, height)
+        hold(self.heights["effect"], -height, height)
 
     def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
         """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
@@ -150,16 +149,10 @@ class Slot:
         torque = round_up(largest(picture.measured, picture.modelled))
         residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
         for name, height in (("torque", torque), ("residual", residual)):
-            self._hold(name, -height, height)
+            hold(self.heights[name], -height, height)
         top = largest(picture.measured_spectrum, picture.modelled_spectrum)
         line = max(noise / math.sqrt(picture.measured.size), 1e-9 * top)
-        self._hold("spectrum", 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
-
-    def _hold(self, name: str, low: float, high: float) -> None:
-        """Set an axis' ends where they are others than before, so that it stands still and a zoom is kept."""
-        if self.limits.get(name) != (low, high):
-            self.limits[name] = low, high
-            self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
+        hold(self.heights["spectrum"], 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
 
 
 class RunFigures:
@@ -219,6 +212,12 @@ class RunFigures:
             "symbol": [symbols[name] for name in names],
             "colour": colours,
         }
+
+
+def hold(axis: Range1d, low: float, high: float) -> None:
+    """Set an axis' ends where they are others than last set, so that it stands still and a zoom is kept."""
+    if (axis.reset_start, axis.reset_end) != (low, high):
+        axis.update(start=low, end=high, reset_start=low, reset_end=high)
 
 
 def apart(places: Sequence[float], gap: float) -> list[float]:
