@@ -69,12 +69,12 @@ def pressed(browser, key, times):
 @pytest.mark.parametrize(("width", "dark"), [(1400, False), (1400, True), (390, False)])
 def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(browser, address, width, dark):
     opened(browser, address, width, dark=dark)
-    asked(browser, do="look", records=["full_46", "micro_46"], seconds=1e9)
+    asked(browser, do="look", records=["full_46", "micro_46", "sweep"], seconds=1e9)
     assert {urlsplit(url).netloc for url in requests(browser)} == {urlsplit(address).netloc}
     assert faults(browser) == []
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     shown = "return [...document.querySelectorAll('.panel:not([hidden]) h2')].map((h) => h.textContent)"
-    assert browser.execute_script(shown) == ["full_46", "micro_46"]
+    assert browser.execute_script(shown) == ["full_46", "micro_46", "sweep"]
     wide = "return [...document.querySelectorAll('.figure')].filter((f) => f.scrollWidth > f.clientWidth + 1).length"
     assert browser.execute_script(wide) == 0
 
@@ -108,6 +108,40 @@ def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, addre
         dict(told(browser)["records"][0]["numbers"])["residual"] in browser.find_element("css selector", ".panel").text
     )
     assert len(browser.execute_script("return mechid.latencies")) > 0
+
+
+IMAGES = """
+const root = Bokeh.documents[0].roots().find((r) => r.name === "spectrogram_0");
+const source = [...root.references()].find((m) => m.type === "ColumnDataSource" && "residual" in m.data);
+const names = ["measured", "modelled", "residual"];
+return Object.fromEntries(names.map((name) => [name, Array.from(source.data[name][0])]));"""
+
+
+def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_rests(browser, address, source):
+    opened(browser, address)
+    hidden = "return document.querySelector('.sweep').hidden"
+    assert browser.execute_script(hidden)
+    asked(browser, do="look", records=["full_46", "sweep"], seconds=1e9)
+    assert not browser.execute_script(hidden)
+    before = browser.execute_script(IMAGES)
+    pressed(browser, "ArrowRight", 12)
+    after = browser.execute_script(IMAGES)
+    twin = Session(source)
+    twin.look(("sweep",), 1e9)
+    twin.turn(KNOB, told(browser)["knobs"][KNOB]["value"])
+    image = twin.sweeps(twin.pictures())["sweep"]
+    for name, shown in after.items():
+        assert shown == getattr(image, name).astype(np.float32).ravel().tolist()
+    assert before["modelled"] != after["modelled"]
+    said = browser.find_element("css selector", ".sweep").text
+    assert f"load on the gear {image.resonances[0].frequency_hz:.1f} Hz" in said
+    reach = "return Bokeh.documents[0].get_model_by_name('frequency_0').end"
+    assert browser.execute_script(reach) == 250
+    browser.find_elements("css selector", ".tops button")[1].click()
+    assert browser.execute_script(reach) == 1100
+    asked(browser, do="look", records=["full_46"], seconds=1.0)
+    assert browser.execute_script(hidden)
+    assert faults(browser) == []
 
 
 def test_a_zoom_shows_every_sample(browser, address, source):
