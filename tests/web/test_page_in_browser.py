@@ -99,9 +99,10 @@ def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, addre
     twin = Session(source)
     twin.turn(KNOB, value)
     picture = twin.pictures()["full_46"]
-    kept = np.round(np.array(after["time"]) * synthetic.RATE_HZ).astype(int)
-    assert after["modelled"] == picture.modelled[kept].tolist()
-    assert after["residual"] == picture.residual[kept].tolist()
+    for name in ("measured", "modelled", "residual"):
+        kept = np.round(np.array(after[f"{name} at"]) * synthetic.RATE_HZ).astype(int)
+        assert after[name] == getattr(picture, name)[kept].tolist()
+        assert (max(after[name]), min(after[name])) == (getattr(picture, name).max(), getattr(picture, name).min())
     assert after["modelled spectrum"] == picture.modelled_spectrum.tolist()
     assert before["modelled"] != after["modelled"]
     assert (
@@ -115,6 +116,19 @@ const root = Bokeh.documents[0].roots().find((r) => r.name === "spectrogram_0");
 const source = [...root.references()].find((m) => m.type === "ColumnDataSource" && "residual" in m.data);
 const names = ["measured", "modelled", "residual"];
 return Object.fromEntries(names.map((name) => [name, Array.from(source.data[name][0])]));"""
+
+
+def test_a_drawing_leaves_style_sheets_alone_that_stay_as_they_are(browser, address):
+    """Truth: writing a sheet puts another text into it, as a change of it does."""
+    opened(browser, address)
+    texts = """
+    const { InlineStyleSheet } = Bokeh.require("core/dom");
+    const sheet = new InlineStyleSheet("a { top: 0px }"), first = sheet.el.firstChild;
+    sheet.replace("a { top: 0px }");
+    const same = sheet.el.firstChild === first;
+    sheet.replace("a { top: 1px }");
+    return [same, sheet.el.firstChild === first, sheet.css];"""
+    assert browser.execute_script(texts) == [True, False, "a { top: 1px }"]
 
 
 def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_rests(browser, address, source):
@@ -150,7 +164,7 @@ def test_a_zoom_shows_every_sample(browser, address, source):
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'time_0');"
         "[...root.references()].find((m) => m.type === 'Figure').x_range.setv({ start: 0.1, end: 0.11 })"
     )
-    inside = "const x = (() => {" + SOURCE + "})(...arguments).time; return x.length < 200 ? x : null"
+    inside = "const x = (() => {" + SOURCE + "})(...arguments)['modelled at']; return x.length < 200 ? x : null"
     x = np.array(until(browser, inside, "time_0"))
     kept = np.round(x[(x >= 0.1 - 1e-9) & (x <= 0.11 + 1e-9)] * synthetic.RATE_HZ).astype(int)
     assert kept.tolist() == list(range(1000, 1101))

@@ -213,6 +213,13 @@ function saved(text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
+// At each drawing Bokeh writes a dozen style sheets a figure anew, mostly as they were, and the browser works out all
+// styles again; a sheet that stays as it is is not written.
+function sheetsLeftAlone() {
+  const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype, write = sheet._update;
+  sheet._update = function (css) { if (this.css !== css) write.call(this, css); };
+}
+
 function repainted() {
   for (const root of wire.document.roots()) painted(root);
 }
@@ -228,6 +235,7 @@ at("theme").addEventListener("click", () => {
   const found = shown && shown.get_model_by_name("wire");
   if (!found) { setTimeout(connected, 20); return; }
   wire = found;
+  sheetsLeftAlone();
   repainted();
   if (matchMedia("(pointer: coarse)").matches) {
     for (const root of shown.roots()) for (const model of root.references()) {
