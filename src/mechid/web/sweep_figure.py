@@ -16,6 +16,8 @@ from mechid.web.sweep import SweepPicture
 
 IMAGES = ("measured", "modelled", "residual")
 HEIGHT, AXIS_HEIGHT, BAR_HEIGHT = 190, 42, 60
+GAPS = [3, 11]
+"""Dashes and gaps in pixels: what is marked stands below the mark and is to be seen."""
 RANGE = 3000.0
 """From the least to the largest amplitude that has a colour of its own, as in the report."""
 
@@ -43,9 +45,9 @@ class SweepFigure:
         plot = empty_plot(TIME, f"{name}: {FREQUENCY}", height=HEIGHT, x_range=self.time, y_range=self.frequency,
                           min_border_left=LEFT)  # fmt: skip
         image = plot.image(name, x="x", y="y", dw="dw", dh="dh", source=self.images, color_mapper=self.colours)
-        plot.multi_line("x", "y", source=self.orders, name="order over", line_dash="dashed", line_width=1,
-                        line_alpha=0.6)  # fmt: skip
-        plot.hspan(y="y", source=self.resonances, name="resonance over", line_dash="dotted", line_width=1.5)
+        plot.multi_line("x", "y", source=self.orders, name="order over", line_dash=GAPS, line_width=1,
+                        line_alpha=0.8)  # fmt: skip
+        plot.hspan(y="y", source=self.resonances, name="resonance over", line_dash=GAPS, line_width=1.5)
         tips = [("", name), ("time", "$x{0.00} s"), ("frequency", "$y{0} Hz"), ("amplitude", f"@{name}{{0.000000}}")]
         plot.add_tools(HoverTool(renderers=[image], tooltips=tips))
         plot.grid.visible = False
