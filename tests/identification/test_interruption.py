@@ -7,9 +7,9 @@ import pytest
 
 import synthetic
 from mechid.analysis import validate
-from mechid.identification.fit import FitOutcome
+from mechid.identification.computation.parallel import mapped
 from mechid.identification.identify import identify
-from mechid.identification.parallel import mapped
+from mechid.identification.result.fit import FitOutcome
 from mechid.simulation.interruption import ask, interrupted_by
 from mechid.simulation.simulator import BLOCK
 from synthetic import displaced
