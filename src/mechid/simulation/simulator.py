@@ -13,6 +13,7 @@ from mechid.command import Command, Excitation
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
+from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
@@ -200,13 +201,15 @@ class Run:
         return x, np.ascontiguousarray(x_p).ravel()
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the record block by block; after a failure the samples are NaN."""
+        """Yield the record block by block; after a failure the samples are NaN. Ask before each whether to go on."""
         done, total = 0, self.base.samples
         for count in self._resting():
+            ask()
             yield self._block(done, count)
             done += count
         self.buffers.discrete[0] = done
         while done < total:
+            ask()
             count = min(self.block, total - done)
             self._advance(count)
             yield self._block(done, count)
