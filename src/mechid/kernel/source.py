@@ -12,7 +12,7 @@ from mechid.kernel.switching import guards
 from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
 
-GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py")
+GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py", "schedule.py")
 TEMPLATES = ("places", "filter", "guards", "lanes", "switches", "loop")
 """The texts that are the same for all plants, in the order in which a kernel needs them."""
 TERMS = 48
@@ -44,9 +44,11 @@ def turned(s, c, angle):
         sine, cosine = sincos(angle)
         return s * cosine + c * sine, c * cosine - s * sine
     q = angle * angle
-    sine = angle * (1.0 + q * (-1.0 / 6.0 + q * (1.0 / 120.0 - q / 5040.0)))
-    versine = q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0 - q / 40320.0)))
-    return s + (c * sine - s * versine), c - (s * sine + c * versine)
+    qq = q * q
+    sine = (-1.0 / 6.0 + q * (1.0 / 120.0)) - qq * (1.0 / 5040.0)
+    versine = (0.5 - q * (1.0 / 24.0)) + qq * (1.0 / 720.0 - q * (1.0 / 40320.0))
+    by_s, by_c = s * angle, c * angle
+    return ((s + by_c) + (by_c * q) * sine) - (s * q) * versine, ((c - by_s) - (by_s * q) * sine) - (c * q) * versine
 
 
 '''
@@ -69,7 +71,7 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
-    functions = [physics.turns(writer), *physics.rates(writer), physics.step(writer)]
+    functions = [physics.turns(writer), *physics.rates(writer), physics.step(writer), physics.accept(writer)]
     functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
@@ -80,7 +82,7 @@ def generate(plant: Plant, lanes: int) -> str:
         "TERMS": TERMS, "NT": lane_writer.coefficients,
         "NG": lanes // WIDTH, "LANES_PER_GROUP": WIDTH, "GROUP_SIZE": rows["END"] * WIDTH,
     }  # fmt: skip
-    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
+    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, plant.most_guards)
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
@@ -104,7 +106,7 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        'FAST = {"contract", "arcp", "nsz", "reassoc"}\n'
+        'FAST = {"contract", "arcp", "nsz"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
 
@@ -168,10 +170,6 @@ def _place_lines(parts: dict[str, int], body: str) -> list[str]:
     ]
 
 
-def _most_guards(plant: Plant) -> int:
-    return max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
-
-
 def _guard_tables(plant: Plant) -> list[str]:
     """Return the numbering of guards as text: first and count by switch and mode, targets by guard."""
     switches = plant.switches
@@ -185,7 +183,7 @@ def _guard_tables(plant: Plant) -> list[str]:
             first[i, j], count[i, j] = len(targets), len(guards)
             targets += [modes.index(g.target) if g.target else -1 for g in guards]
     return [
-        f"MOST_GUARDS = {_most_guards(plant)}",
+        f"MOST_GUARDS = {plant.most_guards}",
         f"GUARD_FIRST = np.array({first.tolist()})",
         f"GUARD_COUNT = np.array({count.tolist()})",
         f"GUARD_TARGET = np.array({targets or [-1]})",
