@@ -18,8 +18,8 @@ from pathlib import Path
 
 from scipy.stats import binomtest
 
-from mechid.identification.fit import Fit
 from mechid.identification.identify import identify
+from mechid.identification.result.fit import Fit
 from recovery.campaigns import VARIANTS, campaign
 from recovery.judgement import judged, truth_of
 from recovery.mechanisms import FAMILIES

@@ -29,7 +29,7 @@ from mechid.budget.over_rate import LIMITS95, SAMPLES, torque_bands
 from mechid.budget.shares import deviations
 from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.identification.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import mapped, one_core_algebra
 
 RATES = np.linspace(10.0, 120.0, 240)
 COMPARED = 0.05

@@ -4,9 +4,9 @@ import json
 from dataclasses import replace
 
 from mechid.campaign import Stage
-from mechid.identification.estimate_file import estimate_text
 from mechid.identification.identify import identify
-from mechid.identification.reopened import Optimum, reopened
+from mechid.identification.refit.reopened import Optimum, reopened
+from mechid.identification.result.estimate_file import estimate_text
 from synthetic import bench, bounded, truth
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from mechid.identification.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.reduction import Triangle, absorb, finished
 
 NAMES = (
     "Bennett5", "BoxBOD", "Chwirut1", "Chwirut2", "DanWood", "ENSO", "Eckerle4", "Gauss1", "Gauss2", "Gauss3",

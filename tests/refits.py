@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.design.prediction import predicted_errors
-from mechid.identification.parallel import mapped
-from mechid.identification.solve import solve
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.search.solve import solve
 
 
 def scatter(problem, draws, seed, workers=1):

@@ -11,7 +11,7 @@ from mechid.campaign import Campaign, CampaignRecord, Match, Stage, catalogue_me
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
 from mechid.command import Command
-from mechid.identification.target import Target
+from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record, RecordSpec

@@ -10,9 +10,9 @@ import numpy as np
 
 from mechid.campaign import mechanism_from_table
 from mechid.command import Command, RateProfile
-from mechid.identification.problem import Problem as FitProblem
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import Target, TargetChannel
+from mechid.identification.output_error.problem import Problem as FitProblem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase, excitation_over
 

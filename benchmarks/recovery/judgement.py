@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit
 from mechid.identification.identify import make_problem
-from mechid.identification.problem import Problem
-from mechid.identification.solve import covariance
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.fit import Fit
+from mechid.identification.search.solve import covariance
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import NOISE_NM, SUBSTEPS
 

@@ -7,7 +7,7 @@ import pytest
 
 from mechid.analysis.information import record_information
 from mechid.analysis.resonances import resonances
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
 
 FREE = ("gear.stiffness", "gear.damping")

@@ -1,8 +1,11 @@
 """A small campaign on disk, from which each test changes one thing."""
 
 import math
+import re
 
 import pytest
+
+from mechid.errors import InputFileError
 
 MECHANISM = """\
 [stepper]
@@ -83,6 +86,19 @@ def changed(folder):
         return path
 
     return change
+
+
+@pytest.fixture
+def refused():
+    """Return a function that sees reading refused: in one line that begins as told, with the exit code of a file."""
+
+    def see(message, read, *given):
+        with pytest.raises(InputFileError, match=f"^{re.escape(message)}") as caught:
+            read(*given)
+        assert "\n" not in str(caught.value)
+        assert caught.value.exit_code == 3
+
+    return see
 
 
 @pytest.fixture

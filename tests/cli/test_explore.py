@@ -12,7 +12,7 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.cli import journal
-from mechid.identification.estimate_file import read_estimate
+from mechid.identification.result.estimate_file import read_estimate
 from mechid.web import Source, read_estimated
 from mechid.web.session import Session
 

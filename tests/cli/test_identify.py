@@ -9,8 +9,8 @@ import pytest
 from mechid.campaign import read_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.cli import identification
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify
+from mechid.identification.result.fit import FitOutcome
 
 FILES = ["estimate.json", "figures", "journal.jsonl", "mechanism.toml", "report.html", "report.json", "report.md"]
 WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]

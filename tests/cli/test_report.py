@@ -9,8 +9,8 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.cli import identification
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify
+from mechid.identification.result.fit import FitOutcome
 
 NAMES = ["report.html", "report.json", "report.md"]
 

@@ -88,11 +88,10 @@ def test_defaults(tmp_path):
     assert command.rate == RateProfile.constant(46.0)
 
 
-def test_start_angles():
-    """Truth: a quarter electrical turn is 1.8 deg of a rotor with 100 poles."""
+def test_start_angle():
+    """Truth: 90 deg are a quarter turn."""
     command = Command(stepping="full", microsteps=1, rate=RateProfile.constant(1.0), start_angle_deg=90.0)
     assert command.start_angle_rad == pytest.approx(math.pi / 2, rel=1e-15)
-    assert command.rotor_start_rad(100) == pytest.approx(math.radians(1.8), rel=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.design.criterion import Criterion, criterion_at, sizes
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from synthetic import truth
 
 SIGMA = np.array([0.1, 0.5, 2.0])

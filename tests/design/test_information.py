@@ -7,7 +7,7 @@ import pytest
 
 from mechid.design.information import informations, prior_points, range_information
 from mechid.design.planned import PlannedRecord
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, TimeBase
 from paper import constant
 from synthetic import truth

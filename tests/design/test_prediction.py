@@ -10,7 +10,7 @@ from mechid.campaign.bench import TRUTH
 from mechid.design.planned import PlannedRecord
 from mechid.design.prediction import NO_PHASE, ON_BOUND, UNSEEN, planned_problem, predicted_errors
 from mechid.identification.identify import identify
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from refits import normalised
 from synthetic import COMMANDS, bench, truth
 

@@ -9,8 +9,8 @@ from mechid.design.design import make_design
 from mechid.design.design_file import DesignOptions
 from mechid.design.planned import Recording
 from mechid.design.prediction import planned_problem, predicted_errors
-from mechid.identification.parallel import one_core_algebra
-from mechid.identification.space import SearchSpace
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.output_error.space import SearchSpace
 from refits import normalised
 
 DRAWS = 200

@@ -7,7 +7,7 @@ from mechid.design.criterion import sizes
 from mechid.design.information import informations
 from mechid.design.planned import PlannedRecord
 from mechid.design.trust import DRAWS, FARTHEST, departing_share
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import constant
 from synthetic import COMMANDS, truth

@@ -9,10 +9,10 @@ import pytest
 from mechid.analysis.validation import validate
 from mechid.command import RateProfile
 from mechid.identification import identify as identification
-from mechid.identification.alternatives import turns_deg
-from mechid.identification.declaration import DECLARED, Taken, taken_command
-from mechid.identification.fit import FitOutcome
+from mechid.identification.contradiction.alternatives import turns_deg
 from mechid.identification.identify import identify
+from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
+from mechid.identification.result.fit import FitOutcome
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
 
 FACTORS = {"gear.stiffness": 1.25, "gear.damping": 0.6, "stepper.torque_constant": 0.9}

@@ -8,9 +8,9 @@ import pytest
 from scipy.stats import chi2
 
 from finished import optimum
-from mechid.identification import bootstrap as module
-from mechid.identification.bootstrap import DrawOutcome, bootstrap
-from mechid.identification.journal import Journal
+from mechid.identification.computation.journal import Journal
+from mechid.identification.refit import bootstrap as module
+from mechid.identification.refit.bootstrap import DrawOutcome, bootstrap
 from mechid.signal.autoregression import Autoregression
 from synthetic import measuring
 

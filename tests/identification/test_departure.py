@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.identification.departure import departure
+from mechid.identification.contradiction.departure import departure
 from mechid.identification.identify import make_problem
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from synthetic import COMMANDS, RATE_HZ, bench, displaced, measuring, truth

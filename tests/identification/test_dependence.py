@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.consider import consider_covariance, file_slopes
-from mechid.identification.dependence import in_words
-from mechid.identification.ending import Frozen
+from mechid.identification.identifiability.dependence import in_words
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.solve import covariance
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.result.ending import Frozen
+from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.consider import consider_covariance, file_slopes
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
 

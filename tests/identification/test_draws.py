@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from mechid.identification.draws import departures, told_by
-from mechid.identification.grazing import grazing_switches
-from mechid.identification.problem import Problem
-from mechid.identification.solve import covariance
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.draws import departures, told_by
+from mechid.identification.uncertainty.grazing import grazing_switches
 from synthetic import COMMANDS, NOISE_NM, displaced, measured, record, truth, with_leading
 
 GEAR = ("gear.stiffness", "gear.damping")

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from mechid.errors import InputFileError
-from mechid.identification.estimate_file import json_text, read_estimate
+from mechid.identification.result.estimate_file import json_text, read_estimate
 
 
 def test_what_is_not_finite_is_null():

@@ -9,10 +9,10 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.errors import InputFileError
-from mechid.identification.declaration import Taken
-from mechid.identification.estimate_file import estimate_text, write_estimate
-from mechid.identification.fit_file import read_fit
 from mechid.identification.identify import identify
+from mechid.identification.output_error.declaration import Taken
+from mechid.identification.result.estimate_file import estimate_text, write_estimate
+from mechid.identification.result.fit_file import read_fit
 
 STAGE = """
 [[stage]]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mechid.campaign import Stage, load_campaign
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.uncertainty import residual
+from mechid.identification.result.fit import FitOutcome
+from mechid.identification.uncertainty.covariance import residual
 
 
 @pytest.fixture(scope="module")

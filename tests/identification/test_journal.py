@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from mechid.errors import UsageError
+from mechid.identification.computation.journal import Journal, packed, unpacked
 from mechid.identification.identify import identify
-from mechid.identification.inputs import campaign_digests
-from mechid.identification.journal import Journal, packed, unpacked
+from mechid.identification.output_error.inputs import campaign_digests
 from synthetic import bench, displaced, truth
 
 INPUTS = {"mechanism": "m"}

@@ -8,9 +8,9 @@ import pytest
 
 from mechid.campaign import mechanism_text
 from mechid.campaign.bench import write_bench
-from mechid.campaign.toml_file import write_whole
 from mechid.campaign.trajectory_file import record_rows
 from mechid.command import Command, RateProfile
+from mechid.writing import write_whole
 from synthetic import NOISE_NM, RATE_HZ, displaced, torque_of, truth
 
 pytestmark = [

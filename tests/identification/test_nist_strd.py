@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from measured_data import data_folder
-from mechid.identification.solve import covariance, descend, solve
+from mechid.identification.search.solve import covariance, descend, solve
 from nist_strd import NAMES, digits, read
 
 pytestmark = pytest.mark.data

@@ -7,14 +7,14 @@ import pytest
 from scipy.signal import lfilter
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify
-from mechid.identification.noise import by_own_residuals, released, without_outliers, without_spikes
-from mechid.identification.problem import Problem
-from mechid.identification.solve import solve
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
-from mechid.identification.uncertainty import residual, uncertainty
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.result.fit import FitOutcome
+from mechid.identification.search.solve import solve
+from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.identification.uncertainty.noise import by_own_residuals, released, without_outliers, without_spikes
 from synthetic import (
     COMMANDS,
     NOISE_NM,

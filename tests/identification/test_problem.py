@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from mechid.identification.problem import Problem
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
 from mechid.signal.autoregression import Autoregression
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE

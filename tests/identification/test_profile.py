@@ -10,9 +10,9 @@ from scipy.stats import chi2
 
 from finished import optimum
 from mechid.errors import UsageError
-from mechid.identification import profile as module
-from mechid.identification.journal import Journal
-from mechid.identification.profile import SideEnd, profiles
+from mechid.identification.computation.journal import Journal
+from mechid.identification.refit import profile as module
+from mechid.identification.refit.profile import SideEnd, profiles
 
 HOUSING = ("housing.gain", "housing.frequency", "housing.damping")
 LIMIT = math.sqrt(chi2.ppf(0.95, 1))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.identification.reduction import absorb, combined, finished
+from mechid.identification.output_error.reduction import absorb, combined, finished
 
 
 def matrix(n, linear, columns, seed):

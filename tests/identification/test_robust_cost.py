@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.identification.multistart import ROBUST_SIGMAS, robust_cost
-from mechid.identification.standard_errors import StandardErrors
+from mechid.identification.search.multistart import ROBUST_SIGMAS, robust_cost
+from mechid.identification.uncertainty.standard_errors import StandardErrors
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-4])

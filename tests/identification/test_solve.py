@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from mechid.identification.fit import FitOutcome
 from mechid.identification.identify import identify
-from mechid.identification.problem import Problem
-from mechid.identification.reduction import Triangle, absorb, finished
-from mechid.identification.solve import covariance, descend, solve
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.result.fit import FitOutcome
+from mechid.identification.search.solve import covariance, descend, solve
 from synthetic import COMMANDS, campaign, displaced, measured, record, truth
 
 X = np.array([77.6, 114.9, 141.1, 190.8, 239.9, 289.0, 332.8, 378.4, 434.8, 477.3, 536.8, 593.1, 689.1, 760.0])

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from synthetic import bounded, truth
 
 FIRST, SECOND = "stepper.detent.0.amplitude", "stepper.detent.1.amplitude"

@@ -7,11 +7,11 @@ import pytest
 from scipy.linalg import toeplitz
 from scipy.signal import lfilter
 
-from mechid.identification.problem import Problem
-from mechid.identification.solve import covariance, solve
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import target_of
-from mechid.identification.uncertainty import _score_variance, residual, uncertainty
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.search.solve import covariance, solve
+from mechid.identification.uncertainty.covariance import _score_variance, residual, uncertainty
 from mechid.signal.autoregression import Autoregression, autocovariance
 from synthetic import COMMANDS, NOISE_NM, displaced, measuring, record, torque_of, truth, with_leading
 

@@ -4,7 +4,7 @@ import pytest
 
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.bench import write_bench
-from mechid.identification.visibility import sensitivities, start_warnings, unseen_parameters
+from mechid.identification.identifiability.visibility import sensitivities, start_warnings, unseen_parameters
 
 FREE_OFFSET = "time_offset_s = { value = 0.0, min = -0.002, max = 0.002 }"
 

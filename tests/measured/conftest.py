@@ -8,7 +8,7 @@ from typer.testing import CliRunner
 
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
-from mechid.identification.fit_file import read_fit
+from mechid.identification.result.fit_file import read_fit
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "measured"
 

@@ -14,8 +14,8 @@ from mechid.analysis.order_tracking import OrderError
 from mechid.analysis.validation import BandError
 from mechid.campaign import Stage, catalogue_mechanism
 from mechid.command import Command, RateProfile
-from mechid.identification.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
 from mechid.identification.identify import identify
+from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report import report_data
 from mechid.report.writing import write_report

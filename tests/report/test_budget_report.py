@@ -12,10 +12,10 @@ from mechid.budget.budget import make_budget
 from mechid.budget.budget_file import read_budget_file
 from mechid.budget.example import BUDGET, write_example
 from mechid.budget.numbers import budget_data
-from mechid.identification.estimate_file import json_text
-from mechid.report.budget_contents import budget_contents
-from mechid.report.budget_verdict import budget_verdict
-from mechid.report.budget_writing import write_budget_report
+from mechid.identification.result.estimate_file import json_text
+from mechid.report.budget.contents import budget_contents
+from mechid.report.budget.verdict import budget_verdict
+from mechid.report.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 HOSTILE = "<img src=x onerror=document.title='taken'>"

@@ -9,9 +9,9 @@ from browser import chromium, faults, shown
 from channels import FREE, written
 from layouts import changed, mechanism_of, paper_table
 from mechid.analysis import validate
-from mechid.identification.estimate_file import write_estimate
-from mechid.identification.fit_file import read_fit
 from mechid.identification.identify import identify
+from mechid.identification.result.estimate_file import write_estimate
+from mechid.identification.result.fit_file import read_fit
 from mechid.report import report_data
 from mechid.report.contents import report_contents
 from mechid.report.terminal import print_report

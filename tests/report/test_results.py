@@ -7,7 +7,7 @@ import pytest
 
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import read_estimate
+from mechid.identification.result.estimate_file import read_estimate
 from mechid.report import report_data, write_results
 
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 from mechid.report import report_data
 
 

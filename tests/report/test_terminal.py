@@ -4,7 +4,7 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
-from mechid.identification.fit import FitOutcome
+from mechid.identification.result.fit import FitOutcome
 from mechid.report import campaign_data, print_campaign, print_report, report_data
 from printing import printed, tables
 

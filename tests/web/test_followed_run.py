@@ -5,7 +5,7 @@ import time
 
 import pytest
 
-from mechid.identification.journal import Journal
+from mechid.identification.computation.journal import Journal
 from mechid.web.fit_run import RunState
 from mechid.web.followed_run import SILENT_S, FollowedRun
 

@@ -10,8 +10,8 @@ import pytest
 import synthetic
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
+from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import make_problem
-from mechid.identification.progress import Progress
 from mechid.web import Source
 from mechid.web.fit_run import RunState
 from mechid.web.session import MOST_SHOWN, Session

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.estimate_file import FILE_NAME, read_estimate
-from mechid.identification.fit import FitOutcome
+from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
+from mechid.identification.result.fit import FitOutcome
 from mechid.parameter import Status
 
 PERIOD = ".period_deg"

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit, RecordFit
-from mechid.identification.problem import Problem
-from mechid.identification.space import SearchSpace
-from mechid.identification.target import Target, target_of
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import Target, target_of
+from mechid.identification.result.fit import Fit, RecordFit
 from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import mechanism_name
 from mechid.command.edges import steps_travelled
-from mechid.identification.declaration import taken_record
-from mechid.identification.fit import Fit
-from mechid.identification.target import Samples, TargetChannel, channel_of, target_of
+from mechid.identification.output_error.declaration import taken_record
+from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
+from mechid.identification.result.fit import Fit
 from mechid.signal.runs import samples_of
 from mechid.signal.trend import fit_line
 from mechid.simulation.accuracy import simulate_accurately

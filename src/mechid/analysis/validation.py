@@ -15,8 +15,8 @@ from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
-from mechid.identification.fit import Fit
-from mechid.identification.parallel import one_core_algebra
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.result.fit import Fit
 from mechid.signal import (
     Band,
     LjungBox,

@@ -22,7 +22,7 @@ from mechid.budget.profile_run import run_profile
 from mechid.budget.requirement import Standing
 from mechid.budget.standing import Ensemble, make_ensemble, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
-from mechid.identification.parallel import mapped, one_core_algebra
+from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.plant.mechanism import Mechanism
 from mechid.structure import Modes, Structure
 

@@ -9,7 +9,17 @@ import numpy as np
 
 from mechid.budget.other_errors import OtherError
 from mechid.budget.summation import KINDS
-from mechid.campaign.place import Place, number, one_of, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import (
+    Place,
+    above_zero,
+    not_below_zero,
+    number,
+    one_of,
+    refuse_unknown_keys,
+    required,
+    tables,
+    text,
+)
 
 KEYS = ("name", "kind", "axis", "size_rad", "spread_rad", "frequency_hz", "bandwidth_hz", "group")
 REMEDIES = {
@@ -29,8 +39,7 @@ def read_errors(table: Mapping[str, Any], place: Place, axes: Sequence[str]) -> 
     InputFileError
         A key is unknown or missing, or an entry wrong.
     """
-    entries = tables(table.get("error", []), place.key("error"))
-    return tuple(_error(entry, place.key("error").item(k), axes) for k, entry in enumerate(entries))
+    return tuple(_error(entry, at, axes) for entry, at in tables(table, "error", place))
 
 
 def _error(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> OtherError:
@@ -44,26 +53,14 @@ def _error(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> Other
         elif key in entry:
             raise place.key(key).error(f"is of a {owner} error, this one is {kind}; leave it out")
     chosen = one_of(entry["axis"], axes, place.key("axis")) if "axis" in entry else None
-    hertz = {key: _not_below_zero(entry, key, place, "Hz") for key in OWN.values() if key in entry}
-    for key, value in hertz.items():
-        if value == 0.0:
-            raise place.key(key).error("found 0; write a number above 0 in Hz")
-    size = number(entry["size_rad"], place.key("size_rad"), "rad")
-    if kind != "bias" and size < 0.0:
-        raise place.key("size_rad").error(f"found {size:.9g}; write 0 or above")
+    hertz = {key: above_zero(entry[key], place.key(key), "Hz") for key in OWN.values() if key in entry}
+    checked = number if kind == "bias" else not_below_zero
     return OtherError(
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),
         kind=kind,
         axes=np.array([chosen in (None, axis) for axis in axes]),
-        size_rad=size,
-        spread_rad=_not_below_zero(entry, "spread_rad", place, "rad"),
+        size_rad=checked(entry["size_rad"], place.key("size_rad"), "rad"),
+        spread_rad=not_below_zero(entry.get("spread_rad", 0.0), place.key("spread_rad"), "rad"),
         group=text(entry["group"], place.key("group"), 'write group = "thermal"') if "group" in entry else "",
         **hertz,
     )
-
-
-def _not_below_zero(entry: Mapping[str, Any], key: str, place: Place, unit: str) -> float:
-    value = number(entry.get(key, 0.0), place.key(key), unit)
-    if value < 0.0:
-        raise place.key(key).error(f"found {value:.9g}; write 0 or above, in {unit}")
-    return value

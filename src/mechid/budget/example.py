@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from mechid.campaign.toml_file import write_whole
+from mechid.writing import write_whole
 
 BUDGET_NAME, STRUCTURE_NAME = "budget.toml", "structure.toml"
 

@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables
+from mechid.campaign.place import (
+    Place,
+    above_zero,
+    found,
+    not_below_zero,
+    number,
+    refuse_unknown_keys,
+    required,
+    tables,
+)
 from mechid.command.entry import is_table
 
 KEYS = ("load_inertia", "peak_voltage", "values", "uncertain", "spread", "load_mode")
@@ -59,8 +68,7 @@ def read_flight(entry: Any, place: Place) -> Flight:
     values = {SHORT[key]: number(entry[key], place.key(key), "SI units") for key in SHORT if key in entry}
     values |= _numbers(entry.get("values", {}), place.key("values"))
     spread, uncertain = (_deviations(entry.get(key, {}), place.key(key)) for key in ("spread", "uncertain"))
-    entries = tables(entry.get("load_mode", []), place.key("load_mode"))
-    modes = tuple(_load_mode(mode, place.key("load_mode").item(k)) for k, mode in enumerate(entries))
+    modes = tuple(_load_mode(mode, at) for mode, at in tables(entry, "load_mode", place))
     return Flight(values, spread, uncertain, modes)
 
 
@@ -87,11 +95,8 @@ def _deviations(entry: Any, place: Place) -> dict[str, float]:
 
 def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:
     refuse_unknown_keys(entry, LOAD_MODE_KEYS, place)
-    units = ("Hz", "1", "kg m2")
-    numbers = []
-    for key, unit in zip(LOAD_MODE_KEYS, units, strict=True):
-        value = number(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
-        if value < 0.0 or (value == 0.0 and key != "damping"):
-            raise place.key(key).error(f"found {value:.9g}; write a number above 0")
-        numbers.append(value)
-    return LoadMode(*numbers)
+    checks = ((above_zero, "Hz"), (not_below_zero, "1"), (above_zero, "kg m2"))
+    return LoadMode(*(
+        check(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
+        for key, (check, unit) in zip(LOAD_MODE_KEYS, checks, strict=True)
+    ))  # fmt: skip

@@ -16,8 +16,8 @@ from mechid.budget.flight_entry import Flight
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.mechanism_structure import detent_order
 from mechid.errors import InputFileError, did_you_mean
-from mechid.identification.estimate_file import read_estimate
-from mechid.identification.fit import FitOutcome
+from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.fit import FitOutcome
 from mechid.parameter import Parameter
 from mechid.plant.flight import in_flight
 from mechid.plant.mechanism import Mechanism

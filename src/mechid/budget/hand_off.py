@@ -13,9 +13,8 @@ from mechid.budget.budget import Budget
 from mechid.budget.hdf5 import is_available, write_hdf5
 from mechid.budget.line_of_sight import Response
 from mechid.budget.numbers import band_edges, budget_data
-from mechid.campaign.toml_file import write_whole
-from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
+from mechid.writing import writable, write_whole
 
 FloatArray = NDArray[np.float64]
 
@@ -44,12 +43,9 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
     }
     if any(made.course is not None for made in budget.modes):
         texts[WINDOWED] = _windowed(budget)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with writable(folder):
         for name, content in texts.items():
             write_whole(folder / name, content)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     files = [folder / name for name in texts]
     return [*files, write_hdf5(budget, folder)] if is_available() else files
 

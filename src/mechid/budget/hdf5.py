@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +10,8 @@ from numpy.typing import NDArray
 
 from mechid.budget.budget import Budget
 from mechid.budget.mode_budget import ModeBudget
-from mechid.errors import UsageError
 from mechid.signal.power import power_density
+from mechid.writing import whole, writable
 
 FloatArray = NDArray[np.float64]
 
@@ -41,16 +40,9 @@ def write_hdf5(budget: Budget, folder: Path) -> Path:
     import h5py
 
     path = folder / FILE_NAME
-    beside = folder / f".{FILE_NAME}.{os.getpid()}.part"
-    try:
-        with h5py.File(beside, "w") as file:
-            for mode in budget.modes:
-                _write_mode(file.create_group(mode.mode.name), mode, budget.file.structure.line_of_sight)
-        beside.replace(path)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error}); give another folder") from error
-    finally:
-        beside.unlink(missing_ok=True)
+    with writable(folder), whole(path) as beside, h5py.File(beside, "w") as file:
+        for mode in budget.modes:
+            _write_mode(file.create_group(mode.mode.name), mode, budget.file.structure.line_of_sight)
     return path
 
 

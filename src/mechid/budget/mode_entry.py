@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.operating_mode import HIGHEST_HZ, RMS_WINDOW_S, SETTLE_S, OperatingMode
-from mechid.campaign.place import Place, found, number, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import Place, above_zero, found, number, refuse_unknown_keys, required, tables, text
 from mechid.command import Command
 from mechid.command.entry import is_table, is_whole
 from mechid.command.rate_entry import RATE_KEYS
@@ -33,11 +33,11 @@ def read_modes(table: Mapping[str, Any], place: Place, folder: Path) -> tuple[Op
     InputFileError
         A key is unknown or missing, an entry wrong, a name used twice, or duties that do not fit together.
     """
-    entries = tables(table.get("mode", []), place.key("mode"))
+    entries = tables(table, "mode", place)
     if not entries:
         raise place.error("no mode of operation; write one [[mode]] table for each")
-    places = [place.key("mode").item(k) for k in range(len(entries))]
-    modes = tuple(_mode(entry, at, folder) for entry, at in zip(entries, places, strict=True))
+    places = [at for _, at in entries]
+    modes = tuple(_mode(entry, at, folder) for entry, at in entries)
     for k, mode in enumerate(modes):
         if mode.name in [other.name for other in modes[:k]]:
             raise places[k].key("name").error(f'"{mode.name}" is the name of another mode; give each its own')
@@ -144,7 +144,4 @@ def _checked(rates: FloatArray, place: Place) -> FloatArray:
 
 
 def _positive(entry: Mapping[str, Any], key: str, default: float, place: Place, unit: str) -> float:
-    value = number(entry.get(key, default), place.key(key), unit)
-    if value <= 0.0:
-        raise place.key(key).error(f"found {value:.9g}; write a number above 0 in {unit}")
-    return value
+    return above_zero(entry.get(key, default), place.key(key), unit)

@@ -8,7 +8,7 @@ from typing import Any
 from mechid.budget.indices import KINDS, Index
 from mechid.budget.levels import CONE, INTERPRETATIONS
 from mechid.budget.requirement import Requirement
-from mechid.campaign.place import Place, number, one_of, refuse_unknown_keys, required, tables, text
+from mechid.campaign.place import Place, above_zero, number, one_of, refuse_unknown_keys, required, tables, text
 from mechid.errors import InputFileError
 
 KEYS = (
@@ -34,15 +34,14 @@ def read_requirements(table: Mapping[str, Any], place: Place, axes: Sequence[str
     InputFileError
         A key is unknown or missing, or an entry wrong.
     """
-    entries = tables(table.get("requirement", []), place.key("requirement"))
-    return tuple(_requirement(entry, place.key("requirement").item(k), axes) for k, entry in enumerate(entries))
+    return tuple(_requirement(entry, at, axes) for entry, at in tables(table, "requirement", place))
 
 
 def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) -> Requirement:
     refuse_unknown_keys(entry, KEYS, place)
     for key, remedy in REMEDIES.items():
         required(entry, key, place, remedy)
-    period = _above_zero(entry, "evaluation_period_s", place, "s")
+    period = above_zero(entry["evaluation_period_s"], place.key("evaluation_period_s"), "s")
     index = _index(entry, place)
     if index.window_s + index.separation_s > period and index.kind != "PRE":
         total = index.window_s + index.separation_s
@@ -54,7 +53,7 @@ def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) ->
         name=text(entry["name"], place.key("name"), REMEDIES["name"]),
         index=index,
         axis=one_of(entry["axis"], (*axes, CONE), place.key("axis")),
-        limit_rad=_above_zero(entry, "limit_rad", place, "rad"),
+        limit_rad=above_zero(entry["limit_rad"], place.key("limit_rad"), "rad"),
         interpretation=one_of(entry["interpretation"], INTERPRETATIONS, place.key("interpretation")),
         confidence=confidence,
         evaluation_period_s=period,
@@ -68,10 +67,3 @@ def _index(entry: Mapping[str, Any], place: Place) -> Index:
         return Index(kind, *times)
     except InputFileError as error:
         raise InputFileError(f"{place}.{error}") from error
-
-
-def _above_zero(entry: Mapping[str, Any], key: str, place: Place, unit: str) -> float:
-    value = number(entry[key], place.key(key), unit)
-    if value <= 0.0:
-        raise place.key(key).error(f"found {value:.9g}; write a number above 0 in {unit}")
-    return value

@@ -37,24 +37,6 @@ class Band:
         return self.value - TWO_SIDED_95 * self.sigma, self.value + TWO_SIDED_95 * self.sigma
 
 
-def propagated(value: float, gradient: FloatArray, covariance: FloatArray, names: Sequence[str]) -> Band:
-    """Return the band of a value.
-
-    Parameters
-    ----------
-    value : float
-    gradient : (n,)
-        Derivative of the value to each parameter.
-    covariance : (n, n)
-    names : sequence of str, (n,)
-    """
-    parts = gradient * (covariance @ gradient)
-    variance = float(parts.sum())
-    if variance <= 0.0:
-        return Band(value, 0.0, dict.fromkeys(names, 0.0))
-    return Band(value, float(np.sqrt(variance)), dict(zip(names, (parts / variance).tolist(), strict=True)))
-
-
 def deviations(covariance: FloatArray, count: int, rng: np.random.Generator) -> FloatArray:
     """Return draws (count, n) of deviations from a covariance (n, n), which may be singular."""
     sizes, axes = np.linalg.eigh(covariance)

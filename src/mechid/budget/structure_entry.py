@@ -49,8 +49,7 @@ def read_structure_entry(table: Mapping[str, Any], place: Place, folder: Path) -
 
 def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
     lines: dict[str, tuple[Location, ...]] = {}
-    for k, line in enumerate(tables(entry.get("line_of_sight", []), place.key("line_of_sight"))):
-        at = place.key("line_of_sight").item(k)
+    for line, at in tables(entry, "line_of_sight", place):
         refuse_unknown_keys(line, LINE_KEYS, at)
         name = text(required(line, "name", at, 'write name = "x"'), at.key("name"), "write a name")
         lines[name] = (*lines.get(name, ()), _location(line, at))

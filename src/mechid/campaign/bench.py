@@ -20,10 +20,9 @@ from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
-from mechid.campaign.toml_file import write_whole
 from mechid.campaign.trajectory_file import record_rows, refuse_lost
-from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
+from mechid.writing import writable, write_whole
 
 FloatArray = NDArray[np.float64]
 
@@ -111,20 +110,17 @@ def write_bench(folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0) -> 
         The folder cannot be written to.
     """
     folder, records = Path(folder), bench_records(sweep_s)
-    try:
+    with writable(folder):
         campaign = _written_campaign(folder, records)
         generators = np.random.default_rng(seed).spawn(len(records))
         for record, rng in zip(records, generators, strict=True):
             _write_record(folder, record, campaign, rng)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return campaign.path
 
 
 def _written_campaign(folder: Path, records: tuple[BenchRecord, ...]) -> Campaign:
     """Write the campaign's own files, and return it with the mechanism that makes its records."""
     drafts = [RecordDraft(name=r.name, file=f"{r.name}.csv", command=r.command) for r in records]
-    folder.mkdir(parents=True, exist_ok=True)
     write_whole(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
     write_whole(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT))
     write_whole(folder / TRUTH_NAME, json.dumps(dict(TRUTH), indent=1) + "\n")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
-from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys
+from mechid.campaign.place import Place, above_zero, flag, found, one_of, refuse_unknown_keys
 from mechid.command.entry import is_table
 
 Priors: TypeAlias = Literal["fit", "search", "none"]
@@ -65,20 +65,7 @@ def read_identify_options(table: Mapping[str, Any], place: Place) -> IdentifyOpt
         if key in CHOICES:
             options[key] = one_of(value, CHOICES[key], here.key(key))
         elif key in LIMITS:
-            options[key] = _limit(value, here.key(key))
+            options[key] = above_zero(value, here.key(key), "1")
         else:
-            options[key] = _switch(value, here.key(key))
+            options[key] = flag(value, here.key(key))
     return IdentifyOptions(**options)
-
-
-def _limit(entry: Any, place: Place) -> float:
-    value = number(entry, place, "")
-    if value <= 0.0:
-        raise place.error(f"{found(entry)}; write a number above 0, or leave it out")
-    return value
-
-
-def _switch(entry: Any, place: Place) -> bool:
-    if not isinstance(entry, bool):
-        raise place.error(f"{found(entry)}; write true or false")
-    return entry

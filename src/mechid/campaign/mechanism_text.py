@@ -7,10 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 from mechid.campaign.mechanism_structure import ASSEMBLY
-from mechid.campaign.toml_file import toml_number, toml_text, write_whole
+from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.parameter import Parameter, Status
 from mechid.plant.layout import LIST_TABLES
 from mechid.plant.mechanism import Mechanism
+from mechid.writing import write_whole
 
 TITLES: Mapping[str, str] = {
     "stepper": "two-phase stepper motor and the voltage that drives it",

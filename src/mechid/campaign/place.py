@@ -98,6 +98,22 @@ def number(entry: Any, place: Place, unit: str) -> float:
     return float(entry)
 
 
+def above_zero(entry: Any, place: Place, unit: str) -> float:
+    """Return a finite number above 0."""
+    value = number(entry, place, unit)
+    if value <= 0.0:
+        raise place.error(f"found {value:.9g}; write a number above 0{in_unit(unit)}")
+    return value
+
+
+def not_below_zero(entry: Any, place: Place, unit: str) -> float:
+    """Return a finite number, 0 or above."""
+    value = number(entry, place, unit)
+    if value < 0.0:
+        raise place.error(f"found {value:.9g}; write 0 or above{in_unit(unit)}")
+    return value
+
+
 def one_of(entry: Any, options: Sequence[str], place: Place) -> str:
     """Return the one of `options` that the entry is."""
     if isinstance(entry, str) and entry in options:
@@ -117,11 +133,12 @@ def texts(entry: Any, place: Place, remedy: str) -> tuple[str, ...]:
     return tuple(entry)
 
 
-def tables(entry: Any, place: Place) -> list[Mapping[str, Any]]:
-    """Return a list of tables, as ``[[name]]`` makes."""
+def tables(table: Mapping[str, Any], key: str, place: Place) -> list[tuple[Mapping[str, Any], Place]]:
+    """Return the tables that ``[[key]]`` makes, each with its place; none where there are none."""
+    entry, here = table.get(key, []), place.key(key)
     if not is_table_list(entry):
-        raise place.error(f"{found(entry)}; write each as a table under [[{place.path}]]")
-    return list(entry)
+        raise here.error(f"{found(entry)}; write each as a table under [[{here.path}]]")
+    return [(one, here.item(k)) for k, one in enumerate(entry)]
 
 
 def in_unit(unit: str) -> str:

@@ -58,13 +58,11 @@ def read_records(
     InputFileError
         There is no record, or one is wrong.
     """
-    entries = tables(table.get("record", []), place.key("record"))
+    entries = tables(table, "record", place)
     if not entries:
         raise place.error("no record; write one [[record]] table for each measured file")
-    places = [place.key("record").item(index) for index in range(len(entries))]
-    pairs = zip(entries, places, strict=True)
-    records = tuple(_record(entry, at, folder, need_file=need_files) for entry, at in pairs)
-    _refuse_same_names(records, places)
+    records = tuple(_record(entry, at, folder, need_file=need_files) for entry, at in entries)
+    _refuse_same_names(records, [at for _, at in entries])
     return records
 
 

@@ -39,8 +39,7 @@ def read_stages(
         A stage names what is not there or not free, or its window is empty.
     """
     known = _Known({r.name: r for r in records}, parameters_of(mechanism, records))
-    entries = tables(table.get("stage", []), place.key("stage"))
-    return tuple(_stage(entry, place.key("stage").item(at), known) for at, entry in enumerate(entries))
+    return tuple(_stage(entry, at, known) for entry, at in tables(table, "stage", place))
 
 
 def _stage(table: Mapping[str, Any], place: Place, known: _Known) -> Stage:

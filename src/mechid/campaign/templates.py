@@ -14,12 +14,13 @@ from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.channel_entry import QUANTITIES
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.place import in_unit
-from mechid.campaign.toml_file import toml_text, write_whole
+from mechid.campaign.toml_file import toml_text
 from mechid.command.entry import quoted
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
 from mechid.errors import UsageError
 from mechid.parameter import Declaration
+from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
@@ -89,12 +90,9 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[P
     for path in texts:
         if path.exists():
             raise UsageError(f"{path}: is there already; give another folder, or move it away")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
+    with writable(folder):
         for path, content in texts.items():
             write_whole(path, content)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return list(texts)
 
 

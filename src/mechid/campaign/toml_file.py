@@ -1,11 +1,9 @@
-"""TOML files: read with messages that name line and remedy, written whole or not at all."""
+"""TOML files, read with messages that name line and remedy, and single entries as TOML writes them."""
 
 from __future__ import annotations
 
-import os
 import re
 import tomllib
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -28,17 +26,6 @@ def read_toml(path: Path) -> dict[str, Any]:
         return tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
-
-
-def write_whole(path: Path, content: str | Iterable[str]) -> None:
-    """Write a text file, given whole or in pieces, beside its place and rename it: it is there whole, or as it was."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        with beside.open("w", encoding="utf-8", newline="\n") as file:
-            file.writelines((content,) if isinstance(content, str) else content)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def toml_text(value: str) -> str:

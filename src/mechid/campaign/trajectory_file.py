@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.toml_file import write_whole
-from mechid.errors import FitError, UsageError
+from mechid.errors import FitError
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 from mechid.units import SI_UNIT
+from mechid.writing import writable, write_whole
 
 REMEDY = (
     "Check the mechanism file: with an inertia or inductance too small, or a damping too large, it is too "
@@ -46,15 +46,12 @@ def write_trajectories(trajectories: Mapping[str, Trajectory], folder: Path | st
     """
     refuse_lost(trajectories)
     files = {name: Path(folder) / f"{name}.csv" for name in trajectories}
-    try:
-        Path(folder).mkdir(parents=True, exist_ok=True)
+    with writable(folder):
         for name, path in files.items():
             trajectory = trajectories[name]
             others = {quantity: y for quantity, y in trajectory.values.items() if quantity != trajectory.quantity}
             rows = record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity, others=others)
             write_whole(path, rows)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return files
 
 

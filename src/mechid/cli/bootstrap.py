@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from mechid.identification.bootstrap import Draw
+    from mechid.identification.refit.bootstrap import Draw
 
 JOURNAL_NAME = "bootstrap.jsonl"
 
@@ -27,11 +27,11 @@ def bootstrap(
     """Simulate the records at the estimate with noise like theirs, refit, and see how the estimates scatter."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
-    from mechid.identification.bootstrap import bootstrap as bootstrapped
-    from mechid.identification.journal import Journal
-    from mechid.identification.parallel import one_core_algebra
-    from mechid.identification.progress import Progress
-    from mechid.identification.reopened import reopened
+    from mechid.identification.computation.journal import Journal
+    from mechid.identification.computation.parallel import one_core_algebra
+    from mechid.identification.computation.progress import Progress
+    from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
+    from mechid.identification.refit.reopened import reopened
     from mechid.report.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
     from mechid.report.terminal import console_on
 

@@ -18,8 +18,8 @@ def budget(
     from mechid.budget.budget_file import read_budget_file
     from mechid.budget.hand_off import write_budget
     from mechid.budget.numbers import budget_data
-    from mechid.report.budget import print_budget
-    from mechid.report.budget_writing import write_budget_report
+    from mechid.report.budget.terminal import print_budget
+    from mechid.report.budget.writing import write_budget_report
     from mechid.report.terminal import console_on
 
     made = make_budget(read_budget_file(file), workers, lambda line: typer.echo(line, err=True))

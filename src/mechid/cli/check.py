@@ -20,7 +20,7 @@ def check(
     from mechid.campaign import load_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.errors import UsageError
-    from mechid.identification.visibility import start_warnings
+    from mechid.identification.identifiability.visibility import start_warnings
     from mechid.report import campaign_data, file_data, print_campaign, print_file
     from mechid.report.terminal import console_on, print_lines
 

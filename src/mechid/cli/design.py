@@ -28,7 +28,7 @@ def design(
     from mechid.cli.finished_fit import finished_fit
     from mechid.design.design import make_design
     from mechid.design.design_file import beside, read_design_file
-    from mechid.identification.reopened import reopened
+    from mechid.identification.refit.reopened import reopened
     from mechid.report.design import print_design, refuse_own_folder, write_design
     from mechid.report.terminal import console_on
 

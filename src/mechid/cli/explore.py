@@ -23,7 +23,7 @@ def explore(
     from mechid.campaign.bench import TRUTH_NAME
     from mechid.cli.journal import FILE_NAME as JOURNAL_NAME
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.identification.estimate_file import FILE_NAME
+    from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.web import Explorer, Source, read_estimated
 
     loaded = load_campaign(campaign)

@@ -9,9 +9,9 @@ from typing import Any
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.cli.journal import identified_campaign
-from mechid.identification.estimate_file import FILE_NAME, read_estimate
-from mechid.identification.inputs import campaign_digests
-from mechid.identification.journal import digest
+from mechid.identification.computation.journal import digest
+from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 
 
 @dataclass(frozen=True)

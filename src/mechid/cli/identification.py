@@ -14,11 +14,11 @@ from mechid.campaign import Campaign
 from mechid.cli.journal import FILE_NAME, StageLines
 from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
-from mechid.identification.fit import Fit, FitOutcome
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import identify
-from mechid.identification.inputs import campaign_digests
-from mechid.identification.journal import Journal
-from mechid.identification.progress import Progress
+from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.result.fit import Fit, FitOutcome
 from mechid.report import print_report, report_data, write_results
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME
 from mechid.report.terminal import console_on

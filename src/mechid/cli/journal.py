@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import Any
 
 from mechid.errors import InputFileError
-from mechid.identification.fit import Fit
-from mechid.identification.journal import Journal
-from mechid.identification.progress import Progress
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.progress import Progress
+from mechid.identification.result.fit import Fit
 
 FILE_NAME = "journal.jsonl"
 EVERY_S = 1.0

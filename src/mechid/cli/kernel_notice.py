@@ -12,7 +12,7 @@ from mechid.plant.plant import Plant
 
 def prepare_kernels(campaign: Campaign) -> None:
     """Compile or load what an identification of the campaign needs."""
-    from mechid.identification.visibility import sensitivities
+    from mechid.identification.identifiability.visibility import sensitivities
 
     plant = campaign.mechanism.plant
     prepare_kernel(plant)  # counting the sensitivities asks it which of them may ride together

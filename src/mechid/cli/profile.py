@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from mechid.identification.profile import Point
+    from mechid.identification.refit.profile import Point
 
 JOURNAL_NAME = "profile.jsonl"
 
@@ -26,11 +26,11 @@ def profile(
     """Hold a parameter at value after value, refit all others, and see how the cost rises."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
-    from mechid.identification.journal import Journal
-    from mechid.identification.parallel import one_core_algebra
-    from mechid.identification.profile import profiles
-    from mechid.identification.progress import Progress
-    from mechid.identification.reopened import reopened
+    from mechid.identification.computation.journal import Journal
+    from mechid.identification.computation.parallel import one_core_algebra
+    from mechid.identification.computation.progress import Progress
+    from mechid.identification.refit.profile import profiles
+    from mechid.identification.refit.reopened import reopened
     from mechid.report.profile import print_profiles, profile_data, write_profiles
     from mechid.report.terminal import console_on
 

@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from mechid.identification.progress import Progress
+from mechid.identification.computation.progress import Progress
 
 EVERY_S = 5.0
 """At most so often a line is written where it cannot be overwritten, stage changes apart."""

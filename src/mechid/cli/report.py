@@ -19,8 +19,8 @@ def report(
     from mechid.campaign import load_campaign
     from mechid.cli.journal import identified_campaign
     from mechid.cli.kernel_notice import prepare_kernels
-    from mechid.identification.estimate_file import FILE_NAME
-    from mechid.identification.fit_file import read_fit
+    from mechid.identification.result.estimate_file import FILE_NAME
+    from mechid.identification.result.fit_file import read_fit
     from mechid.report import read_truth, report_data
     from mechid.report.terminal import console_on, print_lines
     from mechid.report.writing import write_report

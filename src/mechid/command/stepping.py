@@ -139,10 +139,6 @@ class Command:
         """Record time in s from which command time counts, before any time offset."""
         return 0.0
 
-    def rotor_start_rad(self, poles: float) -> float:
-        """Return the rotor's angle theta_0/(p/2) in rad at which a record starts."""
-        return self.start_angle_rad / (poles / 2)
-
     def excitation(self, duration_s: float) -> Excitation:
         """Return the phase voltages over command time, from 0 to a duration in s.
 

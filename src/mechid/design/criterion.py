@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import UsageError, did_you_mean
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 
 FloatArray = NDArray[np.float64]
 KINDS = ("D", "A", "E")

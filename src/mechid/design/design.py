@@ -25,8 +25,8 @@ from mechid.design.standpoint import Standpoint, after_fit, before_test
 from mechid.design.step_loss import Margins, is_stepper, margins
 from mechid.design.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
-from mechid.identification.parallel import mapped, one_core_algebra
-from mechid.identification.reopened import Optimum
+from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.refit.reopened import Optimum
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]

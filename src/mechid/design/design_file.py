@@ -7,7 +7,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, text, texts
+from mechid.campaign.place import (
+    Place,
+    above_zero,
+    found,
+    not_below_zero,
+    number,
+    one_of,
+    refuse_unknown_keys,
+    text,
+    texts,
+)
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table, is_whole
 from mechid.command.stepping import MOST_MICROSTEPS, STEPPINGS, Stepping
@@ -134,7 +144,7 @@ def _recording(table: Mapping[str, Any], place: Place) -> Recording:
         noise_Nm=_positive_or_none(table, "noise_Nm", place, "N m"),
         sample_rate_hz=_positive_or_none(table, "sample_rate_hz", place, "Hz"),
         duration_s=_positive_or_none(table, "duration_s", place, "s") or 1.0,
-        durations_s={name: _positive(value, at.key(name), "s") for name, value in own.items()},
+        durations_s={name: above_zero(value, at.key(name), "s") for name, value in own.items()},
     )
 
 
@@ -160,13 +170,10 @@ def _steppings(entry: Any, place: Place) -> tuple[Stepping, ...]:
 
 def _limits(table: Mapping[str, Any], place: Place) -> Limits:
     plain = Limits()
-    between = number(table.get("between_s", plain.between_s), place.key("between_s"), "s")
-    if between < 0.0:
-        raise place.key("between_s").error(f"found {between:.9g}; write a time of 0 s or more")
     kept = table.get("keep", [])
     return Limits(
         total_s=_positive_or_none(table, "total_s", place, "s"),
-        between_s=between,
+        between_s=not_below_zero(table.get("between_s", plain.between_s), place.key("between_s"), "s"),
         torque_Nm=_positive_or_none(table, "torque_Nm", place, "N m"),
         most_of_one=_whole(table, "most_of_one", plain.most_of_one, place, least=1, most=100),
         keep=texts(kept, place.key("keep"), 'write names of records, as ["full_46"]') if kept else (),
@@ -198,19 +205,12 @@ def _numbers(
     entry, at = table[key], place.key(key)
     if not isinstance(entry, list):
         raise at.error(f"{found(entry)}; {NUMBERS_REMEDY}")
-    values = [_positive(v, at.item(k), "1") if positive else number(v, at.item(k), "1") for k, v in enumerate(entry)]
+    values = [above_zero(v, at.item(k), "1") if positive else number(v, at.item(k), "1") for k, v in enumerate(entry)]
     return tuple(dict.fromkeys(values))
 
 
 def _positive_or_none(table: Mapping[str, Any], key: str, place: Place, unit: str) -> float | None:
-    return _positive(table[key], place.key(key), unit) if key in table else None
-
-
-def _positive(entry: Any, place: Place, unit: str) -> float:
-    value = number(entry, place, unit)
-    if value <= 0.0:
-        raise place.error(f"found {value:.9g}; write a number above 0")
-    return value
+    return above_zero(table[key], place.key(key), unit) if key in table else None
 
 
 def _whole(table: Mapping[str, Any], key: str, default: int, place: Place, *, least: int, most: int) -> int:

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.stats import norm
 
 from mechid.design.planned import PlannedRecord
-from mechid.identification.multistart import sample_box
-from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem
-from mechid.identification.space import SearchSpace
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.search.multistart import sample_box
 
 FloatArray = NDArray[np.float64]
 

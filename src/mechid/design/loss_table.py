@@ -18,7 +18,7 @@ from mechid.design.step_loss import (
     rubbing,
     weaker,
 )
-from mechid.identification.parallel import mapped
+from mechid.identification.computation.parallel import mapped
 from mechid.plant.mechanism import Mechanism
 
 INERTIA_FACTORS = (0.25, 0.5, 2.0, 4.0, 8.0)

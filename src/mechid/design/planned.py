@@ -11,7 +11,7 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
-from mechid.identification.target import Target, TargetChannel, noise_sigma
+from mechid.identification.output_error.target import Target, TargetChannel, noise_sigma
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 

@@ -10,15 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.design.planned import PlannedRecord
-from mechid.identification.consider import file_slopes
-from mechid.identification.problem import Problem
-from mechid.identification.reduction import Triangle, combined, of_rows
-from mechid.identification.solve import covariance
-from mechid.identification.space import SearchSpace
-from mechid.identification.verdict import seen_coordinates
+from mechid.identification.identifiability.verdict import seen_coordinates
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import Triangle, combined, of_rows
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.consider import file_slopes
 
 FloatArray = NDArray[np.float64]
-HALF_TURN = 180.0
 UNSEEN = "no record sees it"
 ON_BOUND = "on the bound of the mechanism file"
 NO_PHASE = "zero torque, no phase"

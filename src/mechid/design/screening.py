@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mechid.design.planned import PlannedRecord
 from mechid.design.step_loss import Driven, driven
-from mechid.identification.parallel import mapped
+from mechid.identification.computation.parallel import mapped
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]

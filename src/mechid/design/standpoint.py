@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.design.information import prior_points, range_information, without_offsets
-from mechid.identification.reopened import Optimum
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.refit.reopened import Optimum
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from mechid.design.criterion import sizes
 from mechid.design.planned import PlannedRecord
-from mechid.identification.draws import DEPARTURE
-from mechid.identification.parallel import mapped
-from mechid.identification.problem import Problem
-from mechid.identification.space import SearchSpace
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.uncertainty.draws import DEPARTURE
 
 FloatArray = NDArray[np.float64]
 MECHANISMS, DRAWS = 8, 3

@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import platform
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
-from mechid.identification.ambiguity import ambiguity_notes
-from mechid.identification.declaration import DECLARED, taken_campaign
-from mechid.identification.ending import Ending
-from mechid.identification.fit import Fit, ParameterEstimate, PriorShare
-from mechid.identification.problem import Problem
-from mechid.identification.record_fit import record_fit
-from mechid.identification.standard_errors import StandardErrors, standard_errors
-from mechid.identification.verdict import Verdict, judge
+from mechid.identification.identifiability.ambiguity import ambiguity_notes
+from mechid.identification.identifiability.verdict import Verdict, judge
+from mechid.identification.output_error.declaration import DECLARED, taken_campaign
+from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.ending import Ending
+from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.result.record_fit import record_fit
+from mechid.identification.uncertainty.standard_errors import StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
@@ -143,18 +142,12 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
 
 
 def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:
-    inputs = {str(p.name): _digest(p) for p in (campaign.path, campaign.mechanism_path)}
-    inputs |= {r.data.path.name: r.data.digest for r in campaign.records if r.data is not None}
     return {
         "versions": {name: version(name) for name in PACKAGES} | {"python": platform.python_version()},
-        "inputs_sha256": inputs,
+        "inputs_sha256": file_digests(campaign),
         "records": {r.name: r.data.provenance for r in campaign.records if r.data is not None},
         "seed": ending.seed,
         "substeps": ending.problem.substeps,
         "wall_time_s": ending.seconds,
         "plant": ending.problem.space.mechanism.plant.digest,
     }
-
-
-def _digest(path: Path) -> str:
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else ""

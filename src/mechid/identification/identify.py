@@ -14,34 +14,34 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError
-from mechid.identification.accuracy import enough_substeps
-from mechid.identification.agreement import Agreement, agreement, explains
-from mechid.identification.agreement_text import agreement_warnings
-from mechid.identification.ambiguity import refuse_free_voltage
-from mechid.identification.common_reading import common_readings
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import conclude
-from mechid.identification.departure import departure
-from mechid.identification.ending import Frozen
-from mechid.identification.fit import Fit, FitOutcome
-from mechid.identification.freeze import freeze_dependent
-from mechid.identification.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
-from mechid.identification.journal import Journal
-from mechid.identification.multistart import POINTS, Candidate, candidates, multistart
-from mechid.identification.noise import (
+from mechid.identification.contradiction.agreement import Agreement, agreement, explains
+from mechid.identification.contradiction.agreement_text import agreement_warnings
+from mechid.identification.contradiction.common_reading import common_readings
+from mechid.identification.contradiction.departure import departure
+from mechid.identification.identifiability.ambiguity import refuse_free_voltage
+from mechid.identification.output_error.accuracy import enough_substeps
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.result.ending import Frozen
+from mechid.identification.result.fit import Fit, FitOutcome
+from mechid.identification.search.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
+from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.search.solve import Solution
+from mechid.identification.stages.freeze import freeze_dependent
+from mechid.identification.stages.own_stages import follow_stages
+from mechid.identification.stages.release import fit_with_noise_released
+from mechid.identification.stages.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
+from mechid.identification.uncertainty.noise import (
     at_least_their_residuals,
     by_own_residuals,
     rejection_warnings,
     without_spikes,
 )
-from mechid.identification.parallel import one_core_algebra
-from mechid.identification.problem import Problem
-from mechid.identification.progress import Listener, silent
-from mechid.identification.release import fit_with_noise_released
-from mechid.identification.solve import Solution
-from mechid.identification.space import SearchSpace
-from mechid.identification.stages import follow_stages
-from mechid.identification.target import target_of
-from mechid.identification.trail import Trail, cliff_warnings, fit_past_cliffs, joint_fit
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12

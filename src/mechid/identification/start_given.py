@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit
-from mechid.identification.gates import grow
+from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.progress import Listener, Progress, silent
-from mechid.identification.trail import Trail
+from mechid.identification.result.fit import Fit
+from mechid.identification.search.gates import grow
+from mechid.identification.stages.trail import Trail
 
 FloatArray = NDArray[np.float64]
 

@@ -8,13 +8,13 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.identification.bootstrap import Bootstrap, DrawOutcome, Spread
-from mechid.identification.estimate_file import json_text
+from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import digits, like, with_sigma
-from mechid.report.results import write_texts
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
 from mechid.signal.autoregression import Autoregression
+from mechid.writing import write_together
 
 FORMAT = "mechid-bootstrap/1"
 FILE_NAME, DRAWS_NAME = "bootstrap.json", "bootstrap.csv"
@@ -49,7 +49,7 @@ def write_bootstrap(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
     """
     names = list(data["refits"][0])
     rows = [",".join(names)] + [",".join(str(refit[name]) for name in names) for refit in data["refits"]]
-    return write_texts({Path(folder) / FILE_NAME: json_text(data), Path(folder) / DRAWS_NAME: "\n".join(rows) + "\n"})
+    return write_together(folder, {FILE_NAME: json_text(data), DRAWS_NAME: "\n".join(rows) + "\n"})
 
 
 def print_bootstrap(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:

@@ -13,12 +13,11 @@ from rich.console import Console
 from mechid.analysis.comparison import Comparison, ParameterComparison, RecordComparison
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
-from mechid.campaign.toml_file import write_whole
-from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
+from mechid.writing import write_together
 
 FORMAT = "mechid-comparison/1"
 FILE_NAME = "comparison.json"
@@ -61,13 +60,7 @@ def write_comparison(data: Mapping[str, Any], folder: Path | str) -> Path:
     UsageError
         The folder cannot be written to.
     """
-    path = Path(folder) / FILE_NAME
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, json_text(data))
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-    return path
+    return write_together(folder, {FILE_NAME: json_text(data)})[0]
 
 
 def print_comparison(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 from mechid.analysis.information import record_information
 from mechid.analysis.resonances import resonances
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit
+from mechid.identification.result.fit import Fit
 from mechid.report.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.report.digits import plain
 from mechid.report.quantities import torque_alone

@@ -13,7 +13,7 @@ from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import RateProfile
-from mechid.identification.fit import Fit
+from mechid.identification.result.fit import Fit
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram

@@ -13,14 +13,14 @@ from mechid.design.design import Design
 from mechid.design.hand_off import design_data, rate_rows
 from mechid.design.proposal import criterion_words, proposed_campaign, proposed_options
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.design_figures import design_figures
 from mechid.report.digits import plain
 from mechid.report.figures import FOLDER_NAME, write_figures
 from mechid.report.markdown import bullets, table
-from mechid.report.results import write_together
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
+from mechid.writing import writable, write_together
 
 JSON, MARKDOWN, CAMPAIGN, OPTIONS, RATES = (
     "design.json",
@@ -58,19 +58,16 @@ def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], li
     folder = Path(folder)
     data = design_data(design)
     texts = {
-        folder / JSON: json_text(data),
-        folder / MARKDOWN: design_markdown(data),
-        folder / CAMPAIGN: proposed_campaign(design, data, folder),
-        folder / OPTIONS: proposed_options(design),
-        folder / RATES: "".join(rate_rows(data)),
+        JSON: json_text(data),
+        MARKDOWN: design_markdown(data),
+        CAMPAIGN: proposed_campaign(design, data, folder),
+        OPTIONS: proposed_options(design),
+        RATES: "".join(rate_rows(data)),
     }
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_together(texts)
+    files = write_together(folder, texts)
+    with writable(folder):
         write_figures(design_figures(data).items(), folder / FOLDER_NAME)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-    return data, [*texts, folder / FOLDER_NAME]
+    return data, [*files, folder / FOLDER_NAME]
 
 
 def refuse_own_folder(campaign: Path, folder: Path) -> None:

@@ -12,7 +12,7 @@ from mechid.analysis.information import Information
 from mechid.analysis.prediction import as_fitted
 from mechid.analysis.resonances import Resonance
 from mechid.campaign import Campaign
-from mechid.identification.fit import Fit
+from mechid.identification.result.fit import Fit
 from mechid.report.digits import digits
 from mechid.report.overview import command_words
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import gc
 import io
 import math
-import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -27,6 +26,7 @@ from mechid.report.payload import order_marks, shown_hz, zooms
 from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
 from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words
 from mechid.signal import envelope
+from mechid.writing import whole
 
 FloatArray = NDArray[np.float64]
 FOLDER_NAME = "figures"
@@ -103,17 +103,9 @@ def _written(name: str, figure: Figure, folder: Path) -> str:
         figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
         figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
     for suffix, content in (("svg", svg), ("png", png)):
-        _write(folder / f"{name}.{suffix}", content.getvalue())
+        with whole(folder / f"{name}.{suffix}") as beside:
+            beside.write_bytes(content.getvalue())
     return svg.getvalue().decode("utf-8")
-
-
-def _write(path: Path, content: bytes) -> None:
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        beside.write_bytes(content)
-        beside.replace(path)
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def made(draw: Drawing, height: float) -> Figure:

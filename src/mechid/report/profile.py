@@ -9,12 +9,12 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.identification.estimate_file import json_text
-from mechid.identification.profile import Point, Profile
+from mechid.identification.refit.profile import Point, Profile
+from mechid.identification.result.estimate_file import json_text
 from mechid.report.digits import like, with_sigma
-from mechid.report.results import write_texts
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
+from mechid.writing import write_together
 
 FORMAT = "mechid-profile/1"
 FILE_NAME, POINTS_NAME = "profile.json", "profile.csv"
@@ -47,7 +47,7 @@ def write_profiles(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
     rows = ["parameter,unit,value,cost_rise_sigma2,note"]
     for name, p in data["profiles"].items():
         rows += [f"{name},{p['unit']},{q['value']!r},{q['rise']!r},{q['note']}" for q in p["points"]]
-    return write_texts({Path(folder) / FILE_NAME: json_text(data), Path(folder) / POINTS_NAME: "\n".join(rows) + "\n"})
+    return write_together(folder, {FILE_NAME: json_text(data), POINTS_NAME: "\n".join(rows) + "\n"})
 
 
 def print_profiles(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
-from mechid.errors import UsageError
 from mechid.records import Channel, Record, Role
 from mechid.report.curves import rate_over
 from mechid.report.figures import MARK, MEASURED, MODELLED, STYLE, made, over_time, write_figures
@@ -21,6 +20,7 @@ from mechid.report.quantities import quantity_words
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words
+from mechid.writing import writable
 
 LEFT_SHARE = 0.14
 CHANNEL_IN = 1.3
@@ -51,10 +51,8 @@ def write_record_figures(campaign: Campaign, folder: Path | str) -> list[Path]:
         The folder cannot be written to.
     """
     figures = record_figures(campaign.records)
-    try:
+    with writable(folder):
         write_figures(figures.items(), Path(folder))
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
     return [Path(folder) / f"{name}.svg" for name in figures]
 
 

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
-from mechid.errors import InputFileError, UsageError
-from mechid.identification.estimate_file import FILE_NAME as ESTIMATE_NAME
-from mechid.identification.estimate_file import json_text
-from mechid.identification.fit import Fit
+from mechid.errors import InputFileError
+from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
+from mechid.writing import write_together
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"
@@ -53,30 +53,12 @@ def write_results(
     UsageError
         The folder cannot be written to.
     """
-    folder = Path(folder)
     texts = {
-        folder / mechanism_name: mechanism_text(fit.mechanism, _comment(data)),
-        folder / REPORT_NAME: json_text(data),
-        folder / ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
+        mechanism_name: mechanism_text(fit.mechanism, _comment(data)),
+        REPORT_NAME: json_text(data),
+        ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
-    return write_texts(texts)
-
-
-def write_texts(texts: Mapping[Path, str]) -> list[Path]:
-    """Write texts by path, their folders made where missing; earlier ones are replaced when all are whole.
-
-    Raises
-    ------
-    UsageError
-        A folder cannot be written to.
-    """
-    try:
-        for path in texts:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        write_together(texts)
-    except OSError as error:
-        raise UsageError(f"{path.parent}: cannot be written to ({error.strerror}); give another folder") from error
-    return list(texts)
+    return write_together(folder, texts)
 
 
 def _comment(data: Mapping[str, Any]) -> str:
@@ -103,16 +85,3 @@ def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:
         raise InputFileError(f'{path}: there is no such file; "mechid identify" writes it') from error
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(f"{path}: cannot be read ({error}); identify anew") from error
-
-
-def write_together(texts: Mapping[Path, str]) -> None:
-    """Write texts beside their places, and rename all when all are whole."""
-    beside = {path: path.with_name(f".{path.name}.{os.getpid()}.part") for path in texts}
-    try:
-        for path, text in texts.items():
-            beside[path].write_text(text, encoding="utf-8", newline="\n")
-        for path in texts:
-            beside[path].replace(path)
-    finally:
-        for part in beside.values():
-            part.unlink(missing_ok=True)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.identification.noise import MISFIT
+from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.details import worst_pair
 from mechid.report.digits import digits, plain
 from mechid.report.quantities import quantity_words, torque_alone

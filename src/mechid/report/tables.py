@@ -8,7 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
-from mechid.identification.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.quantities import quantity_words
@@ -16,7 +16,6 @@ from mechid.report.validation import order_rows, validation_rows
 from mechid.units import unit_words
 
 FORMAT = "mechid-report/1"
-BAD_DEVIATION = 3.0
 
 
 def report_data(

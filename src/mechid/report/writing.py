@@ -8,16 +8,16 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign import Campaign
-from mechid.errors import UsageError
-from mechid.identification.estimate_file import json_text
-from mechid.identification.fit import Fit
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
 from mechid.kernel.equation_text import equations_mathml
 from mechid.report.contents import report_contents
 from mechid.report.curves import record_curves
 from mechid.report.figures import FOLDER_NAME, paper_figures, write_figures
 from mechid.report.markdown import report_markdown
 from mechid.report.page import report_page
-from mechid.report.results import REPORT_NAME, write_together
+from mechid.report.results import REPORT_NAME
+from mechid.writing import writable, write_together
 
 PAGE_NAME = "report.html"
 TABLES_NAME = "report.md"
@@ -59,15 +59,11 @@ def write_report(
     folder = Path(folder)
     contents = report_contents(data, campaign, fit)
     curves = [one for record in validation.values() for one in record_curves(campaign, fit, record)]
-    try:
+    with writable(folder):
         pictures = write_figures(paper_figures(contents, curves), folder / FOLDER_NAME)
-        page = report_page(contents, curves, pictures, equations_mathml(fit.mechanism.plant))
-        texts = {
-            folder / PAGE_NAME: page,
-            folder / REPORT_NAME: json_text(contents),
-            folder / TABLES_NAME: report_markdown(contents),
-        }
-        write_together(texts)
-    except OSError as error:
-        raise UsageError(f"{folder}: cannot be written to ({error.strerror}); give another folder") from error
-    return [*texts, folder / FOLDER_NAME]
+    texts = {
+        PAGE_NAME: report_page(contents, curves, pictures, equations_mathml(fit.mechanism.plant)),
+        REPORT_NAME: json_text(contents),
+        TABLES_NAME: report_markdown(contents),
+    }
+    return [*write_together(folder, texts), folder / FOLDER_NAME]

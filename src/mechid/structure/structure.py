@@ -11,9 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-AXES = ("rx", "ry", "rz")
-"""Rotations about the axes of the structure's own frame."""
-
 
 class TransferModel(Protocol):
     """Transfer functions in whatever form a file gave them."""
@@ -41,7 +38,8 @@ class Structure:
         Names of the payload's axes.
     model : TransferModel
     axis : str
-        Axis of the torque, one of `AXES`; empty where the file does not say.
+        Axis of the torque in the structure's own frame, ``"rx"``, ``"ry"`` or ``"rz"``; empty where the file does not
+        say.
     warnings : tuple of str
         What was odd, each with its remedy.
     """
@@ -56,12 +54,6 @@ class Structure:
     def coverage_hz(self) -> tuple[float, float]:
         """Lowest and highest frequency that is known, Hz."""
         return self.model.coverage_hz
-
-    def covers(self, frequency_hz: ArrayLike) -> NDArray[np.bool_]:
-        """Tell for each frequency in Hz whether it lies in the coverage."""
-        f = np.asarray(frequency_hz, dtype=np.float64)
-        low, high = self.coverage_hz
-        return (f >= low) & (f <= high)
 
     def to_interface(self, frequency_hz: ArrayLike) -> ComplexArray:
         """Return the driving-point receptance, (n,) rad/(N m), at frequencies (n,) in Hz; NaN where not known."""

@@ -10,8 +10,8 @@ from typing import Any
 from mechid.analysis import validate
 from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.fit import Fit
-from mechid.identification.fit_file import read_fit
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit_file import read_fit
 from mechid.report import report_data
 from mechid.report.contents import report_contents
 

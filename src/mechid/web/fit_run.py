@@ -8,7 +8,7 @@ from collections.abc import Callable
 from enum import Enum
 
 from mechid.errors import MechidError
-from mechid.identification.progress import Listener, Progress
+from mechid.identification.computation.progress import Listener, Progress
 from mechid.web.estimate import Estimate
 
 Work = Callable[[Listener], Estimate]

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from mechid.identification.progress import Progress
+from mechid.identification.computation.progress import Progress
 from mechid.web.fit_run import RunState
 
 SILENT_S = 120.0

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from mechid.campaign import Campaign
-from mechid.identification.space import SearchSpace
+from mechid.identification.output_error.space import SearchSpace
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.identification.target import TargetChannel, channel_of
+from mechid.identification.output_error.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.report.curves import ORDERS

@@ -10,12 +10,12 @@ from pathlib import Path
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.errors import UsageError
-from mechid.identification.estimate_file import FILE_NAME
-from mechid.identification.fit import Fit
+from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.identifiability.visibility import sensitivities
 from mechid.identification.identify import identify
-from mechid.identification.progress import Listener, Progress
+from mechid.identification.result.estimate_file import FILE_NAME
+from mechid.identification.result.fit import Fit
 from mechid.identification.start_given import identify_from
-from mechid.identification.visibility import sensitivities
 from mechid.plant.mechanism import Mechanism
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
@@ -26,7 +26,6 @@ from mechid.web.state import State, campaign_at, first_state
 MOST_SHOWN = 4
 """Records side by side."""
 FIRST_LOOK_S = 1.0
-HEADER = "set by hand with mechid explore, from {}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.campaign import Campaign
-from mechid.identification.noise import MISFIT
-from mechid.identification.progress import Progress
+from mechid.identification.computation.progress import Progress
+from mechid.identification.uncertainty.noise import MISFIT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.web.fit_run import FitRun, RunState

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
-from mechid.identification.space import COULOMB, STATIC
+from mechid.identification.output_error.space import COULOMB, STATIC
 from mechid.parameter import Parameter
 from mechid.web.knobs import Knob, knobs, mechanism_at, turned_to
 

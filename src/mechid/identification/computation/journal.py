@@ -1,0 +1,168 @@
+"""The journal of a long computation: what has been worked out, on disk, so that a killed run goes on from there.
+
+A step is a pure function of its inputs. Its result is noted under their digest, to the last bit, before the next
+step begins; a resumed run goes the same way again and takes from the journal what is there. So it ends with the
+numbers of an undisturbed run, wherever that was killed, and repeats at most the step that was at work.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Callable, Mapping, Sequence
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from threading import Lock
+from typing import Any, Self
+
+import numpy as np
+
+from mechid.errors import UsageError
+from mechid.writing import writable
+
+STARTED, RESUMED, STEP = "started", "resumed", "step"
+
+
+class Journal:
+    """Results by the digest of what they follow from; one without a file remembers nothing.
+
+    Attributes
+    ----------
+    saved_s : float
+        What the steps taken from the journal took when they were worked out.
+    """
+
+    def __init__(self, path: Path | None = None, known: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+        self.path, self.known, self.lock, self.saved_s = path, dict(known or {}), Lock(), 0.0
+
+    @classmethod
+    def opened(cls, path: Path, inputs: Mapping[str, str], *, resume: bool = False, **entries: object) -> Self:
+        """Open a journal for a computation from `inputs`, digests by name; its folder is made where it is missing.
+
+        A new run is appended, its first line with `entries` too; a resumed one takes up the last. What a killed
+        run left half-written is cut off.
+
+        Raises
+        ------
+        UsageError
+            The file cannot be written, or the run to be resumed had other inputs.
+        """
+        inputs = {**inputs, "version of mechid": _source_digest()}
+        with writable(path.parent):
+            lines = _whole_lines(path)
+            begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
+            if not resume or begun is None:
+                journal = cls(path)
+                journal.note(STARTED, **entries, inputs=inputs)
+                return journal
+            _refuse_others(path, lines[begun].get("inputs", {}), inputs)
+            journal = cls(path, {line["key"]: line for line in lines[begun:] if line["event"] == STEP})
+            journal.note(RESUMED)
+        return journal
+
+    def note(self, event: str, **entries: object) -> None:
+        """Append a line; when this returns it is on the disk."""
+        if self.path is None:
+            return
+        now = datetime.now(UTC).isoformat(timespec="seconds")
+        line = json.dumps({"time": now, "event": event, **entries}) + "\n"
+        with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
+            file.write(line)
+            file.flush()
+            os.fsync(file.fileno())
+
+    def step(
+        self, kind: str, inputs: Sequence[Any], work: Callable[[], Any], rng: np.random.Generator | None = None
+    ) -> Any:
+        """Return the result of `work`, from the journal where it is there, else worked out and noted.
+
+        `inputs` are all that the result depends on beside the inputs of the whole journal. Both are made of plain
+        numbers, arrays, texts, lists and mappings; tuples come back as lists. The state of a generator that the
+        work draws from is one of the inputs, and the one that it leaves is restored.
+        """
+        if self.path is None:
+            return work()
+        key = digest([kind, inputs, rng.bit_generator.state if rng else None])
+        if key in self.known:
+            line = self.known[key]
+            self.saved_s += line["seconds"]
+            if rng:
+                rng.bit_generator.state = unpacked(line["rng"])
+            return unpacked(line["result"])
+        began = time.perf_counter()
+        result = packed(work())
+        left = packed(rng.bit_generator.state) if rng else None
+        self.note(STEP, step=kind, key=key, seconds=time.perf_counter() - began, result=result, rng=left)
+        return unpacked(result)
+
+
+def packed(value: Any) -> Any:
+    """Return a value as JSON can hold it, to the last bit: floats in hexadecimal."""
+    if isinstance(value, np.ndarray):
+        return {"shape": list(value.shape), "hex": " ".join(float(x).hex() for x in value.ravel())}
+    if isinstance(value, Mapping):
+        return {"items": [[key, packed(entry)] for key, entry in value.items()]}
+    if isinstance(value, list | tuple):
+        return [packed(entry) for entry in value]
+    if isinstance(value, float):  # NumPy's double is one too
+        return {"hex": float(value).hex()}
+    if isinstance(value, np.integer | np.bool_):
+        return value.item()
+    return value
+
+
+def unpacked(value: Any) -> Any:
+    """Return what `packed` was given, tuples as lists."""
+    if isinstance(value, list):
+        return [unpacked(entry) for entry in value]
+    if not isinstance(value, dict):
+        return value
+    if "items" in value:
+        return {key: unpacked(entry) for key, entry in value["items"]}
+    if "shape" in value:
+        return np.array([float.fromhex(x) for x in value["hex"].split()], dtype=np.float64).reshape(value["shape"])
+    return float.fromhex(value["hex"])
+
+
+def digest(value: Any) -> str:
+    """Return a digest of plain values and arrays, to the last bit."""
+    return hashlib.sha256(json.dumps(packed(value)).encode()).hexdigest()
+
+
+def _whole_lines(path: Path) -> list[dict[str, Any]]:
+    """Return the entries of a journal, and cut off a last line that was not written to its end."""
+    if not path.exists():
+        return []
+    content = path.read_bytes()
+    whole = content[: content.rfind(b"\n") + 1]
+    if len(whole) < len(content):
+        os.truncate(path, len(whole))
+    lines = []
+    for number, text in enumerate(whole.splitlines(), 1):
+        try:
+            lines.append({"event": "", **json.loads(text)})
+        except (ValueError, TypeError) as error:
+            raise UsageError(f"{path}: line {number}: is no entry of a journal; move the file away") from error
+    return lines
+
+
+def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, str]) -> None:
+    """Refuse to resume a run whose inputs were others."""
+    other = sorted(name for name in {*found, *inputs} if found.get(name) != inputs.get(name))
+    if other:
+        raise UsageError(
+            f"{path}: cannot be resumed, its run had other inputs ({', '.join(other)}); "
+            "give the same ones, or start anew without --resume"
+        )
+
+
+def _source_digest() -> str:
+    """Return the version of mechid and a digest of its sources: other code may go another way."""
+    root = Path(__file__).parents[2]
+    total = hashlib.sha256()
+    for file in sorted(root.rglob("*.py")):
+        total.update(file.read_bytes())
+    return f"{version('mechid')} {total.hexdigest()[:16]}"

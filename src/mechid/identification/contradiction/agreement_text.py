@@ -1,0 +1,64 @@
+"""What is said of a record that was taken otherwise than declared, or left out."""
+
+from __future__ import annotations
+
+import math
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.contradiction.agreement import Agreement
+from mechid.identification.contradiction.alternatives import Judged, first_moments
+from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.target import target_of
+from mechid.units import unit_words
+
+
+def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
+    """Return a line for each record that is not as declared: what was declared, what is taken, how sure, the remedy."""
+    taken = [
+        _taken_line(campaign.record(name), declared, found) for name, (declared, found) in agreement.judged.items()
+    ]
+    return taken + [_left_out_line(name) for name in agreement.left_out]
+
+
+def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
+    """Put one reading in words; the costs are over the record's first moments, under the others' model."""
+    target = target_of(record)
+    samples = first_moments(target)
+    seconds = (samples - 1) / target.base.sample_rate_hz
+    what, remedy = _words(record, found.taken)
+    unit = unit_words(record.leading)
+    counted = samples * len(target.channels)
+    before, after = (target.leading.sigma * math.sqrt(j.cost / counted) for j in (declared, found))
+    return (
+        f"record {record.name}: not followed as declared, but with {what}, and so taken: under the model of the other "
+        f"records the residual of its first {seconds:.3g} s is {before:.3g} {unit} RMS as declared and {after:.3g} as "
+        f"taken, the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}; if that is right, write "
+        f"{remedy} for it in the campaign file"
+    )
+
+
+def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
+    """Return what is taken and declared, and what to write."""
+    said, remedies = [], []
+    if taken.polarity < 0:
+        what = record.leading.replace("_", " ")
+        said.append(f"its {what} of the other sign (polarity -1, declared +1)")
+        remedies.append(f"the other sign of its {what} channel's gain (gain = -1.0 where there is none)")
+    if taken.direction < 0:
+        said.append("its commanded rate of the other sign")
+        remedies.append("the other sign of its rate")
+    if taken.start_angle_deg is not None:
+        said.append(f"a start angle of {taken.start_angle_deg:g} deg (declared {record.command.start_angle_deg:g})")
+        remedies.append(f"start_angle_deg = {taken.start_angle_deg:g}")
+    if taken.time_offset_s is not None:
+        value, least, most = taken.time_offset_s
+        said.append(f"a time offset of about {value:.4g} s (declared {record.time_offset.value:g}), now estimated")
+        remedies.append(f"time_offset_s = {{ value = {value:.4g}, min = {least:.4g}, max = {most:.4g} }}")
+    return " and ".join(said), " and ".join(remedies)
+
+
+def _left_out_line(name: str) -> str:
+    return (
+        f"record {name}: left out of the fit: it contradicts the others, and no other sign, direction, start angle or "
+        'time offset makes their model follow it; look at how it was taken, or give it use = "validate"'
+    )

@@ -1,0 +1,198 @@
+"""What a record may be instead of what it is declared to be, and which of that a model follows.
+
+A record whose torque has the other sign, whose command ran the other way, which started from another position of
+the drive or at another instant, is of no use as declared, and follows at once as it was. Under a model that other
+records have settled, short simulations tell which it is.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from mechid.command import Command, MeasuredCommand
+from mechid.command.edges import steps_travelled
+from mechid.identification.output_error.declaration import Taken, taken_target
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.gates import followed
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+STEPS = 2.0
+"""Full steps of travel that a record's first moments hold."""
+AFTER_S = 0.06
+"""And how long they go on after these, s."""
+NEAR = 2.0 * math.log(100.0)
+"""Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken."""
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What a record was taken for, its cost over the first moments (sigmas squared), whether it is followed there."""
+
+    taken: Taken
+    cost: float
+    follows: bool
+
+
+def first_moments(target: Target) -> int:
+    """Return the samples up to which a record is looked at: two full steps of travel, and 60 ms after them."""
+    travelled = steps_travelled(target.command.rate, target.base.times - target.time_offset_s)
+    after = round(AFTER_S * target.base.sample_rate_hz)
+    return min(int(np.searchsorted(travelled, STEPS)) + after, target.samples)
+
+
+def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
+    """Return the periods of each detent in one electrical turn; none where no motor has any."""
+    if "stepper.poles" not in mechanism.parameters:
+        return ()
+    period_deg = 720.0 / mechanism.value("stepper.poles")
+    pairs = mechanism.plant.polar_pairs
+    return tuple(period_deg / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in pairs)
+
+
+def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
+    """Return the turns of the start angle, least first, between which records of one mechanism can tell.
+
+    A drive may have stood at any of its microsteps, or at a half step: which of its full steps has both phases on is
+    not always known. Turns that leave all detents as they are give the same records, and the least stands for them.
+    """
+    count = math.lcm(command.microsteps, 2) * 4
+    turns = sorted(
+        (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
+    )
+    told: list[float] = []
+    for turn in turns:
+        if not any(_is_same(turn - other, command, orders) for other in told):
+            told.append(turn)
+    return tuple(told)
+
+
+def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
+    """Tell whether a turn of all of a record is one that no torque shows."""
+    cycles = [turn * order / 360.0 for order in orders]
+    if command.waveform == "square":
+        cycles.append(turn / 90.0)
+    return all(abs(c - round(c)) < SAME for c in cycles)
+
+
+def variants(command: Command, orders: Sequence[float]) -> tuple[Taken, ...]:
+    """Return all that a record may be by sign, direction and start angle; the declared comes first.
+
+    One that measured channels drive has no direction or start of its own.
+    """
+    if isinstance(command, MeasuredCommand):
+        return Taken(), Taken(polarity=-1)
+    return tuple(
+        Taken(
+            polarity=polarity,
+            direction=direction,
+            start_angle_deg=None if turn == 0.0 else _wrapped(command.start_angle_deg + turn),
+        )
+        for turn in turns_deg(command, orders)
+        for direction in (1, -1)
+        for polarity in (1, -1)
+    )
+
+
+def _wrapped(angle_deg: float) -> float:
+    """Return an angle in (-180, 180]."""
+    return 180.0 - (180.0 - angle_deg) % 360.0
+
+
+def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
+    """Return the declared reading of a record, then the others that may be it, the likeliest first.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of the records that agree.
+    q : (n,)
+        Where these are followed.
+    target : Target
+        The record to be judged.
+    """
+    orders = detent_orders(problem.space.mechanism)
+    start = target.beginning(first_moments(target))
+    here = np.asarray(q[: problem.space.size])
+    known = replace(start, time_offset_bounds=None)
+    options = variants(target.command, orders)
+    costs = _costs(problem, here, known, options)
+    declared = _judged(problem, here, known, options[0], costs[0])
+    if declared.follows:
+        return [declared]
+    order = sorted(range(1, len(options)), key=lambda i: costs[i])
+    late = _latest(problem, here, known)
+    found = [_judged(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
+    found += [late] if late else []
+    return [declared, *_likeliest(found)]
+
+
+def _likeliest(found: list[Judged]) -> list[Judged]:
+    """Return by likelihood, of those as likely as the best the least change first."""
+    least = min((j.cost for j in found), default=math.inf)
+
+    def place(j: Judged) -> tuple[bool, bool, float, float]:
+        near = j.cost <= least + NEAR
+        return not j.follows, not near, j.taken.changes if near else 0.0, j.cost
+
+    return sorted(found, key=place)
+
+
+def _costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Taken]) -> list[float]:
+    """Return ||r||^2 of a target under each reading, in sigmas squared; inf where the simulation fails."""
+    targets = tuple(replace(taken_target(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
+    many = replace(problem, targets=targets)
+    return [norm**2 for norm in many.norms(q, many.whole())]
+
+
+def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost: float) -> Judged:
+    own = taken_target(target, replace(taken, time_offset_s=None))
+    if taken.time_offset_s is not None:
+        own = replace(own, time_offset_s=taken.time_offset_s[0])
+    alone = replace(problem, targets=(own,))
+    return Judged(taken, cost, followed(alone, own, q) >= own.samples)
+
+
+def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
+    """Return the likeliest time offset, up to half the time of the first full step either way."""
+    reach = _reach(target)
+    if reach < 1 or isinstance(target.command, MeasuredCommand):
+        return None
+    shift = _best_shift(problem, q, target, reach)
+    tick = target.base.interval_s
+
+    def cost(offset_s: float) -> float:
+        moved = taken_target(target, Taken(time_offset_s=(offset_s, offset_s, offset_s)))
+        alone = replace(problem, targets=(replace(moved, time_offset_bounds=None),))
+        return float(min(alone.norm(alone.targets[0], q, (0, target.samples)) ** 2, 1e300))
+
+    about = target.time_offset_s + shift * tick
+    fine = minimize_scalar(cost, bounds=(about - tick, about + tick), method="bounded", options={"xatol": 1e-3 * tick})
+    limits = target.time_offset_s - reach * tick, target.time_offset_s + reach * tick
+    if not limits[0] < fine.x < limits[1]:
+        return None
+    return _judged(problem, q, target, Taken(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
+
+
+def _reach(target: Target) -> int:
+    """Return how many samples of time offset cannot be told from another start angle, halved."""
+    travelled = steps_travelled(target.command.rate, target.base.times - target.time_offset_s)
+    return min(int(np.searchsorted(travelled, 1.0)), target.samples) // 2
+
+
+def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
+    """Return by how many samples the model's leading channel, moved, fits best; before its beginning it rests."""
+    longer = replace(target, base=replace(target.base, samples=target.samples + reach))
+    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)[0]
+    y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
+    n = target.samples
+    spread = [float(np.var(y[reach - k : reach - k + n] - target.leading.measured)) for k in range(-reach, reach + 1)]
+    return int(np.argmin(spread)) - reach

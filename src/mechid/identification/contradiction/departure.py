@@ -1,0 +1,134 @@
+"""Where a model leaves a record: what it does there, and how the misfit oscillates. Hints, in words."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import argrelmax
+
+from mechid.command import MeasuredCommand
+from mechid.command.edges import steps_travelled
+from mechid.identification.contradiction.alternatives import detent_orders
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.gates import WINDOW_S
+from mechid.signal.spectrum import amplitude_spectrum
+from mechid.signal.trend import fit_line
+from mechid.simulation.simulator import Simulator, simulate_run
+
+FloatArray = NDArray[np.float64]
+FULL_STEPS_A_CYCLE = 4.0
+"""Full steps in one electrical turn, in which a detent has as many periods as its order."""
+STRETCH_STEPS = 16.0
+"""Full steps before and after the instant over which the misfit's frequency is read: four electrical turns each."""
+STANDS_OUT = 3.0
+"""A line this many times the median of the amplitudes around is one."""
+SHARE = 0.2
+"""And at least this share of the largest, or it may be that one's side lobe."""
+PADDED = 8
+EVENTS = 100_000
+
+
+def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
+    """Return what happens where the model at `q` leaves a record, after so many samples, as a clause or more.
+
+    Told are the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
+    and the detents. It is a reading of what is left over near there, no test of a hypothesis.
+    """
+    base, offset_s = target.base, problem.time_offset(target, q)
+    at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
+    rate = _rate(target, at_s)
+    driven = isinstance(target.command, MeasuredCommand)
+    said = ["its input channels drive it there"] if driven else [f"the command runs at {rate:.4g} steps/s there"]
+    switch = _switch(problem, q, target, horizon)
+    if switch:
+        said.append(switch)
+    line = _line(problem, q, target, horizon, rate) if rate > 0.0 else ""
+    return "; ".join([*said, line] if line else said)
+
+
+def _rate(target: Target, at_s: float) -> float:
+    """Return the commanded rate at an instant of command time, without sign, full steps/s."""
+    around = np.array([max(at_s - 5e-4, 0.0), max(at_s, 0.0) + 5e-4])
+    travelled = steps_travelled(target.command.rate, around)
+    return float(np.diff(travelled)[0] / np.diff(around)[0])
+
+
+def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
+    """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
+    base, offset_s = target.base, problem.time_offset(target, q)
+    past = horizon + round(WINDOW_S * base.sample_rate_hz)
+    plant = problem.space.mechanism.plant
+    simulator = Simulator(
+        plant, target.command, base.first(past), capacity=problem.space.size, known_edges=target.excitation
+    )
+    p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
+    run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
+    switching = simulate_run(run).switching
+    at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
+    near = np.flatnonzero(np.abs(switching.time - at_s) < WINDOW_S)
+    if not near.size:
+        return ""
+    k = near[np.argmin(np.abs(switching.time[near] - at_s))]
+    modes = list(plant.switches[int(switching.switch[k])].modes)
+    before, after = modes[int(switching.before[k])], modes[int(switching.after[k])]
+    return (
+        f"the model's {plant.switches[int(switching.switch[k])].name} goes from {before} to {after} at "
+        f"{switching.time[k] + offset_s:.4g} s, which the record may not have"
+    )
+
+
+def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: float) -> str:
+    """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
+    reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
+    window = max(horizon - reach, 0), min(horizon + reach, target.samples)
+    r = problem.misfit(target, q, window)[0]
+    if r.size < 2 or not np.all(np.isfinite(r)):
+        return ""
+    fit_line(r, 2).take_from(r)
+    tapered = np.concatenate([r * np.hanning(r.size), np.zeros((PADDED - 1) * r.size)])
+    frequency, amplitude = amplitude_spectrum(tapered, target.base.sample_rate_hz)
+    tellable = (frequency > 2.0 * target.base.sample_rate_hz / r.size) & (frequency < 10.0 * rate)
+    if not tellable.any():
+        return ""
+    width_hz = target.base.sample_rate_hz / r.size
+    own_hz = _resonance_hz(problem, q)
+    least = max(STANDS_OUT * float(np.median(amplitude[tellable])), SHARE * float(amplitude[tellable].max()))
+    peaks = [k for k in argrelmax(amplitude)[0] if tellable[k] and amplitude[k] > least]
+    said: dict[str, str] = {}
+    for k in sorted(peaks, key=lambda k: -amplitude[k])[:2]:
+        is_own = abs(frequency[k] - own_hz) < 2.0 * width_hz
+        owner = ", which is near the resonance of load and gear" if is_own else ""
+        owner = owner or _owner(problem, float(frequency[k]) / rate, width_hz / rate)
+        said.setdefault(owner or str(k), f"{frequency[k] / rate:.3g} times the step rate{owner}")
+    at_s = target.base.start_s + horizon / target.base.sample_rate_hz
+    return f"the misfit around {at_s:.4g} s oscillates at {' and at '.join(said.values())}" if said else ""
+
+
+def _resonance_hz(problem: Problem, q: FloatArray) -> float:
+    """Return the frequency of the load on the gear's spring, rotor held, Hz; 0 where the plant has no such parts."""
+    mechanism = problem.space.at(q[: problem.space.size])
+    stiffness, inertia = "gear.stiffness", "load.inertia"
+    if not {stiffness, inertia} <= set(mechanism.parameters):
+        return 0.0
+    return math.sqrt(mechanism.value(stiffness) / mechanism.value(inertia)) / (2.0 * math.pi)
+
+
+def _owner(problem: Problem, order: float, width: float) -> str:
+    """Return which detent has that multiple of the step rate, of the model or not, or nothing."""
+    own = [n / FULL_STEPS_A_CYCLE for n in detent_orders(problem.space.mechanism)]
+    for one in own:
+        if abs(order - one) < width:
+            steps = " and of the steps" if one == 1.0 else ""
+            return f", the period of its detent of {_period_deg(problem, one):.4g} deg{steps}"
+    nearest = max(round(order * FULL_STEPS_A_CYCLE), 1) / FULL_STEPS_A_CYCLE
+    if abs(order - nearest) < width and nearest < 1.0:
+        return f", the period of a detent of {_period_deg(problem, nearest):.4g} deg, which the model has not"
+    return ""
+
+
+def _period_deg(problem: Problem, order: float) -> float:
+    """Return the rotor angle in which a multiple of the step rate has one period."""
+    return 180.0 / problem.space.mechanism.value("stepper.poles") / order

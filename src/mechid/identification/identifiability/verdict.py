@@ -1,0 +1,96 @@
+"""What became of each parameter at the end of a search: estimated, at a bound, or told of by no record."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.space import STATIC
+from mechid.parameter import Status
+
+FloatArray = NDArray[np.float64]
+Reason = tuple[Status, str]
+
+LEAST_EXCESS = 1e-7
+"""N m; static friction this little above Coulomb friction is Coulomb friction."""
+NOTHING = 1e-3
+"""What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing."""
+IN_NO_STAGE = "in no stage of the campaign file that was worked on"
+FAILED = "the simulation fails here"
+ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"
+AS_COULOMB = "static friction is at its least, which is Coulomb friction"
+UNSEEN = "no record sees it; add a record that does, or give it as a known number"
+LEFT = f"its value is where the search left it; {UNSEEN}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Coordinates, those that carry uncertainty, and by name why other free parameters do not."""
+
+    q: FloatArray
+    counted: NDArray[np.bool_]
+    reasons: dict[str, Reason]
+
+
+def judge(
+    campaign: Campaign,
+    problem: Problem,
+    q: FloatArray,
+    windows: Windows,
+    triangle: Triangle,
+    dependent: Mapping[str, str],
+) -> Verdict:
+    """Return the verdict on a point; what no record sees goes back to the file's value if that changes nothing.
+
+    `dependent` says by name why a parameter has been held for a dependence.
+    """
+    on, lost = problem.on_bound(q), not np.isfinite(triangle.norm)
+    seen = seen_coordinates(problem, triangle)
+    back = _back(campaign, problem, q, ~seen)
+    unchanged = not lost and _same(problem.total_norm(back, windows), triangle.norm)
+    unseen = FAILED if lost else UNSEEN if unchanged else LEFT
+    reasons: dict[str, Reason] = {}
+    for j, name in enumerate(problem.names):
+        if on[j] and (seen[j] or not unchanged):
+            is_least = name == STATIC and q[j] <= LEAST_EXCESS
+            reasons[name] = (Status.AT_BOUND, AS_COULOMB if is_least else ON_BOUND)
+        elif not seen[j]:
+            reasons[name] = (Status.FROZEN, unseen)
+    partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
+    reasons |= {phase: reasons[amplitude] for phase, amplitude in partners.items() if amplitude in reasons}
+    held = _free_names(campaign) - {*problem.names, *partners}
+    reasons |= {name: (Status.FROZEN, dependent.get(name, IN_NO_STAGE)) for name in held}
+    return Verdict(back if unchanged else q, seen & ~on, reasons)
+
+
+def seen_coordinates(problem: Problem, triangle: Triangle) -> NDArray[np.bool_]:
+    """Return the coordinates, (n,), whose whole range changes anything of the records."""
+    effect = np.linalg.norm(triangle.jacobian, axis=0) * (problem.upper - problem.lower)
+    return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
+
+
+def _same(norm: float, other: float) -> bool:
+    return abs(norm - other) <= 1e-9 * other
+
+
+def _free_names(campaign: Campaign) -> set[str]:
+    """Return the names of all that the fit of a campaign may move."""
+    own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
+    return own | {q.name for q in campaign.mechanism.free}
+
+
+def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: NDArray[np.bool_]) -> FloatArray:
+    """Return a point whose unseen coordinates stand for the values of the file."""
+    mechanism, size = campaign.mechanism, problem.space.size
+    values = {name: mechanism.value(name) for name in mechanism.parameters}
+    found = problem.space.values(q[:size])
+    hidden = {c.name for c, is_unseen in zip(problem.space.coordinates, unseen, strict=False) if is_unseen}
+    here = problem.space.from_values({**values, **{n: v for n, v in found.items() if n not in hidden}})
+    own = {q.name: q.value for record in campaign.records for q in record.parameters}
+    return np.where(unseen, np.concatenate([here, problem.records_point(own)]), q)

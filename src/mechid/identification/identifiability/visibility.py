@@ -1,0 +1,96 @@
+"""Which free parameters any record can see at all.
+
+A parameter that changes no sample, at the start and at points around it, is one of which the campaign
+tells nothing, and a search over it would only wander.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.prediction import simulate
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import Target, target_of
+from mechid.identification.search.multistart import sample_box
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+
+LOOK_S = 1.0
+"""How much of each record is looked at."""
+POINTS = 8
+"""Points of the multi-start's box that are looked at, the file's own values first; a power of two."""
+NOTHING = 1e-6
+"""What the whole range of a coordinate changes of a sample, in sigmas of its noise, and yet is rounding."""
+REMEDY = "no record sees it; add a record that does, or give it as a known number"
+
+
+def sensitivities(campaign: Campaign) -> int:
+    """Return how many directions of the parameters a fit of this campaign asks for."""
+    own = max((sum(q.is_free for q in record.test_stand) for record in campaign.estimated), default=0)
+    return (SearchSpace(campaign.mechanism).size if campaign.mechanism.free else 0) + own
+
+
+def start_warnings(campaign: Campaign) -> tuple[str, ...]:
+    """Return what the mechanism as written does wrong, and what no record sees, one line each."""
+    lost = tuple(_lost(campaign, record) for record in campaign.records if record.data is not None)
+    unseen = tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
+    return (*filter(None, lost), *unseen)
+
+
+def _lost(campaign: Campaign, record: CampaignRecord) -> str:
+    """Return what is to be said of a record that cannot be simulated at the values of the file."""
+    assert record.data is not None
+    duration_s = min(LOOK_S, record.data.duration_s)
+    trajectory = simulate(campaign, record.name, duration_s=duration_s)
+    if trajectory.outcome is SimulationOutcome.COMPLETE:
+        return ""
+    at = f'record "{record.name}" at {trajectory.lost_from_s:.9g} s'
+    return f"{at}, at the values of the mechanism file: {trajectory.outcome.value}"
+
+
+def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
+    """Return the dotted names of the free parameters that no record of use "estimate" sees."""
+    targets = tuple(target_of(record) for record in campaign.estimated if record.data is not None)
+    if not campaign.mechanism.free or not targets:
+        return ()
+    problem = Problem(SearchSpace(campaign.mechanism), targets)
+    seen = seen_coordinates(problem)
+    visible = {name for name, is_seen in zip(problem.names, seen, strict=True) if is_seen}
+    partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
+    own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
+    asked = [q.name for q in campaign.free if q in campaign.mechanism.free or q.name in own]
+    return tuple(name for name in asked if partners.get(name, name) not in visible)
+
+
+def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> NDArray[np.bool_]:
+    """Return for each search coordinate whether any record changes with it, (n,).
+
+    Looked at are the first `seconds` of each record, at the values of the file and, for those not seen
+    there, at further points of the box in which the search starts.
+    """
+    seen = np.zeros(problem.size, dtype=bool)
+    offsets = problem.start[problem.space.size :]
+    for point in sample_box(problem.space, POINTS, seed):
+        q = np.concatenate([point, offsets])
+        for target in problem.targets:
+            if seen.all():
+                return seen
+            seen |= _changes(problem, target, q, seconds)
+    return seen
+
+
+def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
+    """Return which coordinates change any sample that was simulated, (n,)."""
+    span = problem.upper - problem.lower
+    stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
+    moved = np.zeros(problem.size, dtype=bool)
+    for block in problem.run(target, q, stop, jacobian=True).blocks():
+        for channel in target.channels:
+            finite = np.isfinite(block.y[:, problem.output(channel.quantity)])
+            J = problem.jacobian_block(target, channel, block, block.stop - block.start)[finite]
+            moved |= np.any(np.isfinite(J) & (np.abs(J) * (span / channel.sigma) > NOTHING), axis=0)
+    return moved

@@ -1,0 +1,136 @@
+"""How a record was driven and wired: as its campaign file declares it, or as it was taken instead."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.command import Command, RateProfile
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.parameter import Status
+from mechid.simulation.simulator import excitation_over
+
+
+@dataclass(frozen=True, kw_only=True)
+class Taken:
+    """What of a record is taken otherwise than declared; nothing by default.
+
+    Attributes
+    ----------
+    polarity : int
+        -1 where the leading channel, the torque where there is one, has the other sign.
+    direction : int
+        -1 where the commanded rate has the other sign.
+    start_angle_deg : float or None
+        Electrical start angle in degrees.
+    time_offset_s : (float, float, float) or None
+        Value, lower and upper bound of a time offset that is to be estimated, s.
+    left_out : bool
+        Whether the record is kept out of the fit.
+    """
+
+    polarity: int = 1
+    direction: int = 1
+    start_angle_deg: float | None = None
+    time_offset_s: tuple[float, float, float] | None = None
+    left_out: bool = False
+
+    def to_dict(self) -> dict[str, object]:
+        """Return what differs from the declaration, as estimate.json writes it."""
+        own: dict[str, object] = {}
+        if self.polarity < 0:
+            own["polarity"] = -1
+        if self.direction < 0:
+            own["direction"] = -1
+        if self.start_angle_deg is not None:
+            own["start_angle_deg"] = self.start_angle_deg
+        if self.time_offset_s is not None:
+            own["time_offset_s"] = list(self.time_offset_s)
+        if self.left_out:
+            own["use"] = "validate"
+        return own
+
+    @classmethod
+    def from_dict(cls, own: Mapping[str, Any]) -> Taken:
+        """Return what `to_dict` wrote down."""
+        delay = own.get("time_offset_s")
+        return cls(
+            polarity=own.get("polarity", 1),
+            direction=own.get("direction", 1),
+            start_angle_deg=own.get("start_angle_deg"),
+            time_offset_s=(delay[0], delay[1], delay[2]) if delay else None,
+            left_out="use" in own,
+        )
+
+    @property
+    def changes(self) -> int:
+        """How many things differ from the declaration."""
+        return len(self.to_dict())
+
+
+DECLARED = Taken()
+
+
+def taken_command(command: Command, taken: Taken) -> Command:
+    """Return a command in the direction and from the start angle that were taken."""
+    if taken.direction < 0:
+        backward = RateProfile(command.rate.times_s, tuple(-rate for rate in command.rate.rates))
+        command = replace(command, rate=backward)
+    if taken.start_angle_deg is not None:
+        command = replace(command, start_angle_deg=taken.start_angle_deg)
+    return command
+
+
+def taken_target(target: Target, taken: Taken) -> Target:
+    """Return what is to be matched as it was taken."""
+    command = taken_command(target.command, taken)
+    start, *bounds = taken.time_offset_s or (target.time_offset_s, *(target.time_offset_bounds or ()))
+    latest_s = max(map(abs, (start, *bounds)))
+    return replace(
+        target,
+        channels=target.channels if taken.polarity > 0 else (_reversed(target.leading), *target.channels[1:]),
+        command=command,
+        excitation=excitation_over(command, target.base, latest_s),
+        time_offset_s=start,
+        time_offset_bounds=(bounds[0], bounds[1]) if bounds else None,
+    )
+
+
+def _reversed(channel: TargetChannel) -> TargetChannel:
+    return replace(channel, measured=-channel.measured)
+
+
+def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
+    """Return a record of the campaign as it was taken."""
+    if taken == DECLARED:
+        return record
+    if taken.time_offset_s is not None:
+        value, least, most = taken.time_offset_s
+        own = replace(record.time_offset, value=value, min=least, max=most, status=Status.FREE)
+        record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
+    if taken.polarity < 0 and record.data is not None:
+        channels = tuple(
+            replace(c, data=-c.data) if c.quantity == record.leading else c for c in record.data.channels
+        )  # fmt: skip
+        record = replace(record, data=replace(record.data, channels=channels))
+    use = "validate" if taken.left_out else record.use
+    return replace(record, command=taken_command(record.command, taken), use=use)
+
+
+def taken_campaign(campaign: Campaign, taken: Mapping[str, Taken]) -> Campaign:
+    """Return a campaign with its records as they were taken."""
+    records = tuple(taken_record(record, taken.get(record.name, DECLARED)) for record in campaign.records)
+    return replace(campaign, records=records) if taken else campaign
+
+
+def taken_problem(problem: Problem, taken: Mapping[str, Taken]) -> Problem:
+    """Return a problem with its targets as they were taken, those left out dropped."""
+    targets = tuple(
+        taken_target(t, taken[t.name]) if t.name in taken else t
+        for t in problem.targets
+        if not taken.get(t.name, DECLARED).left_out
+    )
+    return replace(problem, targets=targets)

@@ -1,0 +1,229 @@
+"""Parametric bootstrap: records simulated at the estimate, with noise like theirs, and fitted again and again.
+
+What the refits scatter by is what the estimates would if the campaign were repeated, as far as the model and its
+noise hold: no derivative enters (Efron and Tibshirani 1993, chapter 6). Noise is what is left of each record, white
+or drawn from the autoregressive model of its residual, and a prior is drawn anew as if it were measured. Each draw
+has a generator of its own, so the numbers are the same whatever the number of workers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+from scipy.stats import chi2
+
+from mechid.errors import FitError
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.identifiability.verdict import seen_coordinates
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import combined
+from mechid.identification.output_error.target import Target
+from mechid.identification.refit.reopened import Optimum
+from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.solve import solve
+from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.signal.autoregression import Autoregression, fit_autoregression
+
+FloatArray = NDArray[np.float64]
+QUANTILES = (0.025, 0.975)
+WARM_UP = 20_000
+"""Samples drawn and dropped before those of a coloured record, until it has forgotten where it began."""
+ELSEWHERE = 1e-6
+"""Chance at which a distance from the estimate, in its own covariance, is no scatter any more."""
+REFUSED = 1.0
+
+
+class DrawOutcome(Enum):
+    """How the refit of a draw ended; the value is the sentence its reader sees."""
+
+    CONVERGED = "converged near the estimate"
+    ELSEWHERE = "converged farther off than the covariance allows: another branch of stick and slip"
+    CLIFF = "stopped at a cliff, where the cost should still fall but does not"
+    NOT_CONVERGED = "stopped at its limit of steps"
+    FAILED = "could not be simulated"
+
+    @property
+    def code(self) -> str:
+        """Short name for programs."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True)
+class Draw:
+    """One refit: its number, how it ended, its cost in sigmas squared, and the file's values."""
+
+    number: int
+    outcome: DrawOutcome
+    cost: float
+    values: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Spread:
+    """What the refits say of one parameter, in the file's unit; angles are unwrapped around the estimate.
+
+    Attributes
+    ----------
+    mean_shift : float
+        Mean of the refits less the estimate.
+    deviation : float
+        Their standard deviation.
+    interval : (float, float)
+        Their 2.5 % and 97.5 % quantiles.
+    """
+
+    name: str
+    unit: str
+    value: float
+    std_error: float | None
+    mean_shift: float
+    deviation: float
+    interval: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Bootstrap:
+    """All draws, in order, and what they say of each parameter. Only failed ones are in no quantile."""
+
+    draws: tuple[Draw, ...]
+    spreads: tuple[Spread, ...]
+    noise: Mapping[str, Mapping[str, Autoregression]]
+
+    @property
+    def tally(self) -> dict[DrawOutcome, int]:
+        """How many draws ended in which way."""
+        return {outcome: sum(d.outcome is outcome for d in self.draws) for outcome in DrawOutcome}
+
+
+def bootstrap(
+    optimum: Optimum,
+    draws: int,
+    *,
+    seed: int = 0,
+    workers: int = 1,
+    journal: Journal | None = None,
+    told: Callable[[Draw], None] = lambda draw: None,
+) -> Bootstrap:
+    """Return so many draws; those that the journal holds are taken from there.
+
+    Raises
+    ------
+    FitError
+        No draw could be refitted.
+    """
+    world = _world(optimum)
+    noted = journal or Journal()
+
+    def one(number: int) -> Draw:
+        work = partial(_refitted, optimum, world, seed, number)
+        found = noted.step("bootstrap draw", [seed, number], work)
+        draw = Draw(number, DrawOutcome[found["outcome"].upper()], found["cost"], found["values"])
+        told(draw)
+        return draw
+
+    done = tuple(mapped(one, range(draws), workers))
+    noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
+    return Bootstrap(done, _spreads(optimum, done), noise)
+
+
+@dataclass(frozen=True, eq=False)
+class _World:
+    """What draws are made from: each record's channels at the estimate, their noise, and the region around it."""
+
+    problem: Problem
+    signals: Mapping[str, tuple[FloatArray, ...]]
+    noise: Mapping[str, tuple[Autoregression, ...]]
+    counted: NDArray[np.bool_]
+    root: FloatArray
+
+
+def _world(optimum: Optimum) -> _World:
+    problem, q, windows = replace(optimum.problem, workers=1), optimum.q, optimum.windows
+    used = [t for t in problem.targets if t.name in windows]
+    noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
+    triangle = combined(problem.triangles(q, windows))
+    counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
+    robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
+    values, vectors = np.linalg.eigh(robust)
+    root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
+    signals = {t.name: problem.predict(t, q, t.samples) for t in used}
+    return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root)
+
+
+def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
+    """Return the model of what is left of each channel."""
+    return tuple(
+        fit_autoregression(r, rejected=channel.rejected_within(window))
+        for channel, r in zip(target.channels, residual(problem, target, q, window), strict=True)
+    )
+
+
+def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[str, object]:
+    """Return the refit of one draw, from the estimate."""
+    rng = np.random.default_rng((seed, number))
+    targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
+    here = world.problem.values(optimum.q)
+    priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
+              for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
+    problem = replace(world.problem, targets=targets, priors=priors)
+    solution = solve(problem, optimum.q, optimum.windows)
+    outcome = DrawOutcome.CONVERGED
+    if not np.all(np.isfinite(solution.triangle.jacobian)):
+        outcome = DrawOutcome.FAILED
+    elif not solution.converged:
+        outcome = DrawOutcome.NOT_CONVERGED
+    elif refused_gain(solution.triangle, ~problem.on_bound(solution.q)) > REFUSED:
+        outcome = DrawOutcome.CLIFF
+    elif _distance(world, solution.q - optimum.q) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
+        outcome = DrawOutcome.ELSEWHERE
+    return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.values(solution.q)}
+
+
+def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
+    """Return a target that measures what the estimate gives, in noise like its own."""
+    drawn = [
+        replace(channel, measured=y + _noise(model, target.samples, rng))
+        for channel, y, model in zip(target.channels, world.signals[target.name], world.noise[target.name], strict=True)
+    ]
+    return replace(target, channels=tuple(drawn))
+
+
+def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
+    white = model.sigma * rng.standard_normal(samples + (WARM_UP if model.order else 0))
+    return np.asarray(lfilter([1.0], model.coefficients, white)[-samples:], dtype=np.float64)
+
+
+def _distance(world: _World, step: FloatArray) -> float:
+    """Return the squared distance of a step from the estimate, in sigmas of the robust covariance."""
+    return float(np.sum((step[world.counted] @ world.root) ** 2))
+
+
+def _spreads(optimum: Optimum, draws: tuple[Draw, ...]) -> tuple[Spread, ...]:
+    good = [d for d in draws if d.outcome is not DrawOutcome.FAILED]
+    if not good:
+        raise FitError(f"none of {len(draws)} draws could be simulated at the estimate; identify anew")
+    return tuple(_spread(optimum, name, good) for name in optimum.moved)
+
+
+def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:
+    own, value = optimum.one(name), optimum.values(optimum.q)[name]
+    off = np.array([d.values[name] for d in draws]) - value
+    if own["unit"] == "deg" and own["min"] is None:
+        off = (off + 180.0) % 360.0 - 180.0
+    low, high = np.quantile(off, QUANTILES)
+    return Spread(
+        name=name,
+        unit=own["unit"],
+        value=value,
+        std_error=own["std_error"],
+        mean_shift=float(off.mean()),
+        deviation=float(off.std(ddof=1)) if off.size > 1 else 0.0,
+        interval=(value + float(low), value + float(high)),
+    )

@@ -1,0 +1,292 @@
+"""Profile likelihood: one parameter held at value after value, all others refitted.
+
+The cost over the held value is the likelihood's own shape, where the standard error knows only its curvature at
+the optimum. Its 95 % interval ends where the cost has risen by the 95 % quantile of chi-square with one degree of
+freedom, 3.84 sigmas squared (Venzon and Moolgavkar 1988). Behind coloured residuals the cost counts every sample
+as a new one and rises too fast; there the quantile times the ratio of the robust variance to the white one is
+the level (Rotnitzky and Jewell 1990).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+from scipy.stats import chi2
+
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.refit.reopened import Optimum
+from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.solve import solve
+from mechid.identification.stages.freeze import without
+from mechid.parameter import Parameter, Status
+
+FloatArray = NDArray[np.float64]
+QUANTILE = float(chi2.ppf(0.95, 1))
+STEP = 0.4
+"""What the root of the cost's rise is to grow by from point to point."""
+JUMP = 1.2
+"""Growth of that root between neighbours that is looked into."""
+HALVINGS = 10
+MOST = 60
+"""Steps on each side."""
+COLOURED = 1.1
+"""Robust over white variance from which colour counts."""
+REFUSED = 1.0
+
+
+class SideEnd(Enum):
+    """How a side of a profile ended; the value is the sentence its reader sees."""
+
+    CROSSED = "The cost has risen by its level."
+    BOUND = "The bound of the mechanism file comes first."
+    CLIFF = "The cost jumps over its level at a cliff, where a stick/slip falls the other way."
+    OPEN = "The cost had not risen by its level when the steps ran out."
+
+
+@dataclass(frozen=True)
+class Point:
+    """A value held: how far the cost has risen, in sigmas squared, where the others went, and how that ended."""
+
+    value: float
+    rise: float
+    q: FloatArray
+    note: str = ""
+
+    @property
+    def root(self) -> float:
+        """Square root of the rise, which is linear in the value where the cost is a parabola."""
+        return math.sqrt(max(self.rise, 0.0))
+
+
+@dataclass(frozen=True)
+class Cliff:
+    """Two neighbouring values between which the cost jumps, and by how much, in sigmas squared."""
+
+    below: float
+    above: float
+    jump: float
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The profile of one parameter, in the file's unit.
+
+    Attributes
+    ----------
+    points : tuple of Point
+        In order of value, the estimate among them.
+    level, level_coloured : float
+        Rises of the cost at which the intervals end, in sigmas squared; the second is None where the residuals
+        are white.
+    interval, interval_coloured : (float or None, float or None)
+        95 % intervals; None on a side that has not come to its level.
+    ends : (SideEnd, SideEnd)
+        How the sides of `interval` ended.
+    """
+
+    name: str
+    unit: str
+    value: float
+    std_error: float | None
+    std_error_white: float | None
+    points: tuple[Point, ...]
+    level: float
+    level_coloured: float | None
+    interval: tuple[float | None, float | None]
+    interval_coloured: tuple[float | None, float | None]
+    ends: tuple[SideEnd, SideEnd]
+    cliffs: tuple[Cliff, ...]
+
+    @property
+    def gain(self) -> float:
+        """By how much a refit has come below the cost of the estimate, in sigmas squared: 0 at an optimum."""
+        return -min(p.rise for p in self.points)
+
+
+Told = Callable[[str, Point], None]
+
+
+def profiles(
+    optimum: Optimum,
+    names: Sequence[str],
+    *,
+    workers: int = 1,
+    journal: Journal | None = None,
+    told: Told = lambda name, point: None,
+) -> list[Profile]:
+    """Return the profile of each parameter; both sides of all are worked on at once.
+
+    Raises
+    ------
+    UsageError
+        The fit did not move a parameter.
+    """
+    for name in names:
+        optimum.one(name)
+    inner = replace(optimum, problem=replace(optimum.problem, workers=1))
+    tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
+    done = mapped(lambda task: _Side(inner, *task, journal or Journal(), told).walked(), tasks, workers)
+    return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
+
+
+class _Side:
+    """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
+
+    def __init__(self, optimum: Optimum, name: str, sign: float, journal: Journal, told: Told) -> None:
+        self.optimum, self.name, self.sign, self.journal, self.told = optimum, name, sign, journal, told
+        self.own = optimum.one(name)
+        self.value = optimum.values(optimum.q)[name]
+        self.cliffs: list[Cliff] = []
+
+    def walked(self) -> tuple[list[Point], list[Cliff]]:
+        """Return the points outward from the estimate, and the cliffs between them."""
+        _, q = held(self.optimum, self.name, self.value)
+        points = [Point(self.value, 0.0, q)]
+        step, limit = self.sign * self._first_step(), self._limit()
+        level = max(_levels(self.own))
+        while len(points) < MOST and points[-1].rise < level and points[-1].value != limit:
+            value = points[-1].value + step
+            value = limit if self.sign * (value - limit) >= 0.0 else value
+            point = self._refitted(value, points)
+            before = points[-1].root
+            points += [*self._between(points, point, HALVINGS), point]
+            step *= self._growth(before, point)
+        return points, self.cliffs
+
+    @staticmethod
+    def _growth(before: float, point: Point) -> float:
+        """Return the factor by which the next step is longer, so that the root grows as wanted."""
+        if point.rise < 0.0:
+            return 1.0
+        grown = point.root - before
+        return min(max(STEP / grown, 0.3), 3.0) if grown > 0.0 else 3.0
+
+    def _first_step(self) -> float:
+        """Return the step by which the root of the rise should grow as wanted, from the local error."""
+        error = self.own["std_error_white"] or self.own["std_error"]
+        return float(STEP * error) if error else 1e-3 * max(abs(self.value), 1e-6)
+
+    def _limit(self) -> float:
+        """Return the bound on this side; of an angle that has none, half a turn away."""
+        bound = self.own["min" if self.sign < 0.0 else "max"]
+        return float(bound) if bound is not None else self.value + self.sign * 180.0
+
+    def _between(self, points: Sequence[Point], far: Point, halvings: int) -> list[Point]:
+        """Return points between the last one and a further one that show whether the cost jumps there."""
+        near = points[-1]
+        if not abs(far.root - near.root) > JUMP:
+            return []
+        if halvings == 0:
+            first, second = sorted((near.value, far.value))
+            self.cliffs.append(Cliff(first, second, far.rise - near.rise))
+            return []
+        middle = self._refitted(0.5 * (near.value + far.value), points)
+        inner = self._between(points, middle, halvings - 1)
+        here = [*points, *inner, middle]
+        return [*inner, middle, *self._between(here, far, halvings - 1)]
+
+    def _refitted(self, value: float, points: Sequence[Point]) -> Point:
+        """Return the point of a held value, refitted from the last one or from where the last two lead."""
+        starts = [points[-1].q]
+        if len(points) > 1 and points[-1].value != points[-2].value:
+            share = (value - points[-1].value) / (points[-1].value - points[-2].value)
+            starts.append(points[-1].q + share * (points[-1].q - points[-2].q))
+        work = partial(_refit, self.optimum, self.name, value, starts)
+        found = self.journal.step("profile point", [self.name, value, starts], work)
+        point = Point(value, found["cost"] - self.optimum.triangle.cost, found["q"], found["note"])
+        self.told(self.name, point)
+        return point
+
+
+def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray]:
+    """Return the problem in which one parameter is known, and its point at the optimum of all others."""
+    problem, q = optimum.problem, optimum.q
+    names = [p.name for p in problem.space.mechanism.free if p.name != name]
+    if name in problem.space.mechanism.parameters:
+        return without(problem, q, names, {name: value})
+    at = problem.names.index(name)
+    targets = tuple(
+        replace(t, time_offset_s=value, time_offset_bounds=None)
+        if name == f"record.{t.name}.time_offset_s"
+        else replace(t, stand=tuple(_known(p, value) if p.name == name else p for p in t.stand))
+        for t in problem.targets
+    )
+    return replace(problem, targets=targets), np.delete(q, at)
+
+
+def _known(parameter: Parameter, value: float) -> Parameter:
+    return replace(parameter, value=value, status=Status.KNOWN)
+
+
+def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArray]) -> dict[str, object]:
+    problem, q = held(optimum, name, value)
+    if not problem.size:
+        return {"cost": problem.total_norm(q, optimum.windows) ** 2, "q": q, "note": ""}
+    inside = [np.clip(q, problem.lower, problem.upper) for q in starts]
+    costs = [problem.total_norm(q, optimum.windows) for q in inside]
+    solution = solve(problem, inside[int(np.argmin(costs))], optimum.windows)
+    note = ""
+    if not solution.converged:
+        note = "not converged"
+    elif refused_gain(solution.triangle, ~problem.on_bound(solution.q)) > REFUSED:
+        note = "stopped at a cliff"
+    return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
+
+
+def _levels(own: object) -> list[float]:
+    """Return the level of white residuals, and where they are coloured the level of theirs."""
+    assert isinstance(own, dict)
+    error, white = own["std_error"], own["std_error_white"]
+    ratio = (error / white) ** 2 if error and white else 1.0
+    return [QUANTILE, QUANTILE * ratio] if max(ratio, 1.0 / ratio) > COLOURED else [QUANTILE]
+
+
+Walked = tuple[list[Point], list[Cliff]]
+
+
+def _profile(optimum: Optimum, name: str, below: Walked, above: Walked) -> Profile:
+    own = optimum.one(name)
+    levels = _levels(own)
+    sides = [below, above]
+    at = [[_crossing(points, cliffs, level) for points, cliffs in sides] for level in levels]
+    coloured = at[1] if len(levels) > 1 else [(None, SideEnd.OPEN)] * 2
+    return Profile(
+        name=name,
+        unit=own["unit"],
+        value=below[0][0].value,
+        std_error=own["std_error"],
+        std_error_white=own["std_error_white"],
+        points=(*reversed(below[0][1:]), *above[0]),
+        level=levels[0],
+        level_coloured=levels[1] if len(levels) > 1 else None,
+        interval=(at[0][0][0], at[0][1][0]),
+        interval_coloured=(coloured[0][0], coloured[1][0]),
+        ends=(at[0][0][1], at[0][1][1]),
+        cliffs=(*below[1], *above[1]),
+    )
+
+
+def _crossing(points: Sequence[Point], cliffs: Sequence[Cliff], level: float) -> tuple[float | None, SideEnd]:
+    """Return where a side rises over a level, and how it ended."""
+    i = next((i for i, p in enumerate(points) if p.rise >= level), None)
+    if i is None:
+        return None, SideEnd.OPEN if len(points) >= MOST else SideEnd.BOUND
+    inside, outside = points[i - 1], points[i]
+    if any({c.below, c.above} == {inside.value, outside.value} for c in cliffs):
+        return inside.value, SideEnd.CLIFF
+    root = math.sqrt(level)
+    roots = np.array([p.root for p in points[: i + 2]])
+    values = np.array([p.value for p in points[: i + 2]])
+    if np.all(np.diff(roots) > 0.0) and np.all(np.isfinite(roots)):
+        return float(PchipInterpolator(roots, values)(root)), SideEnd.CROSSED
+    share = (root - inside.root) / (outside.root - inside.root)
+    return inside.value + share * (outside.value - inside.value), SideEnd.CROSSED

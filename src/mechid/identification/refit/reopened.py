@@ -1,0 +1,132 @@
+"""A finished fit taken up again: the problem that it solved, at its optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
+from mechid.identification.computation.progress import silent
+from mechid.identification.identify import make_problem
+from mechid.identification.output_error.declaration import Taken, taken_campaign
+from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.result.fit import FitOutcome
+from mechid.identification.search.solve import solve
+from mechid.identification.stages.freeze import without
+from mechid.identification.stages.own_stages import begin
+from mechid.identification.stages.trail import Trail
+from mechid.identification.uncertainty.noise import released, without_outliers
+from mechid.parameter import Status
+
+FloatArray = NDArray[np.float64]
+MOVED = (Status.FREE, Status.AT_BOUND)
+ENOUGH = (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE, FitOutcome.CLIFF)
+"""Outcomes with an optimum to look around from."""
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """The optimum of a fit.
+
+    Attributes
+    ----------
+    problem : Problem
+        Its free parameters are those that the fit moved; records weigh as in its end.
+    q : (n,)
+    windows : mapping of str to (int, int)
+    triangle : Triangle
+        At `q`.
+    parameters : mapping of str to mapping
+        The table of estimate.json.
+    """
+
+    problem: Problem
+    q: FloatArray
+    windows: Windows
+    triangle: Triangle
+    parameters: Mapping[str, Mapping[str, Any]]
+
+    @property
+    def moved(self) -> tuple[str, ...]:
+        """Names of the parameters that the fit moved."""
+        return tuple(name for name, p in self.parameters.items() if p["status"] in MOVED)
+
+    def one(self, name: str) -> Mapping[str, Any]:
+        """Return the table of a parameter; UsageError where the fit did not move it."""
+        if name not in self.moved:
+            known = self.parameters.get(name)
+            state = f"is {known['status']}" if known else f"is not in the fit{did_you_mean(name, self.moved)}"
+            raise UsageError(f"--parameter {name}: {state}; the fit moved {', '.join(self.moved)}")
+        return self.parameters[name]
+
+    def values(self, q: FloatArray) -> dict[str, float]:
+        """Return the file's values of the parameters that the fit moved, at a point."""
+        return self.problem.values(q)
+
+
+def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> Optimum:
+    """Return the optimum that an estimate.json describes, its records' weights worked out again from the residuals.
+
+    Raises
+    ------
+    InputFileError
+        The campaign is not the one of the fit.
+    FitError
+        The fit has no optimum.
+    """
+    _refuse_others(campaign, estimate)
+    taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
+    campaign = taken_campaign(campaign, taken)
+    parameters: dict[str, Any] = estimate["parameters"]
+    values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
+    problem, q, windows = _at(campaign, make_problem(campaign, workers), values)
+    problem, q = _as_moved(problem, q, parameters, values)
+    problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
+    options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
+    if options.spikes == "reject" and not campaign.stages:
+        problem = without_outliers(problem, q, windows)
+    problem = released(problem, q, windows, options, [])
+    if options.priors == "search":
+        problem = replace(problem, priors={})
+    solution = solve(problem, q, windows)
+    if not np.all(np.isfinite(solution.triangle.jacobian)):
+        raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
+    return Optimum(problem, solution.q, windows, solution.triangle, parameters)
+
+
+def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
+    if not campaign.stages:
+        return problem, problem.point(values), problem.whole()
+    trail = Trail(problem, silent, len(campaign.stages), problem.start, problem.whole())
+    begin(trail, campaign, campaign.stages, values)
+    return trail.problem, trail.q, trail.windows
+
+
+def _as_moved(
+    problem: Problem, q: FloatArray, parameters: Mapping[str, Any], values: Mapping[str, float]
+) -> tuple[Problem, FloatArray]:
+    """Hold what the fit held, and search detents at their limit as it did."""
+    moved = [p.name for p in problem.space.mechanism.free if parameters[p.name]["status"] in MOVED]
+    held = {n: v for n, v in values.items() if parameters[n]["status"] == Status.FROZEN and not n.startswith("record.")}
+    problem, q = without(problem, q, moved, held)
+    at_limit = {c.name for c in problem.space.coordinates if c.kind == "cosine"}
+    at_limit = {name for name in at_limit if parameters[name]["status"] == Status.AT_BOUND}
+    return problem.in_polar(frozenset(at_limit), q) if at_limit else (problem, q)
+
+
+def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
+    """Refuse a fit of other files, and one without an optimum."""
+    code = estimate["outcome"]["code"]
+    if code not in {outcome.code for outcome in ENOUGH}:
+        raise FitError(f"the fit has no optimum to look around from ({code}); identify until it converges")
+    found = estimate["provenance"]["inputs_sha256"]
+    other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
+    if other:
+        raise InputFileError(f"{campaign.path}: {', '.join(other)}: not as in the fit; identify anew")

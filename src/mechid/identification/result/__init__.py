@@ -1,0 +1,1 @@
+"""What an identification returns, how well records are predicted, and the files of it."""

@@ -1,0 +1,282 @@
+"""What an identification returns: values with their uncertainty, records, stages, outcome, warnings."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.declaration import DECLARED, Taken
+from mechid.plant.mechanism import Mechanism
+from mechid.signal.runs import Runs
+
+FloatArray = NDArray[np.float64]
+FORMAT = "mechid-estimate/1"
+
+
+class FitOutcome(Enum):
+    """How a fit ended; the value is the sentence its reader sees."""
+
+    CONVERGED = "All records are followed to their ends and the joint fit has converged."
+    STAGES_DONE = "The stages of the campaign file have been worked through."
+    HORIZON = (
+        "The model does not follow all records to their ends from any start found; the values are those "
+        "of the part that it follows."
+    )
+    CLIFF = (
+        "The joint fit stopped at a cliff: a stick/slip hangs by a thread, the cost should still fall but does not; "
+        "the values may be off by more than their errors."
+    )
+    NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
+    FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
+    INTERRUPTED = "Interrupted by the user; the values are the best found so far."
+
+    @property
+    def good(self) -> bool:
+        """Whether the values may be used."""
+        return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
+
+    @property
+    def code(self) -> str:
+        """Short name for programs."""
+        return self.name.lower()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PriorShare:
+    """A prior of the mechanism file, and what it did.
+
+    Attributes
+    ----------
+    value, sigma : float
+        In the parameter's unit.
+    std_error_without : float or None
+        White standard error of the parameter from the records alone, no prior counted; infinite where they do not
+        tell it. None where the parameter is not estimated or the prior did not count.
+    counted : bool
+        Whether the prior counted in the last fit.
+    """
+
+    value: float
+    sigma: float
+    std_error_without: float | None = None
+    counted: bool = False
+
+    @property
+    def dominates(self) -> bool:
+        """Whether the prior says more of the parameter than the records do."""
+        return self.std_error_without is not None and self.std_error_without > self.sigma
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
+
+    `std_error` is robust to coloured residuals, `std_error_white` assumes white ones; both are None
+    unless the parameter is free. `local_only`: the cost within its standard error is not what the derivatives
+    say, so that the error is none to rely on; `reason` says where.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    value: float
+    std_error: float | None
+    std_error_white: float | None
+    start: float
+    min: float | None
+    max: float | None
+    status: str
+    reason: str = ""
+    local_only: bool = False
+    prior: PriorShare | None = None
+
+    @property
+    def ci95(self) -> tuple[float, float] | None:
+        """95 % interval from the standard error, or None."""
+        if self.std_error is None:
+            return None
+        return self.value - 1.959964 * self.std_error, self.value + 1.959964 * self.std_error
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelFit:
+    """How well one channel of a record is predicted, in the SI unit `unit`.
+
+    Attributes
+    ----------
+    use : {"estimate", "validate"}
+        Whether it was fitted, or only compared.
+    fit_percent : float
+        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
+    residual_rms, noise_sigma : float
+        The noise is that of the channel itself: declared, or from its high-frequency floor and resolution.
+    offset, drift : float or None
+        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
+    quantisation : float
+        Resolution as declared, 0 where it is not.
+    prefilter_order : int
+        Of the autoregressive model that whitened its residual; 0 where none did.
+    rejected : int
+        Samples that do not count, of those used.
+    rejected_runs : tuple of (int, int)
+        All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
+        each run.
+    """
+
+    unit: str
+    use: str
+    fit_percent: float
+    residual_rms: float
+    noise_sigma: float
+    offset: float | None
+    drift: float | None
+    quantisation: float = 0.0
+    prefilter_order: int = 0
+    rejected: int = 0
+    rejected_runs: Runs = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordFit:
+    """How well one record is predicted; where it has several channels, its leading one, the torque if it is there.
+
+    Attributes
+    ----------
+    fit_percent : float
+        100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
+    residual_rms, noise_sigma : float
+        In the channel's SI unit. The noise is that of the record itself, from its high-frequency floor.
+    offset, drift : float or None
+        At the first sample, and per second: measured = model + offset + drift t. None where not removed.
+    samples : int
+        Samples used.
+    horizon_s : float
+        How far the model follows the record, s from its first sample.
+    prefilter_order : int
+        Of the autoregressive model that whitened its residual; 0 where none did.
+    rejected : int
+        Samples that do not count.
+    channels : mapping of quantity to ChannelFit
+        Each of its channels, the leading one first.
+    taken : Taken
+        How it was taken, where that is not as the campaign file declares it.
+    """
+
+    name: str
+    use: str
+    samples: int
+    fit_percent: float
+    residual_rms: float
+    noise_sigma: float
+    offset: float | None
+    drift: float | None
+    horizon_s: float
+    prefilter_order: int = 0
+    rejected: int = 0
+    channels: Mapping[str, ChannelFit] = field(default_factory=dict)
+    taken: Taken = DECLARED
+
+    def residual_of(self, quantity: str) -> float:
+        """Return the residual's RMS of a channel, in its SI unit."""
+        own = self.channels.get(quantity)
+        return own.residual_rms if own else self.residual_rms
+
+    def noise_of(self, quantity: str) -> float:
+        """Return the noise of a channel, in its SI unit."""
+        own = self.channels.get(quantity)
+        return own.noise_sigma if own else self.noise_sigma
+
+
+@dataclass(frozen=True, kw_only=True)
+class StageReport:
+    """One stage of the search: what it used, what it moved, and what that did to the cost."""
+
+    name: str
+    records: Mapping[str, float]
+    free: tuple[str, ...]
+    cost: float
+    evaluations: int
+    seconds: float
+    note: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """The result of an identification; `estimate.json` holds the same values.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        With the estimated values.
+    parameters : mapping of dotted name to ParameterEstimate
+    correlation_names : tuple of str, (n,)
+        The free parameters.
+    correlation, covariance : (n, n)
+        In the file's coordinates and units; the covariance is the one robust to colour.
+    records : mapping of name to RecordFit
+    stages : tuple of StageReport
+    outcome : FitOutcome
+    warnings : tuple of str
+        What may spoil the result, each with its remedy.
+    notes : tuple of str
+        What records of this kind can never tell.
+    provenance : mapping
+        Versions, digests of the inputs, seed, wall time.
+    """
+
+    mechanism: Mechanism
+    parameters: Mapping[str, ParameterEstimate]
+    correlation_names: tuple[str, ...]
+    correlation: FloatArray
+    covariance: FloatArray
+    records: Mapping[str, RecordFit]
+    stages: tuple[StageReport, ...]
+    outcome: FitOutcome
+    warnings: tuple[str, ...]
+    notes: tuple[str, ...]
+    provenance: Mapping[str, object]
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the content of estimate.json."""
+        return {
+            "format": FORMAT,
+            "outcome": {"code": self.outcome.code, "message": self.outcome.value},
+            "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
+            "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
+            "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
+            "records": {name: _record_dict(r) for name, r in self.records.items()},
+            "stages": [_stage_dict(s) for s in self.stages],
+            "warnings": list(self.warnings),
+            "notes": list(self.notes),
+            "provenance": dict(self.provenance),
+        }
+
+
+def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
+    interval = p.ci95
+    return {
+        "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
+        "std_error_white": p.std_error_white, "ci95": list(interval) if interval else None,
+        "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
+        "local_only": p.local_only, "prior": asdict(p.prior) if p.prior else None,
+    }  # fmt: skip
+
+
+def _record_dict(r: RecordFit) -> dict[str, object]:
+    return {
+        "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
+        "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
+        "prefilter_order": r.prefilter_order, "rejected": r.rejected,
+        "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
+    }  # fmt: skip
+
+
+def _stage_dict(s: StageReport) -> dict[str, object]:
+    return {
+        "name": s.name, "records": dict(s.records), "free": list(s.free), "cost": s.cost,
+        "evaluations": s.evaluations, "seconds": s.seconds, "note": s.note,
+    }  # fmt: skip

@@ -1,0 +1,123 @@
+"""A fit read back from its estimate.json and the campaign it was made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechid.campaign import Campaign
+from mechid.errors import InputFileError
+from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.fit import (
+    ChannelFit,
+    Fit,
+    FitOutcome,
+    ParameterEstimate,
+    PriorShare,
+    RecordFit,
+    StageReport,
+)
+
+ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
+             "prefilter_order", "rejected")  # fmt: skip
+STAGE = ("name", "records", "cost", "evaluations", "seconds", "note")
+PARAMETER = (
+    "symbol",
+    "unit",
+    "value",
+    "std_error",
+    "std_error_white",
+    "start",
+    "min",
+    "max",
+    "status",
+    "reason",
+    "local_only",
+)
+NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
+"""Entries of which null means that there is no such number."""
+
+
+def read_fit(path: Path | str, campaign: Campaign) -> Fit:
+    """Return the fit that an estimate.json holds.
+
+    Parameters
+    ----------
+    path : Path
+    campaign : Campaign
+        The one that was identified, its records read.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or damaged, or a file of the campaign is no longer the one that was identified.
+    """
+    content = read_estimate(path)
+    try:
+        _refuse_changed(content["provenance"]["inputs_sha256"], campaign, Path(path))
+        return _fit(content, campaign)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
+
+
+def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
+    parameters = {
+        name: ParameterEstimate(
+            name=name, prior=PriorShare(**p["prior"]) if p["prior"] else None, **_kept(p, PARAMETER)
+        )
+        for name, p in content["parameters"].items()
+    }
+    own = campaign.mechanism.parameters
+    values = {name: p.value for name, p in parameters.items() if name in own and own[name].is_free}
+    names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
+    records = {
+        name: RecordFit(
+            name=name, channels=_channels(r["channels"]), taken=Taken.from_dict(r["taken"]), **_kept(r, ESTIMATED)
+        )
+        for name, r in content["records"].items()
+    }
+    return Fit(
+        mechanism=campaign.mechanism.with_values(values),
+        parameters=parameters,
+        correlation_names=tuple(names),
+        correlation=_square(matrix, len(names)),
+        covariance=_square(content["covariance"]["matrix"], len(names)),
+        records=records,
+        stages=tuple(StageReport(free=tuple(s["free"]), **_kept(s, STAGE)) for s in content["stages"]),
+        outcome=FitOutcome[str(content["outcome"]["code"]).upper()],
+        warnings=tuple(content["warnings"]),
+        notes=tuple(content["notes"]),
+        provenance=content["provenance"],
+    )
+
+
+def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
+    return {quantity: _channel(_kept(own, tuple(own))) for quantity, own in entries.items()}
+
+
+def _channel(own: Mapping[str, Any]) -> ChannelFit:
+    runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
+    return ChannelFit(**{**own, "rejected_runs": runs})
+
+
+def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
+    return {k: math.nan if entries[k] is None and k in NUMBERS else entries[k] for k in keys}
+
+
+def _square(matrix: list[list[float | None]], size: int) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array(matrix, dtype=np.float64).reshape(size, size)
+
+
+def _refuse_changed(digests: Mapping[str, str], campaign: Campaign, path: Path) -> None:
+    """Compare the files as they are with those that were identified."""
+    files = [campaign.path, campaign.mechanism_path, *(r.data.path for r in campaign.records if r.data is not None)]
+    for file in files:
+        if digests.get(file.name, "") != file_digest(file):
+            raise InputFileError(f"{path}: {file} is not the file that was identified; identify anew")

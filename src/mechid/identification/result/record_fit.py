@@ -1,0 +1,100 @@
+"""How well one record is predicted at the end of a fit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import CampaignRecord, Match
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.identification.result.fit import ChannelFit, RecordFit
+from mechid.identification.search.gates import followed
+from mechid.signal.runs import runs_of
+from mechid.signal.trend import Line, fit_line
+from mechid.units import SI_UNIT
+
+FloatArray = NDArray[np.float64]
+
+
+def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
+    """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
+    target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
+    window = windows.get(record.name, (0, target.samples))
+    channels = _channels(record, target, problem, q, window)
+    leading = channels[record.leading]
+    floors = {match.quantity: noise_sigma(record, match) for match in record.estimated}
+    judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
+    follows = followed(problem, judged, q)
+    return RecordFit(
+        name=record.name,
+        use=record.use,
+        samples=window[1] - window[0],
+        fit_percent=leading.fit_percent,
+        residual_rms=leading.residual_rms,
+        noise_sigma=leading.noise_sigma,
+        offset=leading.offset,
+        drift=leading.drift,
+        prefilter_order=leading.prefilter_order,
+        rejected=leading.rejected,
+        horizon_s=max(follows - 1, 0) / target.base.sample_rate_hz,
+        channels=channels,
+    )
+
+
+def _channels(
+    record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int]
+) -> dict[str, ChannelFit]:
+    """Return how each channel is predicted, those that are only compared behind those that are fitted."""
+    others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
+    whole = replace(target, channels=(*target.channels, *others))
+    matches = {match.quantity: match for match in record.matches}
+    return {
+        channel.quantity: _channel(record, matches[channel.quantity], whole, channel, r, window)
+        for channel, r in zip(whole.channels, problem.misfit(whole, q, window), strict=True)
+    }
+
+
+def _channel(
+    record: CampaignRecord, match: Match, target: Target, channel: TargetChannel, r: FloatArray,
+    window: tuple[int, int],
+) -> ChannelFit:  # fmt: skip
+    first, stop = window
+    rejected = channel.rejected_within(window)
+    rms, line = _residual(channel, r, rejected)
+    spread = _spread(channel.measured[first:stop], line, rejected)
+    return ChannelFit(
+        unit=SI_UNIT[channel.quantity],
+        use=match.use if record.use == "estimate" else record.use,
+        fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
+        residual_rms=rms,
+        noise_sigma=noise_sigma(record, match),
+        offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
+        drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
+        quantisation=channel.rounding * math.sqrt(12.0),
+        prefilter_order=channel.order,
+        rejected=rejected.size,
+        rejected_runs=runs_of(channel.rejected),
+    )
+
+
+def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple[float, Line | None]:
+    """Return the RMS of measured minus model, and the line that was taken from it; NaN, None for a failed run."""
+    if not np.all(np.isfinite(r)):
+        return math.nan, None
+    line = fit_line(r, channel.linear, rejected)
+    line.take_from(r)
+    r[rejected] = 0.0
+    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), line
+
+
+def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:
+    """Return the RMS of measured - line - mean."""
+    own = measured.copy()
+    (line or Line()).take_from(own)
+    own -= np.delete(own, rejected).mean() if rejected.size else own.mean()
+    own[rejected] = 0.0
+    return float(np.linalg.norm(own)) / math.sqrt(max(own.size - rejected.size, 1))

@@ -1,0 +1,306 @@
+"""Gated horizons: a record counts only as far as the present model follows it.
+
+A small parameter error flips one stick/slip event and everything after it is meaningless; a fit
+through it drags the weak directions away. So each record is used up to its first divergence from the
+present model, and this horizon is found anew after every few steps of the solver. Inside the gates the
+cost is smooth, and better parameters move the next fault outward until all records are complete.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2
+
+from mechid.identification.computation.journal import Journal
+from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.solve import Solution, solve
+from mechid.signal.trend import Line, fit_line
+
+FloatArray = NDArray[np.float64]
+Horizons = dict[str, int]
+
+FLOOR_S = 0.015
+WINDOW_S = 0.005
+DIVERGED_AT = 4.0
+BEYOND_S = 0.08
+ROUNDS = 80
+SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
+"""Widths of the escape's draws, in standard deviations of the present posterior."""
+DRAWS = 32
+WINNERS = 3
+PATIENCE = 4
+"""Rounds without a new furthest reach after which something else is tried."""
+BLOCK = 65536
+"""Samples looked at in one go: what is worked out on the way does not grow with the record."""
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Where gated growth ended: coordinates, samples of each record followed, and whether all are."""
+
+    q: FloatArray
+    horizons: Mapping[str, int]
+    complete: bool
+    rounds: int
+
+    def reached(self, problem: Problem) -> float:
+        """Share of all samples that the model follows."""
+        return sum(self.horizons.values()) / sum(t.samples for t in problem.targets)
+
+
+def floors(problem: Problem) -> Horizons:
+    """Return the least horizon of each record: 15 ms, or one window past the first motion."""
+    return {t.name: _floor(t) for t in problem.targets}
+
+
+def _floor(target: Target) -> int:
+    """Return the least horizon by the channel that moves first."""
+    rate = target.base.sample_rate_hz
+    least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
+    return min(_first_motion(channel, least, window) for channel in target.channels)
+
+
+def _first_motion(channel: TargetChannel, least: int, window: int) -> int:
+    """Return the end of the window behind a channel's first motion, at least `least`, in samples."""
+    samples = channel.measured.size
+    rest = float(np.median(channel.measured[:least]))
+    for start in range(0, samples, BLOCK):
+        moving = np.abs(channel.measured[start : start + BLOCK] - rest) > 8.0 * channel.sigma
+        if moving.any():
+            return min(max(least, start + int(np.argmax(moving)) + window), samples)
+    return samples
+
+
+def horizon(
+    problem: Problem, target: Target, q: FloatArray, gate: int, floor: int, *, most: float = DIVERGED_AT
+) -> int:
+    """Return how many samples the model at `q` follows, at most twice the gate unless it is all of them.
+
+    It follows up to the first window whose mean square exceeds `most`, in sigmas squared, in any channel.
+
+    What is projected out is fitted up to the gate and continued: as an offset alone, which tells little of
+    a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
+    """
+    window = gate_window(target)
+    traces = [_Trace(channel, np.empty(target.samples), most) for channel in target.channels]
+    outputs = [problem.output(quantity) for quantity in target.quantities]
+    tested = 0
+    for block in problem.run(target, q, target.samples).blocks():
+        rows = slice(block.start, block.stop)
+        for trace, j in zip(traces, outputs, strict=True):
+            trace.residual[rows] = (block.y[:, j] - trace.channel.measured[rows]) / trace.channel.sigma
+        if not all(np.isfinite(trace.residual[block.stop - 1]) for trace in traces):
+            break
+        if block.stop < gate and block.stop < target.samples:
+            continue
+        if not tested:
+            for trace in traces:
+                trace.begin(min(gate, block.stop))
+        whole = (block.stop - tested) // window
+        good = min(trace.follows(tested, whole, window) for trace in traces)
+        tested += good * window
+        if good < whole:
+            break
+    else:
+        return target.samples
+    return max(min(tested, 2 * gate), floor)
+
+
+@dataclass
+class _Trace:
+    """Residual of a channel on its way, (n,) in sigmas, and what may be projected out of it."""
+
+    channel: TargetChannel
+    residual: FloatArray
+    most: float
+    lines: list[Line] = field(default_factory=list)
+
+    def begin(self, samples: int) -> None:
+        """Fit what is projected out, without drift and with it where that may be."""
+        rejected = self.channel.rejected_within((0, samples))
+        terms = range(1, self.channel.linear + 1)
+        self.lines = [fit_line(self.residual[:samples], n, rejected) for n in terms] or [Line()]
+
+    def follows(self, first: int, whole: int, window: int) -> int:
+        """Return how many windows in a row from `first` on the model follows, of so many; keep what followed all."""
+        good = [self._good_windows(line, first, whole * window, window) for line in self.lines]
+        self.lines = [line for line, count in zip(self.lines, good, strict=True) if count == whole]
+        return max(good)
+
+    def _good_windows(self, line: Line, first: int, samples: int, window: int) -> int:
+        step = max(BLOCK // window, 1) * window
+        for start in range(first, first + samples, step):
+            stop = min(start + step, first + samples)
+            off = self.residual[start:stop] - line.at(start, stop)
+            off[self.channel.rejected_within((start, stop))] = 0.0
+            bad = np.flatnonzero(np.mean(off.reshape(-1, window) ** 2, axis=1) > self._limit)
+            if bad.size:
+                return (start - first) // window + int(bad[0])
+        return samples // window
+
+    @property
+    def _limit(self) -> float:
+        """Mean square that is no chance: rounding alone may stand at 3 of its variances for as long as it likes."""
+        return max(self.most, DIVERGED_AT * (self.channel.rounding / self.channel.sigma) ** 2)
+
+
+def followed(problem: Problem, target: Target, q: FloatArray, *, most: float = DIVERGED_AT) -> int:
+    """Return how many samples the model at `q` follows, whatever comes after."""
+    gate = _floor(target)
+    while True:
+        found = horizon(problem, target, q, gate, 0, most=most)
+        if found <= gate or found == target.samples:
+            return found
+        gate = found
+
+
+def horizons_at(
+    problem: Problem,
+    q: FloatArray,
+    gates: Mapping[str, int],
+    least: Mapping[str, int],
+    *,
+    most: float = DIVERGED_AT,
+) -> Horizons:
+    """Return the horizon of every record at `q`."""
+    return {t.name: horizon(problem, t, q, gates[t.name], least[t.name], most=most) for t in problem.targets}
+
+
+def chance(problem: Problem) -> float:
+    """Return a mean square that white noise exceeds in one of 1e9 windows, in sigmas squared."""
+    return chance_of(min(map(gate_window, problem.targets)))
+
+
+def chance_of(samples: float) -> float:
+    """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
+    return float(chi2.isf(1e-9, samples)) / samples
+
+
+def gate_window(target: Target) -> int:
+    """Return how many samples a target's windows have, 5 ms of them."""
+    return max(int(WINDOW_S * target.base.sample_rate_hz), 4)
+
+
+def grow(
+    problem: Problem,
+    q: FloatArray,
+    rng: np.random.Generator,
+    progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
+    *,
+    most: float = DIVERGED_AT,
+    journal: Journal | None = None,
+) -> Growth:
+    """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    done, own = journal or Journal(), [identity(problem), most]
+    least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
+    gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
+    furthest, stalled = 0, 0
+    for rounds in range(1, ROUNDS + 1):
+        before = gates
+        q, gates, settled = done.step("growth round", [own, q, gates], partial(_round, problem, q, gates, least, most))
+        progress(q, gates)
+        if gates == whole:
+            return Growth(q, gates, True, rounds)
+        stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
+        furthest = max(furthest, sum(gates.values()))
+        if stalled >= PATIENCE or (settled and gates == before):
+            escaped = done.step("escape", [own, q, gates], partial(_escape, problem, q, gates, least, rng, most), rng)
+            if escaped is None or sum(escaped[1].values()) <= furthest:
+                return Growth(q, gates, False, rounds)
+            q, gates = escaped
+            stalled = 0
+    return Growth(q, gates, False, ROUNDS)
+
+
+def _followed_at(problem: Problem, q: FloatArray, least: Horizons, most: float) -> Horizons:
+    return {t.name: max(followed(problem, t, q, most=most), least[t.name]) for t in problem.targets}
+
+
+def _round(
+    problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float
+) -> tuple[FloatArray, Horizons, bool]:
+    """Return where some steps inside the gates lead, the horizons there, and whether that has settled."""
+    step = _some_steps(problem, q, gates)
+    settled = step.converged or np.array_equal(step.q, q)
+    return step.q, horizons_at(problem, step.q, gates, least, most=most), settled
+
+
+def _some_steps(problem: Problem, q: FloatArray, gates: Mapping[str, int]) -> Solution:
+    return solve(problem, q, {name: (0, n) for name, n in gates.items()}, steps=5, tolerance=1e-6)
+
+
+def _escape(
+    problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, rng: np.random.Generator, most: float
+) -> tuple[FloatArray, Horizons] | None:
+    """Draw from the present posterior, wider and wider, for a point that follows the records further.
+
+    Draws are simulated on the unfinished records some way past their gates. First those that go past a gate
+    by themselves are tried, refitted and as they are; then, while most of the records is still ahead, the one of
+    least cost of each width, refitted.
+    """
+    root = _posterior_root(problem, q, gates)
+    open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
+    draws = [
+        np.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T, problem.lower, problem.upper)
+        for scale in SCALES
+    ]
+
+    def longer(moved: FloatArray) -> tuple[FloatArray, Horizons] | None:
+        found = horizons_at(problem, moved, gates, least, most=most)
+        return (moved, found) if sum(found.values()) > sum(gates.values()) else None
+
+    for some in draws:
+        gains = [_gain_beyond(problem, open_targets, gates, draw, most) for draw in some]
+        for i in [i for i in np.argsort(gains, kind="stable")[::-1][:WINNERS] if gains[i] > 0]:
+            found = longer(_refitted(problem, some[i], gates, least, most)) or longer(some[i])
+            if found:
+                return found
+    if 2 * sum(gates.values()) > sum(t.samples for t in problem.targets):
+        return None
+    for some in draws:
+        costs = [_cost_beyond(problem, open_targets, gates, draw) for draw in some]
+        i = int(np.argmin(costs))
+        found = longer(_refitted(problem, some[i], gates, least, most)) if math.isfinite(costs[i]) else None
+        if found:
+            return found
+    return None
+
+
+def _refitted(problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float) -> FloatArray:
+    """Return a draw after some steps on as much of the records as it follows, at least up to the gates."""
+    own = horizons_at(problem, q, gates, least, most=most)
+    return _some_steps(problem, q, {name: max(gates[name], n) for name, n in own.items()}).q
+
+
+def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: FloatArray, most: float) -> int:
+    """Return how many samples more than the gates the model at `q` follows, 80 ms past them at most."""
+    gain = 0
+    for target in targets:
+        gate, past = gates[target.name], int(BEYOND_S * target.base.sample_rate_hz)
+        gain += min(horizon(problem, target.beginning(gate + past), q, gate, 0, most=most), gate + past) - gate
+    return gain
+
+
+def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatArray:
+    """Return a square root of the covariance at `q`, (n, n); what the gates do not show varies over its range."""
+    span = problem.upper - problem.lower
+    J = problem.joint(q, {name: (0, n) for name, n in gates.items()}).jacobian * span
+    _, s, Vt = np.linalg.svd(np.nan_to_num(J), full_matrices=False)
+    return np.asarray(span[:, None] * Vt.T / np.sqrt(s**2 + 1.0), dtype=np.float64)
+
+
+def _cost_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: FloatArray) -> float:
+    total = 0.0
+    for target in targets:
+        stop = min(gates[target.name] + int(BEYOND_S * target.base.sample_rate_hz), target.samples)
+        norm = problem.norm(target, q, (0, stop))
+        total += norm**2 if math.isfinite(norm) else math.inf
+    return total

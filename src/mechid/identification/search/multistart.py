@@ -1,0 +1,278 @@
+"""The multi-start: many short simulations from a box around the catalogue, the best ones refined.
+
+The cost surface of an oscillating mechanism is full of local minima; over the first tens of
+milliseconds it is tame. Points of a Sobol sequence fill the box of what a catalogue may be wrong
+by (each parameter's declared spread or typical share), robustly costed on the first window of all
+records; the best are refined on the same window.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache, partial
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.space import Coordinate, SearchSpace
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.solve import descend
+from mechid.parameter import Declaration
+
+FloatArray = NDArray[np.float64]
+
+WINDOW_S = 0.06
+POINTS = 2048
+CHUNK = 64
+STARTS = 16
+BATCH = 4
+"""Starts refined together; mostly the first batch holds the answer."""
+STEPS, FURTHER_STEPS = 24, 48
+GOOD = 2.0
+"""Robust cost a sample, in sigmas squared, at which the first window counts as explained."""
+ROBUST_SIGMAS = 20.0
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A point of the multi-start, its robust cost over the first window and, once refined, that cost's Jacobian."""
+
+    q: FloatArray
+    cost: float
+    jacobian: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+
+
+def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
+    """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
+    unit = qmc.Sobol(space.size, scramble=True, rng=np.random.default_rng(seed)).random(points)
+    rows = [space.start] + [_point(space, u) for u in unit[1:]]
+    return np.array(rows)
+
+
+def _point(space: SearchSpace, unit: FloatArray) -> FloatArray:
+    """Map a point of the unit cube into the box; shares of a scale need the scale's own parameters first."""
+    q = space.start.copy()
+    late = [j for j, c in enumerate(space.coordinates) if _declared(space, c).typical]
+    for j, c in enumerate(space.coordinates):
+        if j not in late:
+            q[j] = _within_spread(space, c, unit[j])
+    scales = _scales(space, q)
+    for j in late:
+        q[j] = _typical_share(space, j, unit, scales)
+    return space.clip(q)
+
+
+def _declared(space: SearchSpace, c: Coordinate) -> Declaration:
+    return space.mechanism.parameters[c.name].declaration
+
+
+def _within_spread(space: SearchSpace, c: Coordinate, u: float) -> float:
+    value, spread = space.mechanism.parameters[c.name].value, _declared(space, c).spread
+    if c.kind == "log":
+        middle, half = math.log(value), math.log(spread)
+        return min(max(middle + (2.0 * u - 1.0) * half, c.lower), c.upper)
+    if math.isfinite(c.lower) and math.isfinite(c.upper):
+        return c.lower + u * (c.upper - c.lower)
+    return float(value * spread ** (2.0 * u - 1.0))
+
+
+def _scales(space: SearchSpace, q: FloatArray) -> dict[str, float]:
+    """Return the value of every scale expression at a point."""
+    mechanism = space.mechanism
+    values = {**{name: mechanism.value(name) for name in mechanism.parameters}, **space.values(q)}
+    masters = [mechanism.parameters[name].tied_to or name for name in mechanism.parameters]
+    texts = tuple(sorted({d.typical[0] for c in space.coordinates if (d := _declared(space, c)).typical}))
+    symbols = tuple(p.declaration.symbol for p in mechanism.parameters.values())
+    return dict(zip(texts, _scale_function(symbols, texts)(*(values[name] for name in masters)), strict=True))
+
+
+@lru_cache(maxsize=8)
+def _scale_function(symbols: tuple[str, ...], texts: tuple[str, ...]) -> Callable[..., list[float]]:
+    named = {name: sp.Symbol(name) for name in symbols}
+    compiled: Callable[..., list[float]] = sp.lambdify(
+        list(named.values()), [sp.sympify(text, locals=named) for text in texts], modules="math"
+    )
+    return compiled
+
+
+def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[str, float]) -> float:
+    c = space.coordinates[j]
+    typical = _declared(space, c).typical
+    assert typical is not None
+    text, least, most = typical
+    scale, u = scales[text], unit[j]
+    if c.kind in ("cosine", "sine"):
+        first = j if c.kind == "cosine" else j - 1
+        radius, turn = most * scale * math.sqrt(unit[first]), 2.0 * math.pi * unit[first + 1]
+        return radius * (math.cos(turn) if c.kind == "cosine" else math.sin(turn))
+    value = scale * (least * (most / least) ** u if least > 0.0 else most * u)
+    return math.log(value) if c.kind == "log" else value
+
+
+def _first_samples(target: Target) -> int:
+    return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
+
+
+def _first_energy(target: Target) -> float:
+    """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
+    n = _first_samples(target)
+    return sum(float(np.var(c.measured[:n])) * n / c.sigma**2 for c in target.channels)
+
+
+def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
+    """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
+    stop = _first_samples(target)
+    series = []
+    for channel, y in zip(target.channels, problem.predict(target, q, stop), strict=True):
+        r = (y - channel.measured[:stop]) / channel.sigma
+        r = r - np.median(r) if channel.linear else r
+        r[channel.rejected_within((0, stop))] = 0.0
+        series.append(r)
+    return series[0] if len(series) == 1 else np.concatenate(series)
+
+
+def robust_cost(residual: FloatArray) -> float:
+    """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
+    if not np.all(np.isfinite(residual)):
+        return math.inf
+    square = (residual / ROBUST_SIGMAS) ** 2
+    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
+
+
+def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
+    """Return the robust cost of `targets` at `q`, or inf as soon as it is known to exceed `cap`."""
+    total = 0.0
+    for target in targets:
+        total += robust_cost(first_residual(problem, target, q))
+        if total > cap:
+            return math.inf
+    return total
+
+
+def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
+    """Return the triangle whose norm squared is the robust cost at `q` and whose gradient is that cost's.
+
+    Each sample is weighted as its distance deserves, and the median's derivative is taken for the mean's.
+    """
+    R = np.zeros((1 + problem.size, 1 + problem.size))
+    cost, samples = 0.0, 0
+    for target in problem.targets:
+        rows = _first_rows(problem, target, q)
+        cost += robust_cost(rows[0])
+        rows *= (1.0 + (rows[0] / ROBUST_SIGMAS) ** 2) ** -0.25
+        absorb(R, rows, rows.shape[1])
+        samples += rows.shape[1]
+    weighted = finished(R, 0, samples)
+    jacobian = weighted.jacobian
+    jacobian[0] *= weighted.norm / max(math.sqrt(cost), 1e-300)
+    return Triangle(math.sqrt(cost), jacobian, samples)
+
+
+def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
+    """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
+    stop = _first_samples(target)
+    whole = np.empty((1 + problem.size, len(target.channels) * stop))
+    parts = np.split(whole, len(target.channels), axis=1)
+    for block in problem.run(target, q, stop, jacobian=True).blocks():
+        place = slice(block.start, block.stop)
+        for channel, rows in zip(target.channels, parts, strict=True):
+            rows[0, place] = block.y[:, problem.output(channel.quantity)] - channel.measured[place]
+            rows[1:, place] = problem.jacobian_block(target, channel, block, block.stop - block.start).T
+    for channel, rows in zip(target.channels, parts, strict=True):
+        np.divide(rows, channel.sigma, out=rows)
+        if channel.linear:
+            rows[0] -= np.median(rows[0])
+            rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
+        rows[:, channel.rejected_within((0, stop))] = 0.0
+    return whole
+
+
+def multistart(
+    problem: Problem,
+    seed: int,
+    workers: int,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    journal: Journal | None = None,
+) -> list[Candidate]:
+    """Return the best of all sampled points in order of robust cost, not yet refined."""
+    noted, own = journal or Journal(), identity(problem)
+    mechanism_points = sample_box(problem.space, POINTS, seed)
+    tail = problem.start[problem.space.size :]
+    points = [np.concatenate([row, tail]) for row in mechanism_points]
+    costs: list[float] = []
+    cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    for first in range(0, POINTS, CHUNK):
+        some = points[first : first + CHUNK]
+        cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
+        costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
+        progress(first + len(some), POINTS)
+    order = np.argsort(costs, kind="stable")
+    return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
+
+
+def candidates(
+    problem: Problem, starts: Sequence[Candidate], workers: int, journal: Journal | None = None
+) -> Iterator[Candidate]:
+    """Refine the starts batch by batch, and yield each place they come to once.
+
+    Those that explain the first window come as soon as their batch is refined, in order of cost. The others
+    come last, refined further: most are on their way along the valley of coil resistance, inductance and
+    torque constant, and growth from where they stop on it fails.
+    """
+    enough = GOOD * sum(_first_samples(t) * len(t.channels) for t in problem.targets)
+    noted = journal or Journal()
+    seen: list[Candidate] = []
+    left: list[Candidate] = []
+    for batch in _batches(starts):
+        refined = _refined(problem, batch, STEPS, workers, noted)
+        left += [c for c in refined if c.cost > enough]
+        yield from _unseen([c for c in refined if c.cost <= enough], seen)
+    for batch in _batches(sorted(left, key=lambda c: c.cost)):
+        yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers, noted), seen)
+
+
+def _batches(some: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+    return (some[first : first + BATCH] for first in range(0, len(some), BATCH))
+
+
+def _refined(
+    problem: Problem, starts: Sequence[Candidate], steps: int, workers: int, journal: Journal
+) -> list[Candidate]:
+    """Return candidates refined, in order of cost; those that cannot be simulated are dropped."""
+
+    def work() -> list[dict[str, object]]:
+        return [dict(vars(c)) for c in mapped(partial(refine, problem, steps=steps), starts, workers)]
+
+    inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
+    refined = [Candidate(**c) for c in journal.step("starts refined", inputs, work)]
+    return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
+
+
+def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:
+    """Yield those that are more than a tenth of a sigma from all `seen`, and count them as seen."""
+    for candidate in found:
+        if all(np.linalg.norm(other.jacobian @ (candidate.q - other.q)) > 0.1 for other in seen):
+            seen.append(candidate)
+            yield candidate
+
+
+def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
+    """Return a candidate after some robust trust-region steps over the first window."""
+    found = descend(
+        lambda q: math.sqrt(capped_cost(problem, q, targets=problem.targets)),
+        lambda q: robust_triangle(problem, q),
+        candidate.q,
+        (problem.lower, problem.upper),
+        steps=steps,
+        tolerance=1e-8,
+    )
+    return Candidate(found.q, found.triangle.cost, found.triangle.jacobian)

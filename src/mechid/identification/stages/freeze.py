@@ -1,0 +1,95 @@
+"""Freezing of parameters that a dependence ruins: one held, the rest refitted, and what that did to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.identifiability.dependence import Dependence, worst_dependence
+from mechid.identification.identifiability.verdict import seen_coordinates
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.result.ending import Frozen
+from mechid.identification.result.fit import FitOutcome
+from mechid.identification.stages.trail import Trail, joint_fit
+
+FloatArray = NDArray[np.float64]
+
+
+def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> None:
+    """Hold one parameter after another until no dependence ruins an estimate; each is noted in `held`.
+
+    With freezing switched off the first is told and nothing held. A parameter is held at the file's value.
+    """
+    for _ in campaign.mechanism.free:
+        problem, q = trail.problem, trail.q
+        triangle = problem.joint(q, trail.windows)
+        if not np.all(np.isfinite(triangle.jacobian)):
+            break
+        counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
+        found = worst_dependence(problem, q, triangle, counted, campaign.options)
+        if found is None:
+            break
+        if not campaign.options.freeze:
+            trail.warnings.append(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
+            break
+        held.append(_hold(trail, campaign, found, triangle))
+
+
+def _hold(trail: Trail, campaign: Campaign, found: Dependence, triangle: Triangle) -> Frozen:
+    """Refit without the parameter that the dependence gives up."""
+    before, was = trail.problem, trail.q
+    parameter = campaign.mechanism.parameters[found.held]
+    names = [p.name for p in before.space.mechanism.free if p.name != found.held]
+    values = _carried(before, was, triangle, found, parameter.value)
+    trail.problem, trail.q = without(before, was, names, {**values, found.held: parameter.value})
+    solution = joint_fit(trail, f"{found.held} held", tuple(names))
+    if not solution.converged:
+        trail.outcome = FitOutcome.NOT_CONVERGED
+    reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
+    return Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, trail))
+
+
+def _carried(
+    problem: Problem, q: FloatArray, triangle: Triangle, found: Dependence, held_at: float
+) -> dict[str, float]:
+    """Return where the others of a dependence go when one is held elsewhere, so that the records hardly change.
+
+    By powers, which is exact for a product or a ratio; a value at zero or of another sign stays.
+    """
+    others = [name for name in found.involved if name != found.held]
+    now = problem.space.values(q[: problem.space.size])
+    if not others or now[found.held] * held_at <= 0.0:
+        return {}
+    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
+    J = triangle.jacobian[:, : problem.space.size] @ np.linalg.pinv(slopes) * [now[n] for n in names]
+    powers = np.linalg.lstsq(J[:, [names.index(n) for n in others]], -J[:, names.index(found.held)], rcond=None)[0]
+    limits = problem.space.mechanism.parameters
+    moved = {n: now[n] * (held_at / now[found.held]) ** float(k) for n, k in zip(others, powers, strict=True)}
+    return {n: min(max(value, limits[n].min), limits[n].max) for n, value in moved.items()}
+
+
+def without(
+    problem: Problem, q: FloatArray, free: Sequence[str], values: dict[str, float]
+) -> tuple[Problem, FloatArray]:
+    """Return the problem, and its point, with only some parameters of the mechanism free, others at `values`."""
+    here = problem.space.at(q[: problem.space.size]).with_values(values)
+    space = SearchSpace(here.with_free(tuple(free)), problem.space.polar)
+    return replace(problem, space=space), np.concatenate([space.start, q[problem.space.size :]])
+
+
+def _shifts(before: Problem, was: FloatArray, trail: Trail) -> str:
+    """Say how far the others have moved by it."""
+    old = before.space.values(was[: before.space.size])
+    new = trail.problem.space.values(trail.q[: trail.problem.space.size])
+    moved = [
+        f"{name} by {100.0 * (new[name] / old[name] - 1.0):+.2g} %"
+        for name in new
+        if name in old and old[name] != 0.0 and abs(new[name] / old[name] - 1.0) > 1e-4
+    ]
+    return "this moved " + ", ".join(moved) if moved else "no other moved by more than 0.01 %"

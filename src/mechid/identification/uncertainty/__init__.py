@@ -1,0 +1,1 @@
+"""Noise, covariances and standard errors of an estimate, and where they hold only locally."""

@@ -1,0 +1,72 @@
+"""What the uncertainty of parameters held for a dependence adds to the covariance of the others.
+
+Consider covariance: an error c of a held parameter moves the estimate by -P J^T J_c c, with P the covariance of the
+estimated ones, J their derivatives and J_c that of the held one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.result.ending import Frozen
+from mechid.parameter import Status
+
+FloatArray = NDArray[np.float64]
+
+
+def consider_covariance(
+    problem: Problem, q: FloatArray, windows: Windows, held: Sequence[Frozen], names: Sequence[str], white: FloatArray
+) -> FloatArray:
+    """Return what the held parameters' sigmas add, (k, k), in the file's coordinates and units.
+
+    Parameters
+    ----------
+    problem : Problem
+        In which they are held.
+    q : (n,)
+    windows : mapping of record to (first, stop)
+    held : sequence of Frozen
+        Those without sigma add nothing.
+    names : sequence of str, (k,)
+        The estimated parameters.
+    white : (k, k)
+        Their covariance, in the file's coordinates and units.
+    """
+    total = np.zeros_like(white)
+    for parameter in held:
+        if parameter.sigma:
+            moved = _moved_by(problem, q, windows, parameter.name, names, white) * parameter.sigma
+            total += np.outer(moved, moved)
+    return total
+
+
+def file_slopes(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
+    """Return the names of all free parameters, (m,), and d(value)/dq, (m, n), time offsets included."""
+    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
+    delays = problem.names[problem.space.size :]
+    whole = np.zeros((len(names) + len(delays), problem.size))
+    whole[: len(names), : problem.space.size] = slopes
+    whole[len(names) :, problem.space.size :] = np.eye(len(delays))
+    return (*names, *delays), whole
+
+
+def _moved_by(
+    problem: Problem, q: FloatArray, windows: Windows, held: str, names: Sequence[str], white: FloatArray
+) -> FloatArray:
+    """Return how far the estimates move for each unit of the held parameter, (k,)."""
+    mechanism = problem.space.at(q[: problem.space.size])
+    pairs = {name: p.amplitude for p in mechanism.plant.polar_pairs for name in (p.amplitude, p.phase)}
+    polar = problem.space.polar | ({pairs[held]} if held in pairs else frozenset())
+    freed = replace(mechanism.parameters[held], status=Status.FREE)
+    wider = replace(problem, space=SearchSpace(mechanism.with_parameters({held: freed}), polar))
+    here = np.concatenate([wider.space.start, q[problem.space.size :]])
+    every, slopes = file_slopes(wider, here)
+    by_file = wider.joint(here, windows).jacobian @ np.linalg.pinv(slopes)
+    J, J_c = by_file[:, [every.index(n) for n in names]], by_file[:, every.index(held)]
+    return np.asarray(-white @ (J.T @ J_c), dtype=np.float64)

@@ -1,0 +1,157 @@
+"""Whether the cost around an estimate is what its derivatives say: draws from the covariance, simulated again.
+
+A touch of zero speed that does or does not stick is a cliff in the likelihood, often within one standard error.
+A covariance from derivatives knows nothing of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.simulation.simulator import Block
+
+FloatArray = NDArray[np.float64]
+DRAWS = 30
+DEPARTURE = 1.0
+"""Sigmas squared by which the cost of a draw may differ from the quadratic."""
+TOLD_BY = 1.1
+"""Factor by which a standard error grows without a record that tells of its parameter."""
+
+APART = 2.5
+"""Standard deviations of the difference of two means of draws from which it is no chance."""
+
+
+@dataclass(frozen=True)
+class Departure:
+    """Where the cost of some draws is not the quadratic: record, first instant in s, how many draws, how far.
+
+    `across` are the parameters, by dotted name, that the draws concerned have elsewhere than the others.
+    """
+
+    record: str
+    instant_s: float
+    draws: int
+    excess: float
+    across: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        """Say it in a few words."""
+        return f"record {self.record} at {self.instant_s:.6g} s"
+
+
+def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: FloatArray, seed: int) -> list[Departure]:
+    """Return the records whose cost departs from the quadratic in some of 30 draws from the covariance.
+
+    Parameters
+    ----------
+    problem : Problem
+    q : (n,)
+        The estimate.
+    windows : mapping of record to (first, stop)
+    covariance : (n, n)
+        In search coordinates, zero where nothing is estimated.
+    seed : int
+    """
+    used = [t for t in problem.targets if t.name in windows]
+    triangles = problem.triangles(q, windows)
+    points = _drawn(problem, q, covariance, seed)
+    excess = _excess(problem, q, windows, triangles, points)
+    total = np.abs(excess.sum(axis=1)) > DEPARTURE
+    found = []
+    for k, target in enumerate(used):
+        off = total & (np.abs(excess[:, k]) > DEPARTURE / len(used))
+        if off.any():
+            worst = int(np.argmax(np.abs(excess[:, k]) * off))
+            instant = _instant(problem, target, q, points[worst], windows[target.name])
+            across = _across(problem, points, off, covariance)
+            found.append(Departure(target.name, instant, int(off.sum()), float(excess[worst, k]), across))
+    return found
+
+
+def told_by(
+    problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: NDArray[np.bool_]
+) -> tuple[str, ...]:
+    """Return the parameters, by dotted name, whose standard error rests on some records."""
+    rest: Mapping[str, tuple[int, int]] = {name: w for name, w in windows.items() if name not in records}
+    every = _information(problem.triangles(q, windows), problem.size)[np.ix_(counted, counted)]
+    other = _information(problem.triangles(q, rest), problem.size)[np.ix_(counted, counted)]
+    scale = np.sqrt(np.maximum(np.diag(every), 1e-300))
+    every, other = every / np.outer(scale, scale), other / np.outer(scale, scale)
+    size = np.diag(np.linalg.pinv(every, hermitian=True))
+    without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
+    names = np.array(problem.names)[counted]
+    return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
+
+
+def _across(problem: Problem, points: FloatArray, off: NDArray[np.bool_], covariance: FloatArray) -> tuple[str, ...]:
+    """Return the parameters whose mean over the draws concerned differs from that of the others by more than chance."""
+    if off.all():
+        return ()
+    sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
+    apart = np.abs(points[off].mean(axis=0) - points[~off].mean(axis=0))
+    return _with_phases(problem, np.array(problem.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
+
+
+def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
+    """Return names, each once, a detent's phase beside its amplitude where both are searched together."""
+    partners = {c.name: c.partner for c in problem.space.coordinates if c.partner}
+    once = tuple(dict.fromkeys(names))
+    return once + tuple(partners[name] for name in once if name in partners)
+
+
+def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -> FloatArray:
+    """Return the draws, (DRAWS, n), within the bounds."""
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    steps = np.random.default_rng((seed, 30)).standard_normal((DRAWS, q.size)) @ root.T
+    return np.asarray(np.clip(q + steps, problem.lower, problem.upper), dtype=np.float64)
+
+
+def _excess(
+    problem: Problem, q: FloatArray, windows: Windows, triangles: Sequence[Triangle], points: FloatArray
+) -> FloatArray:
+    """Return how far each record's cost at each point exceeds the quadratic, (points, records) in sigmas squared."""
+    used = [t for t in problem.targets if t.name in windows]
+    promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
+    tasks = [(point, t) for t in sorted(used, key=lambda t: -windows[t.name][1]) for point in points]
+    norms = mapped(lambda task: problem.norm(task[1], task[0], windows[task[1].name]), tasks, problem.workers)
+    of_record = dict(zip((t.name for _, t in tasks[:: len(points)]), np.reshape(norms, (len(used), -1)), strict=True))
+    found = np.square([of_record[t.name] for t in used]).T
+    return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
+
+
+def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:
+    """Return when any channel at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
+    there = problem.run(target, point, window[1]).blocks()
+    first, largest = window[0], 0.0
+    for here, other in zip(problem.run(target, q, window[1], jacobian=True).blocks(), there, strict=True):
+        n = here.stop - max(here.start, window[0])
+        if n <= 0:
+            continue
+        off = np.max([_off(problem, target, c, here, other, point - q, n) for c in target.channels], axis=0)
+        if off.max() > largest:
+            first, largest = here.stop - n + int(np.argmax(off > min(1.0, off.max() * 0.999))), float(off.max())
+        if largest > 1.0:
+            break
+    return target.base.start_s + first / target.base.sample_rate_hz
+
+
+def _off(
+    problem: Problem, target: Target, channel: TargetChannel, here: Block, other: Block, step: FloatArray, n: int
+) -> FloatArray:
+    """Return how far a channel is from what its derivatives say, (n,) in sigmas."""
+    j = problem.output(channel.quantity)
+    expected = here.y[-n:, j] + problem.jacobian_block(target, channel, here, n) @ step
+    return np.nan_to_num(np.abs(other.y[-n:, j] - expected) / channel.sigma, nan=np.inf)
+
+
+def _information(triangles: Sequence[Triangle], size: int) -> FloatArray:
+    return np.asarray(sum((t.jacobian.T @ t.jacobian for t in triangles), np.zeros((size, size))), dtype=np.float64)

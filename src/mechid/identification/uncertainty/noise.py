@@ -1,0 +1,193 @@
+"""Noise of each channel of each record: held at its floor during the search, released at the end."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.gates import chance_of, gate_window
+from mechid.identification.uncertainty.covariance import residual
+from mechid.signal import effective_samples
+from mechid.signal.autoregression import fit_autoregression
+from mechid.signal.spikes import isolated_spikes, outliers
+from mechid.units import unit_words
+
+FloatArray = NDArray[np.float64]
+MISFIT = 1.2
+FAR_OFF = 6.0
+"""Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
+MOSTLY_ROUNDING = 0.5
+"""Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
+QUIETER = 0.99
+"""Share of a prefilter's noise below which another one is much better."""
+MOST_REJECTED = 0.01
+"""Share of a record beyond which what is far off is no spike."""
+
+
+def released(problem: Problem, q: FloatArray, windows: Windows, options: IdentifyOptions, said: list[str]) -> Problem:
+    """Return the problem with the residual RMS of each record's channels as their sigma, unless that is a misfit.
+
+    A channel whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not
+    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it; one
+    that is mainly rounding only where they ask for it.
+    No sigma falls below that of the resolution that is declared: a standstill tells nothing of what is within it.
+    """
+    targets = [
+        _released(problem, t, q, windows[t.name], options, said) if t.name in windows else t for t in problem.targets
+    ]
+    return replace(problem, targets=tuple(targets))
+
+
+def _released(
+    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], options: IdentifyOptions, said: list[str]
+) -> Target:
+    series = residual(problem, target, q, window)
+    channels = [
+        _released_channel(target, c, r, window, options, said) for c, r in zip(target.channels, series, strict=True)
+    ]
+    return replace(target, channels=tuple(channels))
+
+
+def _released_channel(
+    target: Target, channel: TargetChannel, r: FloatArray, window: tuple[int, int], options: IdentifyOptions,
+    said: list[str],
+) -> TargetChannel:  # fmt: skip
+    rejected = channel.rejected_within(window).size
+    rms = float(np.linalg.norm(r)) / math.sqrt(float(max(r.size - rejected, 1)))
+    fits = rms <= MISFIT * channel.sigma
+    if not fits:
+        unit, alone = unit_words(channel.quantity), len(target.channels) == 1
+        what, whose = ("", "record's") if alone else (f" of {channel.quantity}", "channel's")
+        said.append(
+            f"record {target.name}: the residual{what} is {rms:.3g} {unit} RMS, {rms / channel.sigma:.2f} times the "
+            f"{whose} noise floor {channel.sigma:.3g} {unit}: the model lacks something that this record contains, or "
+            "its noise is coloured"
+        )
+    found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
+    own = fits and found.rounded <= MOSTLY_ROUNDING
+    if options.colour == "none" or (options.colour == "auto" and not own):
+        return found
+    colour = fit_autoregression(r, rejected=channel.rejected_within(window))
+    return replace(found, prefilter=colour) if colour.order else found
+
+
+def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+    """Return the problem with prefilters of what `q` leaves; the same one where none is much better than before.
+
+    Before the first whitening the estimates err by what the colour costs, and that is in the residual too.
+    """
+    targets = tuple(
+        _whitened_again(problem, t, q, windows[t.name]) if t.name in windows else t for t in problem.targets
+    )
+    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
+    return replace(problem, targets=targets) if changed else problem
+
+
+def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> Target:
+    if not any(c.prefilter for c in target.channels):
+        return target
+    series = residual(problem, target, q, window)
+    found = [
+        replace(c, prefilter=fit_autoregression(r, rejected=c.rejected_within(window))) if c.prefilter else c
+        for c, r in zip(target.channels, series, strict=True)
+    ]
+    quieter = any(
+        new.prefilter.sigma < QUIETER * old.prefilter.sigma
+        for old, new in zip(target.channels, found, strict=True)
+        if old.prefilter and new.prefilter
+    )
+    return replace(target, channels=tuple(found)) if quieter else target
+
+
+def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
+    """Return the problem with each misfit record at its own residual's RMS, to judge whether `q` follows it.
+
+    What a model lacks is in the residual throughout: against the floor every stretch would count as lost. A coloured
+    residual is worth fewer samples, so a short stretch of it scatters more: the RMS grows by what chance allows more.
+    """
+    return replace(problem, targets=tuple(_by_own_residual(problem, t, q) for t in problem.targets))
+
+
+def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
+    series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
+    window = gate_window(target)
+    return target.each(lambda channel: _channel_by_own_residual(channel, series[channel.quantity], window))
+
+
+def _channel_by_own_residual(channel: TargetChannel, r: FloatArray, window: int) -> TargetChannel:
+    if not np.all(np.isfinite(r)):
+        return channel
+    rms = float(np.linalg.norm(r)) / math.sqrt(max(r.size - channel.rejected.size, 1))
+    if rms <= MISFIT * channel.sigma and channel.prefilter is None:
+        return channel
+    worth = max(window * effective_samples(r) / r.size, 1.0)
+    return replace(channel, sigma=rms * math.sqrt(chance_of(worth) / chance_of(window)))
+
+
+def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) -> Target:
+    """Return a target with no channel's sigma below the RMS of its residual at `q`."""
+    series = dict(zip(target.quantities, residual(problem, target, q, (0, target.samples)), strict=True))
+
+    def own(channel: TargetChannel) -> TargetChannel:
+        r = series[channel.quantity]
+        counted = max(r.size - channel.rejected.size, 1)
+        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(counted)))
+
+    return target.each(own)
+
+
+def without_spikes(target: Target) -> Target:
+    """Return a target without single samples far off their neighbours, which are bridged for the search."""
+    return target.each(_without_spikes)
+
+
+def _without_spikes(channel: TargetChannel) -> TargetChannel:
+    spikes = isolated_spikes(channel.measured, channel.sigma)
+    if not spikes.size:
+        return channel
+    kept = np.delete(np.arange(channel.measured.size), spikes)
+    measured = channel.measured.copy()
+    measured[spikes] = np.interp(spikes, kept, channel.measured[kept])
+    return replace(channel, measured=measured, rejected=np.union1d(channel.rejected, spikes))
+
+
+def without_outliers(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
+    """Return the problem without the samples that a fit has shown to be far off; the same where there are none."""
+    targets = tuple(_without_outliers(problem, t, q, windows.get(t.name)) for t in problem.targets)
+    unchanged = all(a is b for a, b in zip(targets, problem.targets, strict=True))
+    return problem if unchanged else replace(problem, targets=targets)
+
+
+def _without_outliers(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int] | None) -> Target:
+    if window is None:
+        return target
+    series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+
+    def kept(channel: TargetChannel) -> TargetChannel:
+        new = outliers(series[channel.quantity], FAR_OFF) + window[0]
+        if not 0 < new.size <= MOST_REJECTED * target.samples:
+            return channel
+        return replace(channel, rejected=np.union1d(channel.rejected, new))
+
+    return target.each(kept)
+
+
+def rejection_warnings(problem: Problem) -> list[str]:
+    """Say how many samples of each record do not count, and where the first are."""
+    lines = []
+    for t in problem.targets:
+        for c in t.channels:
+            spikes = np.setdiff1d(c.rejected, c.bridged)
+            if not spikes.size:
+                continue
+            instants = ", ".join(f"{t.base.start_s + k / t.base.sample_rate_hz:.6g}" for k in spikes[:5].tolist())
+            more = ", ..." if spikes.size > 5 else ""
+            what = "samples" if len(t.channels) == 1 else f"samples of {c.quantity}"
+            lines.append(f"record {t.name}: {spikes.size} {what} rejected as spikes, at {instants}{more} s")
+    return lines

@@ -1,0 +1,45 @@
+"""Files that are there whole or as they were; truth: what stood there before."""
+
+import pytest
+
+from mechid.errors import UsageError
+from mechid.writing import writable, write_together, write_whole
+
+
+def test_a_file_is_as_it_was_where_writing_fails(tmp_path):
+    path = tmp_path / "record.csv"
+    path.write_text("before")
+
+    def rows():
+        yield "half"
+        raise ValueError("lost")
+
+    with pytest.raises(ValueError, match="lost"):
+        write_whole(path, rows())
+    assert path.read_text() == "before"
+    assert list(tmp_path.iterdir()) == [path]
+    write_whole(path, ["a\n", "b\n"])
+    assert path.read_bytes() == b"a\nb\n"
+
+
+def test_several_files_are_replaced_when_all_are_whole(tmp_path):
+    folder = tmp_path / "made" / "with parents"
+    assert write_together(folder, {"a.json": "1", "b.csv": "2"}) == [folder / "a.json", folder / "b.csv"]
+    with pytest.raises(UnicodeEncodeError):
+        write_together(folder, {"a.json": "3", "b.csv": "\udcff"})
+    assert {path.name: path.read_text() for path in folder.iterdir()} == {"a.json": "1", "b.csv": "2"}
+
+
+def test_the_first_file_named_is_the_first_to_be_replaced(tmp_path):
+    """Truth: a folder that stands in the second one's place stops that one alone."""
+    (tmp_path / "b.csv").mkdir()
+    with pytest.raises(UsageError, match=r"cannot be written to \(.+\); give another folder$"):
+        write_together(tmp_path, {"a.json": "1", "b.csv": "2"})
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.json", "b.csv"]
+
+
+def test_a_folder_that_cannot_be_made_is_the_users_error(tmp_path):
+    (tmp_path / "file").write_text("")
+    refused = pytest.raises(UsageError, match=r"file/x: cannot be written to \(.+\); give another folder$")
+    with refused, writable(tmp_path / "file" / "x"):
+        raise AssertionError("not reached")
