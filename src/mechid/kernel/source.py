@@ -13,46 +13,11 @@ from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
 
 GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py", "schedule.py")
-TEMPLATES = ("places", "filter", "guards", "lanes", "switches", "loop")
-"""The texts that are the same for all plants, in the order in which a kernel needs them."""
+TEMPLATES = ("numbers", "places", "filter", "guards", "lanes", "switches", "loop")
+"""The texts that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
+the first."""
 TERMS = 48
 """Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
-
-SINCOS = '''
-@njit(**INNER)
-def sincos(angle):
-    """Sine and cosine to 1e-16 for |angle| < 1e6: reduction by pi/2 in three parts, then series."""
-    turns = math.floor(angle * 0.6366197723675814 + 0.5)
-    r = ((angle - turns * 1.5707963267341256) - turns * 6.077100506303966e-11) - turns * 2.0222662487959506e-21
-    q = r * r
-    s = r + r * q * (-1.66666666666666324348e-01 + q * (8.33333333332248946124e-03 + q * (
-        -1.98412698298579493134e-04 + q * (2.75573137070700676789e-06 + q * (
-            -2.50507602534068634195e-08 + q * 1.58969099521155010221e-10)))))
-    c = 1.0 - 0.5 * q + q * q * (4.16666666666666019037e-02 + q * (-1.38888888888741095749e-03 + q * (
-        2.48015872894767294178e-05 + q * (-2.75573143513906633035e-07 + q * (
-            2.08757232129817482790e-09 + q * -1.13596475577881948265e-11)))))
-    quadrant = int(turns) & 3
-    if quadrant & 1:
-        s, c = c, -s
-    return (-s, -c) if quadrant & 2 else (s, c)
-
-
-@njit(**INNER, fastmath=FAST, forceinline=True)
-def turned(s, c, angle):
-    """Sine and cosine after a small turn, to 1e-15; a large one goes by `sincos`."""
-    if abs(angle) > 0.1:
-        sine, cosine = sincos(angle)
-        return s * cosine + c * sine, c * cosine - s * sine
-    q = angle * angle
-    qq = q * q
-    sine = (-1.0 / 6.0 + q * (1.0 / 120.0)) - qq * (1.0 / 5040.0)
-    versine = (0.5 - q * (1.0 / 24.0)) + qq * (1.0 / 720.0 - q * (1.0 / 40320.0))
-    by_s, by_c = s * angle, c * angle
-    return ((s + by_c) + (by_c * q) * sine) - (s * q) * versine, ((c - by_s) - (by_s * q) * sine) - (c * q) * versine
-
-
-'''
-
 
 def lanes_for(parameters: int) -> int:
     """Return the lane count for so many directions: whole groups, at least four of them."""
@@ -86,9 +51,10 @@ def generate(plant: Plant, lanes: int) -> str:
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
-    body = "\n\n".join([*functions, *map(_template, TEMPLATES)])
+    first, *others = map(_template, TEMPLATES)
+    body = "\n\n".join([first, *functions, *others])
     names = _place_lines(parts, body)
-    return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n" + SINCOS + body
+    return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n\n" + body
 
 
 def _template(name: str) -> str:
@@ -105,7 +71,7 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
-        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
+        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit, types\nfrom numba.extending import intrinsic\n\n'
         'FAST = {"contract", "arcp", "nsz"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )

@@ -162,9 +162,8 @@ class LaneWriter:
         return f"w[g + {(self.layout.rows[part] + index) * WIDTH} + l]"
 
     def _group_function(self, name: str, arguments: str, doc: str, before: list[str], body: list[str]) -> str:
-        """One pass over the lanes of the group at place g; the bounds on g spare the compiler negative places."""
-        lines = ["if g < 0 or g >= END_LANES:", "    return", *before]
-        lines += [f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
+        """One pass over the lanes of the group at place g."""
+        lines = [*before, f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
         return function(name, arguments, doc, lines)
 
     def _lane_rates(self) -> str:
