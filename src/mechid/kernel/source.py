@@ -7,17 +7,27 @@ from importlib import resources
 
 import numpy as np
 
-from mechid.kernel import physics
+from mechid.kernel import physics, runge_kutta
 from mechid.kernel.switching import guards
 from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
 
-GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py", "schedule.py")
+GENERATOR = (
+    "source.py",
+    "physics.py",
+    "runge_kutta.py",
+    "switching.py",
+    "tangents.py",
+    "program.py",
+    "expressions.py",
+    "schedule.py",
+)
 TEMPLATES = ("numbers", "places", "filter", "guards", "lanes", "switches", "loop")
 """The texts that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
 the first."""
 TERMS = 48
 """Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
+
 
 def lanes_for(parameters: int) -> int:
     """Return the lane count for so many directions: whole groups, at least four of them."""
@@ -36,7 +46,12 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
-    functions = [physics.turns(writer), *physics.rates(writer), physics.step(writer), physics.accept(writer)]
+    functions = [
+        runge_kutta.turns(writer),
+        *physics.rates(writer),
+        runge_kutta.step(writer),
+        runge_kutta.accept(writer),
+    ]
     functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
@@ -71,7 +86,8 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
-        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit, types\nfrom numba.extending import intrinsic\n\n'
+        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit, types\n'
+        "from numba.extending import intrinsic\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
@@ -95,7 +111,7 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "X": n["NX"], "X_TURN": turns, "X_NEW": n["NX"], "X_NEW_TURN": turns, "X_TRY": n["NX"], "X_TRY_TURN": turns,
         "POINTS": 4 * n["NPOINT"], "TIME": 1, "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
         "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
-        "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
+        "KNOWN": 1, "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
         "TABLE": (TERMS + 2) * prop,
