@@ -1,8 +1,9 @@
 """A speed-harmonic map with its bands: 240 rates in two stepping modes, 200 parameter samples at each.
 
-Measured: the steady states with their exact derivatives to all estimated parameters, and the samples moved along
-them. Beside it, at some rates of each mode, as many parameter sets are simulated anew, which gives what the whole map
-would take that way, and how far the 95 % limits of the lines' amplitudes differ.
+Measured: the steady states with their exact derivatives to all estimated parameters, from rest and from those of the
+neighbouring rates, and the samples moved along them; beside it those from rest alone. At some rates of each mode as
+many parameter sets are simulated anew, which gives what the whole map would take that way, and how far the 95 % limits
+of the lines' amplitudes differ.
 
     python benchmarks/speed_harmonic_map.py ESTIMATE.json [--workers 2] [--anew 3] [--out FILE]
 """
@@ -20,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from bench_sweep import RESULTS, machine
+from mechid.budget.attractors import steady_states
 from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.flight_entry import Flight
 from mechid.budget.flying_mechanism import read_flying
@@ -49,15 +51,19 @@ def as_response(state):
 
 
 def measured(estimate, mode, workers):
-    """Return the responses at all rates, their bands, and both times in s."""
-    substeps = enough_substeps(estimate.mechanism, mode)
+    """Return the responses at all rates, their bands, all steady states, and times in s: from rest, all, samples."""
+    substeps = enough_substeps(estimate.mechanism, mode, estimate.names)
     one = partial(_at, estimate.mechanism, mode, estimate.names, substeps)
     one(46.0)  # the kernel is compiled or loaded before the clock runs
-    start = time.perf_counter()
-    responses = [as_response(state) for state in mapped(one, [float(rate) for rate in RATES], workers)]
-    middle = time.perf_counter()
+    clock = [time.perf_counter()]
+    mapped(one, [float(rate) for rate in RATES], workers)
+    clock.append(time.perf_counter())
+    found = steady_states(estimate.mechanism, mode, estimate.names, workers)
+    clock.append(time.perf_counter())
+    responses = [as_response(max(here, key=lambda state: state.rms)) for here in found]
     bands = torque_bands(responses, estimate, seed=0)
-    return responses, bands, middle - start, time.perf_counter() - middle
+    clock.append(time.perf_counter())
+    return responses, bands, found, np.diff(clock)
 
 
 def _at(mechanism, mode, names, substeps, rate):
@@ -97,10 +103,14 @@ def main():
     rows = {}
     with one_core_algebra():
         for mode in modes():
-            responses, bands, states_s, samples_s = measured(estimate, mode, arguments.workers)
+            responses, bands, found, (from_rest_s, states_s, samples_s) = measured(estimate, mode, arguments.workers)
             run_s, off = simulated_anew(estimate, mode, responses, bands, arguments.anew, arguments.workers)
             rows[mode.name] = {
-                "steady_states_s": states_s, "samples_s": samples_s, "total_s": states_s + samples_s,
+                "steady_states_s": states_s, "of_these_from_rest_s": from_rest_s, "samples_s": samples_s,
+                "rates_with_several": sum(len(here) > 1 for here in found),
+                "rates_of_several_periods": sum(any(s.periods != 1 for s in here) for here in found),
+                "longest_decay_s": max(state.decay_s for here in found for state in here),
+                "total_s": states_s + samples_s,
                 "simulated_anew_would_take_s": run_s * RATES.size * SAMPLES, "largest_difference_of_limits": off,
             }  # fmt: skip
     result = {

@@ -43,7 +43,11 @@ def line(amplitude, rate=20.0, slopes=()):
     """Return a response of one line at the step rate; its derivatives are `slopes`."""
     gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
     nothing = np.zeros(100)
-    state = SteadyState(rate, np.array([2]), np.array([amplitude], dtype=complex), gradient, 1000.0, nothing, nothing)
+    state = SteadyState(
+        rate=rate, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex), gradient=gradient,
+        sample_rate_hz=1000.0, torque=nothing, residual=nothing, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
+        size=np.zeros(0),
+    )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
 
@@ -234,7 +238,7 @@ def test_bands_over_the_rate_are_those_of_units_simulated_anew(flying):
         rms.append(respond(steady_state(moved, SCAN, 37.3, (), 2), STRUCTURE).rms()[0])
     expected = np.quantile(rms, [0.025, 0.975])
     np.testing.assert_allclose([low, high], expected, atol=0.15 * np.ptp(expected))
-    curve = level_curve(requirement(), [response], flying, (), seed=1)
+    curve = level_curve(requirement(), [[response]], flying, (), seed=1)
     whole = standing(requirement(), "scan", [(1.0, response)], flying, NOBODY).level
     assert curve.level[0] == pytest.approx(whole.value, rel=1e-9)
     assert np.ptp(curve.band[0]) == pytest.approx(np.ptp(whole.ci95), rel=0.2)

@@ -57,6 +57,31 @@ def test_a_budget_from_file_to_file(run, folder):
     assert "left on the bench: housing.gain" in result.stdout
 
 
+def test_several_steady_states_from_file_to_file(run, folder):
+    """Truth: closed forms between the files: decay by multiplier, and of a rate's motions the largest RMS counts."""
+    sticky = SMALL.replace("[flight]\n", "[flight]\nvalues = { friction.static = 0.03, friction.viscous = 0.002 }\n")
+    sticky = sticky.replace("rates = [20.0, 47.5]", "rates = [21.0, 24.0, 27.0, 30.0, 33.0]")
+    (folder / "budget.toml").write_text(sticky, encoding="utf-8")
+    result = run("budget", folder / "budget.toml", "--out", folder / "out")
+    assert result.exit_code == 0, result.stderr
+    (mode,) = json.loads((folder / "out" / "budget.json").read_text(encoding="utf-8"))["modes"]
+    rows = list(csv.DictReader((folder / "out" / "steady_states.csv").read_text(encoding="utf-8").splitlines()))
+    here = {s["reached"]: s for s in rows if float(s["rate_steps_per_s"]) == 21.0}
+    worst = next(s for s in here.values() if s["worst"] == "1")
+    sizes = [max(float(s["rms_x_rad"]), float(s["rms_y_rad"])) for s in here.values()]
+    smooth = next(s for reached, s in here.items() if "from rest" not in reached)
+    assert len(here) > 1
+    assert max(float(worst["rms_x_rad"]), float(worst["rms_y_rad"])) == max(sizes)
+    decay_s = -2.0 * int(smooth["periods"]) / 21.0 / np.log(float(smooth["largest_multiplier"]))
+    assert float(smooth["decay_s"]) == pytest.approx(decay_s, rel=1e-8)
+    told = mode["steady_states"]["several"][0]
+    assert told["rate"] == 21.0
+    assert [" and ".join(s["reached"]) for s in told["states"]] == list(here)
+    assert "the disturbance depends on how the rate was reached" in " ".join(result.stdout.split())
+    assert "Rates with several steady states" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
+    assert "steady_states.csv" in result.stdout
+
+
 def test_time_series_and_densities_in_hdf5(run, folder):
     """Truth: Parseval between a series and its density, and the RMS in budget.json."""
     h5py = pytest.importorskip("h5py")

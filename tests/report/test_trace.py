@@ -6,6 +6,7 @@ import pytest
 from mechid.analysis.prediction import Prediction
 from mechid.report.packing import pack_floats, pack_integers, unpack
 from mechid.report.trace import decode, trace_of
+from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 
 RNG = np.random.default_rng(4)
@@ -15,11 +16,11 @@ NOISE = 0.002
 def prediction(n, *, noise=NOISE, failed_from=None):
     t = np.arange(n) / 1e4
     modelled = (0.02 + 0.3 * np.exp(-(((t - 46.0) / 3.0) ** 2))) * np.sin(2.0 * np.pi * t * t)
-    removed = 0.01 - 0.004 * t
-    measured = modelled + removed + noise * RNG.standard_normal(n)
+    removed = Line(0.01, -0.004 / 1e4)
+    measured = modelled + removed.at(0, n) + noise * RNG.standard_normal(n)
     if failed_from is not None:
         modelled = np.where(np.arange(n) < failed_from, modelled, np.nan)
-        removed = np.full(n, np.nan)
+        removed = Line(np.nan, np.nan)
     return Prediction(
         measured=measured, removed=removed, modelled=modelled, travel=np.zeros(n), base=TimeBase(1e4, n, 0.5)
     )
@@ -54,7 +55,7 @@ def test_where_the_simulation_fails_the_record_stays():
 def test_without_noise_it_is_as_fine_as_its_numbers_allow(noise):
     p = prediction(1000, noise=0.0)
     measured, _ = decode(trace_of(p, noise))
-    assert np.abs(measured + p.removed - p.measured).max() < 1e-8 * np.abs(p.measured).max()
+    assert np.abs(measured + p.removed.at(0, 1000) - p.measured).max() < 1e-8 * np.abs(p.measured).max()
 
 
 def test_integers_of_31_bits_and_floats_come_back():

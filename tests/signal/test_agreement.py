@@ -47,3 +47,15 @@ def test_fit_percent_by_hand():
     measured = np.array([11.0, 12.0, 13.0, 14.0])
     assert fit_percent(measured, np.array([1.0, 0.0, 0.0, 0.0])) == pytest.approx(100.0 * (1.0 - 1.0 / math.sqrt(5.0)))
     assert math.isnan(fit_percent(np.ones(4), np.zeros(4)))
+
+
+def test_samples_that_do_not_count_are_as_if_they_were_not_there():
+    """Truth: the same of the arrays without them, over more than one block."""
+    rng = np.random.default_rng(5)
+    measured, predicted = rng.standard_normal(150_000) + 1.0, rng.standard_normal(150_000)
+    rejected = np.array([0, 17, 65_535, 65_536, 149_999])
+    y, p = np.delete(measured, rejected), np.delete(predicted, rejected)
+    assert theil_inequality(measured, predicted, rejected).bias == pytest.approx(theil_inequality(y, p).bias)
+    assert theil_inequality(y, p).bias == pytest.approx((y.mean() - p.mean()) ** 2 / np.mean((y - p) ** 2))
+    share = np.linalg.norm(p) / np.linalg.norm(y - y.mean())
+    assert fit_percent(measured, predicted, rejected) == pytest.approx(100.0 * (1.0 - share))

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.signal.trend import BLOCK, Line, fit_line
+from mechid.signal.series import BLOCK
+from mechid.signal.trend import Line, fit_line
 
 
 @pytest.mark.parametrize("samples", [2, 3, 1000, 2 * BLOCK + 17])

@@ -7,6 +7,7 @@ import pytest
 from scipy.signal import lfilter
 
 from mechid.signal import effective_samples, ljung_box
+from mechid.signal.autoregression import autocovariance_among
 
 CHIRP = np.cos(np.arange(40.0) ** 2)
 COEFFICIENTS = {
@@ -84,3 +85,19 @@ def test_they_are_what_the_scatter_of_the_sum_of_squares_says():
     power = [float(np.mean(draw**2)) for draw in draws]
     scatter = 2.0 * np.mean(power) ** 2 / np.var(power)
     assert np.mean([effective_samples(draw) for draw in draws]) == pytest.approx(scatter, rel=0.15)
+
+
+def test_the_autocovariance_among_those_that_count_is_the_direct_sum():
+    """Truth: the sum over pairs both of which count, by a mask."""
+    rng = np.random.default_rng(19)
+    x, counted = rng.standard_normal(70_000) + 4.0, np.ones(70_000)
+    rejected = np.array([0, 1, 5, 9, 65_535, 65_536, 69_998])
+    counted[rejected] = 0.0
+    n, found = autocovariance_among(x, 6, rejected)
+    centred = (x - x[counted > 0.0].mean()) * counted
+    assert n == 70_000 - rejected.size
+    for lag in range(7):
+        one, other = slice(0, 70_000 - lag), slice(lag, None)
+        pairs = counted[one] @ counted[other]
+        expected = centred[one] @ centred[other] / pairs * (70_000 - lag) / 70_000
+        assert found[lag] == pytest.approx(expected, rel=1e-9, abs=1e-12)

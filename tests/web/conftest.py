@@ -12,23 +12,26 @@ import pytest
 
 import synthetic
 from browser import chromium
+from mechid.command import Command, RateProfile
 from mechid.web import Explorer, Source
 from synthetic import COMMANDS, displaced, measured
 
 TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
+SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 20.0), (0.8, 100.0)]))
 HOSTILE = "<img src=x onerror=document.title='taken'> <script> \"quoted\" 'µ' " + 60 * "long"
 """Would be markup where it is not escaped."""
 
 
 @pytest.fixture(scope="session")
 def campaign():
-    """Return two records of the demo's mechanism, its gear wrong by some percent, with hostile names around."""
+    """Return two records and a sweep of the demo's mechanism, its gear some percent off, with hostile names around."""
     start = displaced(synthetic.truth(), {"gear.stiffness": 1.05, "gear.damping": 0.9})
     rng = np.random.default_rng(7)
     records = []
-    for name, seconds in (("full_46", 0.3), ("micro_46", 0.2)):
-        torque = measured(synthetic.truth(), COMMANDS[name], rng, seconds=seconds)
-        record = synthetic.record(name, torque, COMMANDS[name])
+    for name, seconds in (("full_46", 0.3), ("micro_46", 0.2), ("sweep", 0.8)):
+        command = COMMANDS.get(name, SWEEP)
+        torque = measured(synthetic.truth(), command, rng, seconds=seconds)
+        record = synthetic.record(name, torque, command, use="validate" if name == "sweep" else "estimate")
         channel = replace(record.data.channels[0], column=HOSTILE)
         data = replace(record.data, channels=(channel,))
         records.append(replace(record, file=Path("/nowhere") / f"{HOSTILE}.csv", data=data))

@@ -1,5 +1,6 @@
 """The explorer in a real browser. Truth: the simulation at what is set, the mechanism behind the records, the files."""
 
+import threading
 import time
 from urllib.parse import urlsplit
 
@@ -9,6 +10,8 @@ import pytest
 import synthetic
 from browser import faults, requests
 from mechid.campaign import read_mechanism
+from mechid.simulation.interruption import ask
+from mechid.web.server import UNUSED_MS
 from mechid.web.session import Session
 
 KNOB = "gear.stiffness"
@@ -66,12 +69,12 @@ def pressed(browser, key, times):
 @pytest.mark.parametrize(("width", "dark"), [(1400, False), (1400, True), (390, False)])
 def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(browser, address, width, dark):
     opened(browser, address, width, dark=dark)
-    asked(browser, do="look", records=["full_46", "micro_46"], seconds=1e9)
+    asked(browser, do="look", records=["full_46", "micro_46", "sweep"], seconds=1e9)
     assert {urlsplit(url).netloc for url in requests(browser)} == {urlsplit(address).netloc}
     assert faults(browser) == []
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     shown = "return [...document.querySelectorAll('.panel:not([hidden]) h2')].map((h) => h.textContent)"
-    assert browser.execute_script(shown) == ["full_46", "micro_46"]
+    assert browser.execute_script(shown) == ["full_46", "micro_46", "sweep"]
     wide = "return [...document.querySelectorAll('.figure')].filter((f) => f.scrollWidth > f.clientWidth + 1).length"
     assert browser.execute_script(wide) == 0
 
@@ -96,9 +99,10 @@ def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, addre
     twin = Session(source)
     twin.turn(KNOB, value)
     picture = twin.pictures()["full_46"]
-    kept = np.round(np.array(after["time"]) * synthetic.RATE_HZ).astype(int)
-    assert after["modelled"] == picture.modelled[kept].tolist()
-    assert after["residual"] == picture.residual[kept].tolist()
+    for name in ("measured", "modelled", "residual"):
+        kept = np.round(np.array(after[f"{name} at"]) * synthetic.RATE_HZ).astype(int)
+        assert after[name] == getattr(picture, name)[kept].tolist()
+        assert (max(after[name]), min(after[name])) == (getattr(picture, name).max(), getattr(picture, name).min())
     assert after["modelled spectrum"] == picture.modelled_spectrum.tolist()
     assert before["modelled"] != after["modelled"]
     assert (
@@ -107,13 +111,60 @@ def test_a_slider_moves_the_curves_to_the_simulation_of_its_value(browser, addre
     assert len(browser.execute_script("return mechid.latencies")) > 0
 
 
+IMAGES = """
+const root = Bokeh.documents[0].roots().find((r) => r.name === "spectrogram_0");
+const source = [...root.references()].find((m) => m.type === "ColumnDataSource" && "residual" in m.data);
+const names = ["measured", "modelled", "residual"];
+return Object.fromEntries(names.map((name) => [name, Array.from(source.data[name][0])]));"""
+
+
+def test_a_drawing_leaves_style_sheets_alone_that_stay_as_they_are(browser, address):
+    """Truth: writing a sheet puts another text into it, as a change of it does."""
+    opened(browser, address)
+    texts = """
+    const { InlineStyleSheet } = Bokeh.require("core/dom");
+    const sheet = new InlineStyleSheet("a { top: 0px }"), first = sheet.el.firstChild;
+    sheet.replace("a { top: 0px }");
+    const same = sheet.el.firstChild === first;
+    sheet.replace("a { top: 1px }");
+    return [same, sheet.el.firstChild === first, sheet.css];"""
+    assert browser.execute_script(texts) == [True, False, "a { top: 1px }"]
+
+
+def test_a_sweep_is_shown_over_time_and_frequency_and_follows_when_the_slider_rests(browser, address, source):
+    opened(browser, address)
+    hidden = "return document.querySelector('.sweep').hidden"
+    assert browser.execute_script(hidden)
+    asked(browser, do="look", records=["full_46", "sweep"], seconds=1e9)
+    assert not browser.execute_script(hidden)
+    before = browser.execute_script(IMAGES)
+    pressed(browser, "ArrowRight", 12)
+    after = browser.execute_script(IMAGES)
+    twin = Session(source)
+    twin.look(("sweep",), 1e9)
+    twin.turn(KNOB, told(browser)["knobs"][KNOB]["value"])
+    image = twin.sweeps(twin.pictures())["sweep"]
+    for name, shown in after.items():
+        assert shown == getattr(image, name).astype(np.float32).ravel().tolist()
+    assert before["modelled"] != after["modelled"]
+    said = browser.find_element("css selector", ".sweep").text
+    assert f"load on the gear {image.resonances[0].frequency_hz:.1f} Hz" in said
+    reach = "return Bokeh.documents[0].get_model_by_name('frequency_0').end"
+    assert browser.execute_script(reach) == 250
+    browser.find_elements("css selector", ".tops button")[1].click()
+    assert browser.execute_script(reach) == 1100
+    asked(browser, do="look", records=["full_46"], seconds=1.0)
+    assert browser.execute_script(hidden)
+    assert faults(browser) == []
+
+
 def test_a_zoom_shows_every_sample(browser, address, source):
     opened(browser, address)
     browser.execute_script(
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'time_0');"
         "[...root.references()].find((m) => m.type === 'Figure').x_range.setv({ start: 0.1, end: 0.11 })"
     )
-    inside = "const x = (() => {" + SOURCE + "})(...arguments).time; return x.length < 200 ? x : null"
+    inside = "const x = (() => {" + SOURCE + "})(...arguments)['modelled at']; return x.length < 200 ? x : null"
     x = np.array(until(browser, inside, "time_0"))
     kept = np.round(x[(x >= 0.1 - 1e-9) & (x <= 0.11 + 1e-9)] * synthetic.RATE_HZ).astype(int)
     assert kept.tolist() == list(range(1000, 1101))
@@ -168,6 +219,33 @@ def test_cancel_keeps_what_is_set(browser, address):
     assert (now["knobs"], now["verdict"], now["can_undo"]) == (was["knobs"], None, True)
     assert browser.find_element("id", "fit").is_enabled()
     assert "cancelled" in browser.find_element("id", "run-words").text
+
+
+def fits_at_work():
+    return [thread for thread in threading.enumerate() if thread.name == "fit"]
+
+
+def test_closing_the_page_ends_its_fit(browser, address, monkeypatch):
+    """Truth: the thread of a fit without an end of its own; the server would keep the tab for longer."""
+
+    def endless(campaign, **options):
+        while True:
+            ask()
+
+    monkeypatch.setattr("mechid.web.session.identify", endless)
+    opened(browser, address)
+    first = browser.current_window_handle
+    browser.switch_to.new_window("tab")
+    opened(browser, address)
+    browser.find_element("id", "search").click()
+    until(browser, "return mechid.state().run?.state === 'running'")
+    fits = fits_at_work()
+    assert fits
+    browser.close()
+    browser.switch_to.window(first)
+    for fit in fits:
+        fit.join(0.6e-3 * UNUSED_MS)
+    assert fits_at_work() == []
 
 
 def test_two_tabs_do_not_disturb_each_other(browser, address):

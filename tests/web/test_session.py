@@ -12,8 +12,9 @@ from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import make_problem
+from mechid.simulation.interruption import ask
 from mechid.web import Source
-from mechid.web.fit_run import RunState
+from mechid.web.fit_run import FitRun, RunState
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import course, page_data, shown_data
 from mechid.web.state import campaign_at
@@ -140,6 +141,18 @@ def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session)
     assert (session.state, session.estimate) == (was, estimate)
 
 
+def test_a_cancelled_run_ends_also_where_it_has_nothing_to_report():
+    def endless(told):
+        while True:
+            ask()
+
+    run = FitRun(endless)
+    run.start()
+    run.cancel()
+    assert run.wait(SECONDS)
+    assert (run.state, run.result) == (RunState.CANCELLED, None)
+
+
 def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):
     reports = [Progress(1, 4, "multi-start", "", 1e4 / k, 0.0, {"gear.stiffness": 900.0 + k}) for k in range(1, 5001)]
     costs, places = course(reports, session.state.knobs, 100)
@@ -203,7 +216,7 @@ def test_records_side_by_side_are_the_last_ones_chosen_and_exist(session):
 def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(session, campaign):
     at_truth(session)
     pictures = session.pictures()
-    said = shown_data(session, pictures, session.effects())
+    said = shown_data(session, pictures, session.effects(), session.sweeps(pictures))
     assert set(json.loads(json.dumps(said, allow_nan=False))) == set(said)
     (panel,) = said["records"]
     assert panel["grade"] == "good"

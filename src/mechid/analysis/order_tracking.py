@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.signal import order_amplitudes
+from mechid.signal.series import Series, blocks
 
 FloatArray = NDArray[np.float64]
 
@@ -74,41 +75,52 @@ class OrderError:
     peak_modelled: float
 
 
-def order_errors(
-    measured: FloatArray, modelled: FloatArray, travel: FloatArray, sample_rate_hz: float
-) -> tuple[OrderError, ...]:
+def order_errors(measured: Series, modelled: Series, travel: Series, sample_rate_hz: float) -> tuple[OrderError, ...]:
     """Return the error at each of `ORDERS` that the record reaches.
 
     Parameters
     ----------
-    measured, modelled : (N,)
+    measured, modelled : Series of N samples
         N m.
-    travel : (N,)
+    travel : Series of N samples
         Full steps travelled at each sample, never falling.
     sample_rate_hz : float
     """
     lines: dict[float, list[OrderLine]] = {order: [] for order in ORDERS}
-    for window in _windows(travel):
-        rate = float(travel[window][-1] - travel[window][0]) * sample_rate_hz / (window.size - 1)
+    for window in (samples for samples in _windows(travel) if samples.size > 1):
+        along = slice(int(window[0]), int(window[-1]) + 1)
+        position = travel[along]
+        rate = float(position[-1] - position[0]) * sample_rate_hz / (window.size - 1)
         used = [order for order in ORDERS if order * rate < HIGHEST_SHARE * 0.5 * sample_rate_hz]
         if window.size <= 4 * len(used) + 4 or not used:
             continue
-        both = np.column_stack((measured[window], modelled[window]))
-        found, error = order_amplitudes(both, travel[window], used)
+        moving = window - along.start
+        both = np.column_stack((measured[along][moving], modelled[along][moving]))
+        found, error = order_amplitudes(both, position[moving], used)
         for order, (y, p) in zip(used, found.tolist(), strict=True):
             lines[order].append(OrderLine(rate=rate, measured=y, modelled=p, error=float(error[0])))
     return tuple(_summed_up(order, each) for order, each in lines.items() if each)
 
 
-def _windows(travel: FloatArray) -> Iterator[NDArray[np.int64]]:
+def _windows(travel: Series) -> Iterator[NDArray[np.int64]]:
     """Yield the samples of windows of equal travel, without those at which the command dwells."""
-    total = float(travel[-1] - travel[0])
+    first, last = float(travel[:1][0]), float(travel[travel.size - 1 :][0])
+    total, count = last - first, max(int((last - first) / WINDOW_STEPS), 1)
     if total < LEAST_STEPS:
         return
-    moving = np.flatnonzero(np.diff(travel, prepend=travel[0]) > 0.0)
-    count = max(int(total / WINDOW_STEPS), 1)
-    which = np.minimum((travel[moving] - travel[0]) / total * count, count - 0.5).astype(np.int64)
-    yield from (part for part in np.split(moving, np.flatnonzero(np.diff(which)) + 1) if part.size > 1)
+    begun, number = [np.zeros(0, dtype=np.int64)], 0
+    for part in blocks(travel.size):
+        before = max(part.start - 1, 0)
+        position = travel[before : part.stop]
+        moving = 1 + np.flatnonzero(np.diff(position) > 0.0)
+        which = np.minimum((position[moving] - first) / total * count, count - 0.5).astype(np.int64)
+        more, *others = np.split(before + moving, np.flatnonzero(np.diff(which, prepend=number)))
+        begun.append(more)
+        for other in others:
+            yield np.concatenate(begun)
+            begun = [other]
+        number = int(which[-1]) if which.size else number
+    yield np.concatenate(begun)
 
 
 def _summed_up(order: float, lines: list[OrderLine]) -> OrderError:

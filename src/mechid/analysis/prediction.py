@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,16 +10,38 @@ from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import mechanism_name
+from mechid.command import RateProfile
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
 from mechid.identification.result.fit import Fit
+from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
-from mechid.signal.trend import fit_line
-from mechid.simulation.accuracy import simulate_accurately
+from mechid.signal.series import Series, is_finite, no_samples
+from mechid.signal.trend import Line, fit_line
+from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Travel:
+    """Full steps that a command has travelled at each sample, worked out where they are looked at."""
+
+    rate: RateProfile
+    base: TimeBase
+    time_offset_s: float
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.base.samples
+
+    def __getitem__(self, part: slice, /) -> FloatArray:
+        """Return those of a slice."""
+        times = self.base.start_s + np.arange(*part.indices(self.size)) / self.base.sample_rate_hz
+        return steps_travelled(self.rate, times - self.time_offset_s)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +52,12 @@ class Prediction:
     ----------
     measured : (N,)
         As it was read, in its quantity's SI unit.
-    removed : (N,)
-        Offset and drift between it and the model; zeros where the campaign keeps them.
+    removed : Line
+        Offset and drift between it and the model; none where the campaign keeps them.
     modelled : (N,)
         NaN from where the simulation failed, and `removed` is NaN then too.
-    travel : (N,)
-        Full steps that the command has travelled.
+    travel : Series
+        Full steps that the command has travelled, N.
     base : TimeBase
     quantity : str
     rejected : (s,) of int
@@ -42,24 +65,27 @@ class Prediction:
     """
 
     measured: FloatArray
-    removed: FloatArray
+    removed: Line
     modelled: FloatArray
-    travel: FloatArray
+    travel: Series
     base: TimeBase
     quantity: str = "torque"
-    rejected: Samples = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    rejected: Samples = field(default_factory=no_samples)
 
     @property
-    def residual(self) -> FloatArray:
-        """Measured less model less offset and drift, (N,); 0 at samples that do not count."""
-        r = self.measured - self.removed - self.modelled
-        r[self.rejected] = 0.0
-        return r
+    def level(self) -> Remainder:
+        """Measured less offset and drift, N; less nothing where the simulation failed."""
+        return Remainder(self.measured, self.removed if self.finite else Line())
+
+    @property
+    def residual(self) -> Remainder:
+        """Measured less model less offset and drift, N; 0 at samples that do not count."""
+        return Remainder(self.measured, self.removed, self.modelled, self.rejected)
 
     @property
     def finite(self) -> bool:
         """Whether the simulation came to the record's end."""
-        return bool(np.all(np.isfinite(self.modelled)))
+        return math.isfinite(self.removed.offset)
 
 
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
@@ -75,13 +101,15 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
     offset_s = values[record.time_offset.name]
     stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
-    simulator = Simulator(fit.mechanism.plant, record.command, target.base, latest_s=abs(offset_s))
-    trajectory = simulate_accurately(simulator, fit.mechanism.kernel_values(stand), time_offset_s=offset_s)
-    travel = steps_travelled(record.command.rate, target.base.times - offset_s)
+    simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
+    p = fit.mechanism.kernel_values(stand)
+    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s)
+    outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
+    travel = Travel(record.command.rate, target.base, offset_s)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {
         channel.quantity: _beside(
-            _as_counted(channel, fit, record.name), trajectory.values[channel.quantity], travel, target.base
+            _as_counted(channel, fit, record.name), outputs[channel.quantity], travel, target.base
         )
         for channel in (*target.channels, *others)
     }
@@ -94,11 +122,10 @@ def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
     return replace(channel, rejected=np.union1d(channel.rejected, samples_of(runs))) if runs else channel
 
 
-def _beside(channel: TargetChannel, modelled: FloatArray, travel: FloatArray, base: TimeBase) -> Prediction:
-    residual = channel.measured - modelled
-    removed = np.full(residual.size, np.nan)
-    if np.all(np.isfinite(residual)):
-        removed = fit_line(residual, channel.linear, channel.rejected).at(0, residual.size)
+def _beside(channel: TargetChannel, modelled: FloatArray, travel: Travel, base: TimeBase) -> Prediction:
+    removed = Line(math.nan, math.nan)
+    if is_finite(modelled):
+        removed = fit_line(Remainder(channel.measured, model=modelled), channel.linear, channel.rejected)
     return Prediction(
         measured=channel.measured,
         removed=removed,

@@ -28,6 +28,7 @@ from mechid.signal import (
     theil_inequality,
     third_octaves,
 )
+from mechid.signal.series import blocks
 from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
@@ -172,8 +173,8 @@ def with_validation(content: Mapping[str, Any], validation: Mapping[str, RecordV
 
 def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValidation:
     """Return the judgement on one predicted channel."""
-    measured, r, modelled = p.measured - p.removed, p.residual, p.modelled
-    counted = np.delete(np.arange(r.size), p.rejected) if p.rejected.size else slice(None)
+    measured, r = p.level, p.residual
+    counted = r.size - p.rejected.size
     frequency, measured_density = power_density(p.measured, p.base.sample_rate_hz)
     residual_density = power_density(r, p.base.sample_rate_hz)[1]
     return ChannelValidation(
@@ -181,9 +182,9 @@ def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValida
         unit=unit,
         samples=r.size,
         samples_sha256=_digest(p),
-        fit_percent=fit_percent(measured[counted], r[counted]) if p.finite else math.nan,
-        residual_rms=float(np.sqrt(np.mean(r[counted] ** 2))),
-        theil=theil_inequality(measured[counted], modelled[counted]),
+        fit_percent=fit_percent(measured, r, p.rejected) if p.finite else math.nan,
+        residual_rms=math.sqrt(sum(float(np.sum(r[part] ** 2)) for part in blocks(r.size)) / counted),
+        theil=theil_inequality(measured, p.modelled, p.rejected),
         whiteness=ljung_box(r, rejected=p.rejected),
         effective_samples=effective_samples(r) * (1.0 - p.rejected.size / r.size),
         spectrum_hz=frequency,
@@ -213,6 +214,7 @@ def _bands(frequency: FloatArray, measured: FloatArray, residual: FloatArray) ->
 
 
 def _digest(p: Prediction) -> str:
-    clock = f"{p.base.sample_rate_hz!r} {p.base.start_s!r}".encode()
-    samples = np.ascontiguousarray(p.measured, dtype="<f8").tobytes()
-    return hashlib.sha256(clock + samples).hexdigest()
+    digest = hashlib.sha256(f"{p.base.sample_rate_hz!r} {p.base.start_s!r}".encode())
+    for part in blocks(p.measured.size):
+        digest.update(np.asarray(p.measured[part], dtype="<f8").tobytes())
+    return digest.hexdigest()

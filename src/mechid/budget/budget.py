@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.budget.attractors import steady_states
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import coupled_modes, largest_loop_gain
 from mechid.budget.findings import findings
@@ -113,12 +114,14 @@ class _Maker:
         """Return the budget of a mode with steady rates."""
         file, mode = self.file, _refined(mode, self.file, self.estimate)
         self.listener(f'mode "{mode.name}": {mode.rates.size} rates')
-        responses = self._responses(self.estimate.mechanism, mode, self.names)
-        levels = {r.name: level_curve(r, responses, self.estimate, file.errors, file.seed) for r in file.requirements}
+        found = steady_states(self.estimate.mechanism, mode, self.names, self.workers)
+        states = tuple(tuple(respond(state, file.structure) for state in here) for here in found)
+        responses = tuple(_largest(here) for here in states)
+        levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
         worst = int(np.argmax([response.rms().max() for response in responses]))
         self.listener(f'mode "{mode.name}": two-way')
         joined = coupled_modes(file.structure, file.coupled_below_hz)
-        two_way = self._responses(on_base(self.estimate.mechanism, joined), mode, ()) if joined else ()
+        two_way = self._joined(on_base(self.estimate.mechanism, joined), mode, found) if joined else ()
         gain = largest_loop_gain(file.structure, self.estimate.mechanism, responses[worst].state.frequency_hz)
         several = mode.rates.size > 1
         avoid = {
@@ -126,21 +129,29 @@ class _Maker:
             for r in (file.requirements if several else ())
         }
         made = ModeBudget(
-            mode, responses, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
+            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
             gain, levels, self._two_way_levels(two_way), (), avoid,
         )  # fmt: skip
         return self._with_standings(made)
 
-    def _responses(self, mechanism: Mechanism, mode: OperatingMode, names: Sequence[str]) -> tuple[Response, ...]:
-        one = partial(_steady, mechanism, mode, names, enough_substeps(mechanism, mode))
-        states = mapped(one, [float(rate) for rate in mode.rates], self.workers)
-        return tuple(respond(state, self.file.structure) for state in states)
+    def _joined(
+        self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
+    ) -> tuple[Response, ...]:
+        """Return the two-way responses: from rest and, where there are several steady states, from each of these."""
+        substeps, held = enough_substeps(mechanism, mode), self.estimate.mechanism.plant.states
+
+        def at(here: Sequence[SteadyState]) -> Response:
+            starts = [None, *(_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1)]
+            reached = [steady_state(mechanism, mode, here[0].rate, (), substeps, start) for start in starts]
+            return _largest([respond(state, self.file.structure) for state in reached])
+
+        return tuple(mapped(at, found, self.workers))
 
     def profile(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with a profile."""
         file, mechanism = self.file, self.estimate.mechanism
         self.listener(f'mode "{mode.name}": a profile of {mode.duration_s:.6g} s')
-        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode), file.structure)
+        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode, self.names), file.structure)
         joined, two_way = coupled_modes(file.structure, file.coupled_below_hz), None
         if joined:
             moving = on_base(mechanism, joined)
@@ -191,8 +202,15 @@ def _without_duty(modes: Sequence[ModeBudget]) -> bool:
     return any(made.mode.duty is None for made in modes)
 
 
-def _steady(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, rate: float) -> SteadyState:
-    return steady_state(mechanism, mode, rate, names, substeps)
+def _largest(responses: Sequence[Response]) -> Response:
+    """Return the response with the largest RMS along any line of sight, with what does not repeat."""
+    return max(responses, key=lambda response: float(response.whole_rms().max()))
+
+
+def _on_resting_base(x: FloatArray, held: Sequence[Any], states: Sequence[Any]) -> FloatArray:
+    """Return a state of the mechanism on a held base as one on its modes, which rest."""
+    known = dict(zip(held, x, strict=True))
+    return np.array([known.get(state, 0.0) for state in states])
 
 
 def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:

@@ -10,6 +10,7 @@ from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.mode_budget import ModeBudget
+from mechid.budget.steadiness import told
 from mechid.structure import Modes
 
 TOLD_UNCOVERED, TOLD_UNSTEADY = 0.05, 0.05
@@ -24,6 +25,7 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     for made in modes:
         if made.responses:
             yield from _steady(file, made)
+            yield from told(made)
         if not np.isnan(made.loop_gain) and made.loop_gain > SUFFICES:
             joined = bool(made.two_way) or made.two_way_course is not None
             remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
@@ -50,5 +52,5 @@ def _steady(file: BudgetFile, made: ModeBudget) -> Iterator[str]:
     if unsteady.unsteady > TOLD_UNSTEADY:
         yield (
             f'mode "{name}": at {unsteady.rate:.6g} steps/s {100.0 * unsteady.unsteady:.2g} % of the torque does not '
-            "repeat with the steps; it counts as random; a longer settle_s may let it settle"
+            "repeat with the steps; it counts as random"
         )

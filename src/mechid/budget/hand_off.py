@@ -19,7 +19,7 @@ from mechid.writing import writable, write_whole
 FloatArray = NDArray[np.float64]
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
-CROSSINGS, WINDOWED, JSON = "crossings.csv", "windowed.csv", "budget.json"
+CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
 
 
 def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
@@ -43,6 +43,8 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
     }
     if any(made.course is not None for made in budget.modes):
         texts[WINDOWED] = _windowed(budget)
+    if any(made.states for made in budget.modes):
+        texts[STATES] = _steady_states(budget)
     with writable(folder):
         for name, content in texts.items():
             write_whole(folder / name, content)
@@ -56,7 +58,7 @@ def _harmonics(budget: Budget) -> Iterator[str]:
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             s = response.state
-            joined = np.abs(made.two_way[k].state.lines) if made.two_way else np.full(s.lines.size, np.nan)
+            joined = np.abs(made.two_way_lines(k)[0]) if made.two_way else np.full(s.lines.size, np.nan)
             rows = zip(s.step_orders, s.frequency_hz, s.lines, line_sigmas(budget, response), joined, strict=True)
             for order, f, line, error, two_way in rows:
                 yield (
@@ -90,6 +92,21 @@ def _line_of_sight(budget: Budget) -> Iterator[str]:
             low, high = made.rms_band[k].T
             numbers = ",".join(_number(v) for v in (*response.rms(), *low, *high, *joined))
             yield f"{made.mode.name},{response.state.rate:.9g},{numbers}\n"
+
+
+def _steady_states(budget: Budget) -> Iterator[str]:
+    """Yield every steady state: how it was reached, after how many periods it repeats, how transients decay, RMS."""
+    axes = ",".join(f"rms_{axis}_rad" for axis in budget.file.structure.line_of_sight)
+    yield f"mode,rate_steps_per_s,reached,periods,largest_multiplier,decay_s,follows,worst,torque_rms_Nm,{axes}\n"
+    for made in budget.modes:
+        for worst, here in zip(made.responses, made.states, strict=True):
+            for response in here:
+                s = response.state
+                yield (
+                    f"{made.mode.name},{s.rate:.9g},{' and '.join(s.reached)},{s.periods},"
+                    f"{_number(s.largest_multiplier)},{_number(s.decay_s)},{int(s.follows)},{int(response is worst)},"
+                    f"{s.rms:.9e},{','.join(_number(v) for v in response.whole_rms())}\n"
+                )
 
 
 def _windowed(budget: Budget) -> Iterator[str]:

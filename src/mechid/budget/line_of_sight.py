@@ -13,7 +13,7 @@ from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.indices import Index
 from mechid.budget.pointing_error import PointingError, Random, Source
 from mechid.budget.steady_state import SteadyState
-from mechid.signal.power import power_density
+from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
 
 FloatArray = NDArray[np.float64]
@@ -95,7 +95,7 @@ class Response:
 
         def moved(by: FloatArray) -> PointingError:
             at = phasors + np.tensordot(by, slopes, axes=1) if by.any() else phasors
-            lines = Source("mechanism", 0.5 * self.state.rate, orders, at)
+            lines = Source("mechanism", self.state.fundamental_hz, orders, at)
             return PointingError(np.zeros(at.shape[1]), (lines,), randoms)
 
         return moved
@@ -109,6 +109,13 @@ class Response:
     def rms(self) -> FloatArray:
         """Return the RMS of the lines along each line of sight, (m,) rad."""
         return np.asarray(np.sqrt(0.5 * np.sum(np.abs(self.phasors) ** 2, axis=0)), dtype=np.float64)
+
+    def whole_rms(self) -> FloatArray:
+        """Return the RMS of the lines and of what does not repeat along each line of sight, (m,) rad."""
+        if self.random is None:
+            return self.rms()
+        beside = [cumulative_rms(self.random.frequency_hz, column)[-1] for column in self.random.density.T]
+        return np.hypot(self.rms(), np.array(beside, dtype=np.float64))
 
 
 def respond(state: SteadyState, structure: Structure) -> Response:

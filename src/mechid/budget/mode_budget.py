@@ -15,6 +15,7 @@ from mechid.budget.profile_run import ProfileResponse
 from mechid.budget.requirement import Requirement, Standing
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +26,9 @@ class ModeBudget:
     ----------
     mode : OperatingMode
     responses : tuple of Response, (r,)
-        One-way, at each rate; none of a profile.
+        One-way, at each rate, of the steady state with the largest RMS; none of a profile.
+    states : tuple of tuple of Response, (r,)
+        One-way, of all steady states found at each rate, the one from rest first.
     course : ProfileResponse or None
         Of a profile.
     worst : int
@@ -33,7 +36,7 @@ class ModeBudget:
     rms_band : (r, m, 2)
         95 % interval of the RMS at each rate, rad.
     two_way : tuple of Response, (r,) or none
-        At each rate, the structure's modes joined with the mechanism.
+        At each rate, the structure's modes joined with the mechanism; of those reached the largest RMS.
     two_way_course : ProfileResponse or None
         The same of a profile.
     loop_gain : float
@@ -51,6 +54,7 @@ class ModeBudget:
 
     mode: OperatingMode
     responses: tuple[Response, ...] = ()
+    states: tuple[tuple[Response, ...], ...] = ()
     course: ProfileResponse | None = None
     worst: int = 0
     rms_band: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
@@ -65,17 +69,40 @@ class ModeBudget:
     @property
     def order_map(self) -> OrderMap:
         """Torque lines over the rate, N m."""
-        most = max(response.state.orders.size for response in self.responses)
-        lines = np.full((len(self.responses), most), np.nan, dtype=np.complex128)
+        orders = np.unique(np.concatenate([response.state.step_orders for response in self.responses]))
+        lines = np.full((len(self.responses), orders.size), np.nan, dtype=np.complex128)
         for row, response in enumerate(self.responses):
-            lines[row, : response.state.lines.size] = response.state.lines
-        return OrderMap(self.mode.rates, 0.5 * np.arange(1.0, most + 1.0, dtype=np.float64), lines)
+            lines[row, np.searchsorted(orders, response.state.step_orders)] = response.state.lines
+        return OrderMap(self.mode.rates, orders, lines)
+
+    def differing(self, k: int) -> tuple[Response, ...]:
+        """Return the steady states at rate k whose RMS is outside the 95 % interval of the worst one's.
+
+        What does not repeat is part of the RMS; the interval is that of the lines, shifted by it.
+        """
+        worst = self.responses[k]
+        low, high = self.rms_band[k].T + (worst.whole_rms() - worst.rms())
+        others = [(response, response.whole_rms()) for response in self.states[k] if response is not worst]
+        return tuple(response for response, rms in others if np.any((rms < low) | (rms > high)))
+
+    def two_way_lines(self, k: int) -> tuple[ComplexArray, ComplexArray]:
+        """Return torque (n,) and line of sight (n, m) of the two-way lines at rate k, NaN where there is none.
+
+        They stand at the one-way lines' frequencies.
+        """
+        one, two = self.responses[k], self.two_way[k]
+        torque = np.full(one.state.lines.size, np.nan, dtype=np.complex128)
+        sight = np.full(one.phasors.shape, np.nan, dtype=np.complex128)
+        _, here, there = np.intersect1d(one.state.step_orders, two.state.step_orders, return_indices=True)
+        torque[here], sight[here] = two.state.lines[there], two.phasors[there]
+        return torque, sight
 
     def worst_for(self, requirement: Requirement) -> LineOfSight:
         """Return the response at the rate of a requirement's largest level; a profile's course."""
         if self.course is not None:
             return self.course
-        return self.responses[int(self.levels[requirement.name].level.argmax())]
+        curve = self.levels[requirement.name]
+        return curve.at[int(curve.level.argmax())]
 
     def two_way_worst_for(self, requirement: Requirement) -> LineOfSight | None:
         """Return the same of the two-way responses; None where there are none."""

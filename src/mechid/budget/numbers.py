@@ -18,6 +18,7 @@ from mechid.budget.over_rate import torque_bands
 from mechid.budget.profile_run import ProfileResponse
 from mechid.budget.requirement import Standing
 from mechid.budget.shares import deviations
+from mechid.budget.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
 
 FloatArray = NDArray[np.float64]
@@ -110,6 +111,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "line_of_sight_rms_rad": at.rms().tolist(),
         "line_of_sight_rms_two_way_rad": two_way,
         "unsteady": at.state.unsteady,
+        "steady_states": steadiness(made),
         "uncovered": at.uncovered,
         "cumulative_rms_rad": _cumulative(at),
         "map": _map(made),
@@ -186,7 +188,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
         "order": at.state.step_orders.tolist(),
         "torque_Nm": np.abs(at.state.lines).tolist(),
         "line_of_sight_rad": np.abs(at.phasors).T.tolist(),
-        "line_of_sight_two_way_rad": np.abs(made.two_way[made.worst].phasors).T.tolist() if made.two_way else None,
+        "line_of_sight_two_way_rad": np.abs(made.two_way_lines(made.worst)[1]).T.tolist() if made.two_way else None,
         "random": None,
     }
     if at.random is not None:

@@ -32,10 +32,13 @@ class LevelCurve:
         Over time, of the nominal unit, rad.
     band : (r, 2)
         Its 95 % interval.
+    at : tuple of Response, (r,)
+        At each rate the steady state of the largest level.
     """
 
     level: FloatArray
     band: FloatArray
+    at: tuple[Response, ...]
 
 
 def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
@@ -68,20 +71,32 @@ def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -
 
 
 def level_curve(
-    requirement: Requirement, responses: Sequence[Response], estimate: Estimate, errors: Sequence[OtherError], seed: int
+    requirement: Requirement,
+    states: Sequence[Sequence[Response]],
+    estimate: Estimate,
+    errors: Sequence[OtherError],
+    seed: int,
 ) -> LevelCurve:
-    """Return the level over the rate.
+    """Return the level over the rate, of the worst of the steady states at each.
 
     The band takes the level to be moved as the RMS under the index is by the same parameter samples.
     """
-    levels, bands = [], []
-    for response in responses:
-        value, axis = nominal_level(requirement, [(1.0, response)], errors), axis_of(requirement, response)
-        weight = requirement.index.weight(response.state.frequency_hz)
-        axes = slice(None) if axis is None else slice(axis, axis + 1)
-        square = np.abs(sampled_phasors(response, estimate, seed)[:, :, axes]) ** 2
-        samples = np.sqrt(np.einsum("n,knm->k", weight, square))
-        here = float(np.sqrt(np.einsum("n,nm->", weight, np.abs(response.phasors[:, axes]) ** 2)))
-        levels.append(value)
-        bands.append(value * np.quantile(samples, LIMITS95) / here if here > 0.0 else np.full(2, value))
-    return LevelCurve(np.array(levels), np.array(bands))
+    levels, bands, worst = [], [], []
+    for here in states:
+        of_each = [nominal_level(requirement, [(1.0, response)], errors) for response in here]
+        at = int(np.argmax(of_each))
+        levels.append(of_each[at])
+        worst.append(here[at])
+        bands.append(_level_band(requirement, here[at], of_each[at], estimate, seed))
+    return LevelCurve(np.array(levels), np.array(bands), tuple(worst))
+
+
+def _level_band(
+    requirement: Requirement, response: Response, value: float, estimate: Estimate, seed: int
+) -> FloatArray:
+    axis, weight = axis_of(requirement, response), requirement.index.weight(response.state.frequency_hz)
+    axes = slice(None) if axis is None else slice(axis, axis + 1)
+    square = np.abs(sampled_phasors(response, estimate, seed)[:, :, axes]) ** 2
+    samples = np.sqrt(np.einsum("n,knm->k", weight, square))
+    here = float(np.sqrt(np.einsum("n,nm->", weight, np.abs(response.phasors[:, axes]) ** 2)))
+    return value * np.quantile(samples, LIMITS95) / here if here > 0.0 else np.full(2, value)

@@ -12,8 +12,9 @@ from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.indices import Index
 from mechid.budget.line_of_sight import Moved
 from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.period_map import SAMPLE_RATE_HZ
 from mechid.budget.pointing_error import POINTS, PointingError, Sampled, phases
-from mechid.budget.steady_state import SAMPLE_RATE_HZ, simulated
+from mechid.budget.steady_state import simulated
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.power import windowed_rms
@@ -142,7 +143,7 @@ def run_profile(
         The mechanism diverged.
     """
     base = TimeBase(SAMPLE_RATE_HZ, round(mode.duration_s * SAMPLE_RATE_HZ) + 1)
-    simulator = Simulator(mechanism.plant, mode.command, base, capacity=len(names))
+    simulator = Simulator(mechanism.plant, mode.command, base, capacity=len(names) + len(mechanism.plant.states))
     y, J = simulated(simulator, mechanism, names, substeps)
     thinning = max(1, int(SAMPLE_RATE_HZ / (SAMPLES_A_PERIOD * mode.highest_hz)))
     columns = np.hstack([y, J])

@@ -4,25 +4,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.operating_mode import OperatingMode
-from mechid.command import RateProfile
+from mechid.budget.orbit import MOST_PERIODS, Orbit, find_orbit
+from mechid.budget.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.simulator import Simulator, State
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-SAMPLE_RATE_HZ = 10_000.0
 LEAST_PERIODS, LEAST_S = 4, 0.5
-"""Of the stretch that is analysed."""
+"""Of the stretch that is analysed or shown."""
+ROUNDS = 3
+"""So often a motion is simulated for `settle_s` until it repeats, or is taken as one that does not."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,36 +35,70 @@ class SteadyState:
     ----------
     rate : float
         Full steps/s.
+    periods : int
+        It repeats after so many times 2/rate; 0 where it does not.
     orders : (n,) int
-        The lines stand at these multiples of half the rate.
+        The lines stand at these multiples of `fundamental_hz`.
     lines : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
         Derivative of the lines to the parameters asked for.
     sample_rate_hz : float
     torque : (N,)
-        Of the stretch that is analysed, N m.
+        Of a stretch of the motion, N m.
     residual : (N,)
-        What does not repeat with a period of 2/rate, N m.
+        What does not repeat, N m.
+    x : (n_x,)
+        State at the stretch's start.
+    multipliers : (k,) complex
+        Floquet multipliers over `periods`, largest first; none where it does not repeat.
+    follows : bool
+        Whether the rotor keeps up with the command.
+    size : (n_x,)
+        How much each state moves.
+    reached : tuple of str
+        Ways in which the motion was reached: from rest, or from that of the next lower or higher rate.
     """
 
     rate: float
+    periods: int
     orders: NDArray[np.int64]
     lines: ComplexArray
     gradient: ComplexArray
     sample_rate_hz: float
     torque: FloatArray
     residual: FloatArray
+    x: FloatArray
+    multipliers: ComplexArray
+    follows: bool
+    size: FloatArray
+    reached: tuple[str, ...] = ()
+
+    @property
+    def fundamental_hz(self) -> float:
+        """Of which all lines are multiples: half the rate, or a part of that in a motion of several periods."""
+        return 0.5 * self.rate / max(self.periods, 1)
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Modulus of the largest Floquet multiplier; NaN where the motion does not repeat."""
+        return float(np.abs(self.multipliers[0])) if self.multipliers.size else math.nan
+
+    @property
+    def decay_s(self) -> float:
+        """Time in which the slowest transient falls to 1/e; NaN where the motion does not repeat."""
+        largest = self.largest_multiplier
+        return -2.0 * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
 
     @property
     def frequency_hz(self) -> FloatArray:
         """Of each line, (n,)."""
-        return np.asarray(0.5 * self.rate * self.orders, dtype=np.float64)
+        return np.asarray(self.fundamental_hz * self.orders, dtype=np.float64)
 
     @property
     def step_orders(self) -> FloatArray:
         """Of each line, (n,): its multiple of the step rate."""
-        return np.asarray(0.5 * self.orders, dtype=np.float64)
+        return np.asarray(self.orders / (2.0 * max(self.periods, 1)), dtype=np.float64)
 
     @property
     def rms(self) -> float:
@@ -76,12 +112,18 @@ class SteadyState:
 
 
 def steady_state(
-    mechanism: Mechanism, mode: OperatingMode, rate: float, names: Sequence[str], substeps: int
+    mechanism: Mechanism,
+    mode: OperatingMode,
+    rate: float,
+    names: Sequence[str],
+    substeps: int,
+    start: FloatArray | None = None,
 ) -> SteadyState:
     """Return the lines of a mode at one rate, on a base that holds or on its modes.
 
-    The samples are laid so that a period of 2/rate holds a whole number of them: each line is a bin of the
-    transform of whole periods, and what lies on no such bin does not repeat.
+    The motion is simulated until it tends to one that repeats, which shooting then finds: however slowly the rest of
+    the transient decays, it is gone. A motion that does not repeat, as any on a clock with a tick, is analysed over
+    whole periods of 2/rate; what lies on no line of those does not repeat.
 
     Parameters
     ----------
@@ -93,38 +135,88 @@ def steady_state(
         Parameters to which the derivative is wanted; may be empty.
     substeps : int
         Integration steps a sample.
+    start : (n_x,) or None
+        State from which it is run; None is at rest.
 
     Raises
     ------
     FitError
         The mechanism diverged.
     """
-    per_period = math.ceil(2.0 * SAMPLE_RATE_HZ / rate)
-    fs = 0.5 * per_period * rate
-    periods = max(LEAST_PERIODS, math.ceil(LEAST_S * rate / 2.0))
-    first = math.ceil(mode.settle_s * rate / 2.0) * per_period
-    base = TimeBase(fs, first + periods * per_period)
-    y, J = simulated(_simulator(mechanism, mode, rate, base, len(names)), mechanism, names, substeps)
-    orders = np.arange(1, min(int(2.0 * mode.highest_hz / rate), per_period // 2 - 1) + 1)
+    period = PeriodMap(mechanism, mode, rate, tuple(names), substeps)
+    settle = periods_to_settle(mode, rate)
+    if mode.command.clock_tick_s:
+        return _not_repeating(period, start, settle)
+    x = start
+    for k in range(ROUNDS):
+        x = period.settled(x, settle)
+        orbit = find_orbit(period, x, MOST_PERIODS if k + 1 == ROUNDS else 1)
+        if orbit is not None:
+            return _repeating(period, orbit)
+    return _not_repeating(period, start, ROUNDS * settle)
+
+
+def periods_to_settle(mode: OperatingMode, rate: float) -> int:
+    """Return the periods of 2/rate that a mode takes until it counts as steady."""
+    return math.ceil(0.5 * mode.settle_s * rate)
+
+
+def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
+    """Return the steady state of a motion that repeats, worked out over one time round."""
+    image = period(orbit.x, orbit.periods, orbit.by_parameter)
+    orders = _orders(period, orbit.periods)
+    times = math.ceil(_stretch(period) / orbit.periods)
+    torque = np.tile(image.torque, times)
+    return SteadyState(
+        rate=period.rate, periods=orbit.periods, orders=orders,
+        lines=_lines(image.torque[:, None], 1, orders)[0][:, 0], gradient=_lines(image.gradient, 1, orders)[0],
+        sample_rate_hz=period.sample_rate_hz, torque=torque, residual=np.zeros(torque.size), x=orbit.x,
+        multipliers=orbit.multipliers, follows=orbit.turns == 0, size=image.size,
+    )  # fmt: skip
+
+
+def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
+    """Return what a motion that does not repeat is over a stretch behind so many periods."""
+    periods = _stretch(period)
+    first, samples = skipped * period.samples, periods * period.samples
+    at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
+    simulator = period.simulator(first + samples, period.lanes)
+    y, J = simulated(simulator, period.mechanism, period.names, period.substeps, at_rest)
+    orders = _orders(period, 1)
     lines, residual = _lines(y[first:], periods, orders)
     gradient, _ = _lines(J[first:], periods, orders)
-    return SteadyState(rate, orders, lines[:, 0], gradient, fs, y[first:, 0].copy(), residual[:, 0])
+    x = period.settled(start, skipped)
+    on = period(x, periods)
+    return SteadyState(
+        rate=period.rate, periods=0, orders=orders, lines=lines[:, 0], gradient=gradient,
+        sample_rate_hz=period.sample_rate_hz, torque=y[first:, 0].copy(), residual=residual[:, 0], x=x,
+        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
+    )  # fmt: skip
 
 
-def enough_substeps(mechanism: Mechanism, mode: OperatingMode) -> int:
-    """Return the integration steps a sample that the promised accuracy needs at the mode's highest rate."""
-    base = TimeBase(SAMPLE_RATE_HZ, round(0.2 * SAMPLE_RATE_HZ))
-    simulator = _simulator(mechanism, mode, mode.highest_rate, base, 0)
+def _stretch(period: PeriodMap) -> int:
+    """Return how many periods are analysed or shown."""
+    return max(LEAST_PERIODS, math.ceil(0.5 * LEAST_S * period.rate))
+
+
+def _orders(period: PeriodMap, periods: int) -> NDArray[np.int64]:
+    """Return the lines below the mode's highest frequency, as multiples of a motion's fundamental."""
+    highest = int(2.0 * periods * period.mode.highest_hz / period.rate)
+    return np.arange(1, min(highest, period.samples * periods // 2 - 1) + 1)
+
+
+def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:
+    """Return the integration steps a sample that the promised accuracy needs at the mode's highest rate.
+
+    With the `names` of the derivatives that are wanted later the same kernel serves.
+    """
+    period = PeriodMap(mechanism, mode, mode.highest_rate, tuple(names), 1)
+    simulator = period.simulator(round(0.2 * SAMPLE_RATE_HZ), period.lanes)
     return simulate_accurately(simulator, mechanism.kernel_values()).substeps
 
 
-def _simulator(mechanism: Mechanism, mode: OperatingMode, rate: float, base: TimeBase, lanes: int) -> Simulator:
-    command = replace(mode.command, rate=RateProfile.constant(rate))
-    return Simulator(mechanism.plant, command, base, capacity=lanes)
-
-
 def simulated(
-    simulator: Simulator, mechanism: Mechanism, names: Sequence[str], substeps: int
+    simulator: Simulator, mechanism: Mechanism, names: Sequence[str], substeps: int, start: State | None = None
 ) -> tuple[FloatArray, FloatArray]:
     """Return torque (n, 1) and its derivatives (n, p) to the parameters named.
 
@@ -133,10 +225,10 @@ def simulated(
     FitError
         The mechanism diverged.
     """
-    slopes = mechanism.kernel_jacobian()
-    p = mechanism.kernel_values()
-    directions = np.column_stack([slopes[name] for name in names]) if names else np.zeros((p.size, 0))
-    run = simulator.run(p, substeps=substeps, directions=directions)
+    p, moved = mechanism.kernel_values(), directions(mechanism, names)
+    run = simulator.run(p, substeps=substeps, directions=moved)
+    if start is not None:
+        run.restart(start)
     n = simulator.base.samples
     y, J = np.empty((n, 1)), np.zeros((n, len(names)))
     for block in run.blocks():

@@ -25,6 +25,9 @@ Integers: TypeAlias = NDArray[np.int64]
 MOST_EDGES = 20_000_000
 """More edges than this are taken for a mistake in the rate; they would fill a computer's memory."""
 
+AT_ONCE = 65536
+"""Edges that are worked out together."""
+
 SLACK = 8 * np.finfo(np.float64).eps
 """A position this near a step, relative to peak rate times time, has reached it: the decimals of a
 profile that stops on a step are rounded, and so is their sum."""
@@ -85,13 +88,16 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     """
     pieces = _pieces(profile, steps_per_full_step, duration_s)
     held = _held_index(pieces)
-    count = np.abs(np.diff(held)).astype(np.int64)
-    piece = np.repeat(np.arange(count.size), count)
-    ordinal = np.arange(piece.size) - np.repeat(np.cumsum(count) - count, count) + 1
-    index = held[piece] + pieces.direction[piece] * ordinal
-    times = _instants(pieces, piece, index)
+    stops = np.cumsum(np.abs(np.diff(held))).astype(np.int64)
+    starts = np.concatenate([np.zeros(1, dtype=np.int64), stops])
+    times, index = np.empty(starts[-1]), np.empty(starts[-1], dtype=np.int64)
+    for first in range(0, times.size, AT_ONCE):
+        number = np.arange(first, min(first + AT_ONCE, times.size))
+        piece = np.searchsorted(stops, number, side="right")
+        reached = held[piece] + pieces.direction[piece] * (number - starts[piece] + 1)
+        index[number], times[number] = reached, _instants(pieces, piece, reached)
     within = times <= duration_s * (1.0 + SLACK)  # the very end counts, rounded as it may be
-    return np.minimum(times[within], duration_s), index[within].astype(np.int64)
+    return np.minimum(times[within], duration_s), index[within]
 
 
 def on_ticks(times_s: Floats, index: Integers, tick_s: float, duration_s: float) -> tuple[Floats, Integers]:

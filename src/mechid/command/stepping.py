@@ -10,7 +10,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from mechid.command.edges import Floats, Integers, on_ticks, step_edges
+from mechid.command.edges import AT_ONCE, Floats, Integers, on_ticks, step_edges
 from mechid.command.entry import chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.rate import RateProfile
@@ -148,9 +148,13 @@ class Command:
             If the duration is negative or not finite, or there are too many steps to hold.
         """
         times, index = self._edges(duration_s)
-        held = np.concatenate([np.zeros(1, dtype=np.int64), index])
-        voltages = phase_voltages(held, self.microsteps, self.start_angle_deg, self.waveform)
-        return Excitation(initial=voltages[0].copy(), times=times, values=voltages[1:])
+        values = np.empty((index.size, 2))
+        for first in range(0, index.size, AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            values[part] = phase_voltages(index[part], self.microsteps, self.start_angle_deg, self.waveform)
+        start = np.zeros(1, dtype=np.int64)
+        initial = phase_voltages(start, self.microsteps, self.start_angle_deg, self.waveform)[0]
+        return Excitation(initial=initial, times=times, values=values)
 
     def max_edges_per_sample(self, h: float, duration_s: float) -> int:
         """Return the greatest number of edges in any interval of one sample.

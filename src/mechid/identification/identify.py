@@ -103,7 +103,11 @@ def identify(
         except KeyboardInterrupt:
             trail.outcome = FitOutcome.INTERRUPTED
         trail.warnings += rejection_warnings(trail.problem)
-        return conclude(campaign, trail.ending(seed, frozen))
+        try:
+            return conclude(campaign, trail.ending(seed, frozen))
+        except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
+            trail.outcome = FitOutcome.INTERRUPTED
+            return conclude(campaign, trail.ending(seed, frozen))
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:

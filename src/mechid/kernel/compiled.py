@@ -165,6 +165,12 @@ def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sen
     )
 
 
+def lane_places(module: ModuleType, row: int, lanes: int) -> NDArray[np.int64]:
+    """Return where a row of all lanes stands in the workspace, as the kernel's ``lane_place`` has it."""
+    lane, group = np.arange(lanes), int(module.LANES_PER_GROUP)
+    return np.asarray((lane // group) * int(module.GROUP_SIZE) + row * group + lane % group, dtype=np.int64)
+
+
 def _aligned(size: int, boundary: int = 64) -> FloatArray:
     """Return zeros that start on a cache line, so that vector loads never straddle two."""
     raw = np.zeros(size + boundary // 8)

@@ -19,12 +19,13 @@ from mechid.records.health import channel_warnings
 from mechid.records.matlab import open_matlab
 from mechid.records.numpy_file import open_npy, open_npz
 from mechid.records.parquet import open_parquet
-from mechid.records.record import Channel, Record, no_samples
+from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
 from mechid.records.table import FloatArray, IntArray, Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
+from mechid.signal.series import no_samples
 from mechid.units import si_unit
 
 MINIMUM_SAMPLES = 16

@@ -12,11 +12,7 @@ from numpy.typing import NDArray
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
-
-
-def no_samples() -> NDArray[np.int64]:
-    """Return the numbers of no samples, (0,)."""
-    return np.zeros(0, dtype=np.int64)
+from mechid.signal.series import no_samples
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

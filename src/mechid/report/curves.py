@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.fft import prev_fast_len
 
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
@@ -16,13 +15,18 @@ from mechid.command import RateProfile
 from mechid.identification.result.fit import Fit
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
-from mechid.signal import amplitude_spectrum, autocorrelation, peak_groups, spectrogram
+from mechid.signal import autocorrelation, envelope, peak_spectrum, spectrogram
+from mechid.signal.series import Beginning, IntArray, Series, blocks, mean_of
 from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
 GROUPS = 3000
 """Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
 LAGS = 100
+COLUMNS = 800
+"""Of a curve over time on paper; each holds its least and its largest sample."""
+START_S = 0.3
+"""Of a record's start that is drawn by itself."""
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 WINDOW_S, WINDOWS, HIGHEST_BINS = 0.5, 240, 500
 """Of a spectrogram: length and number of its windows, and bins kept at most."""
@@ -41,6 +45,15 @@ class Spectrogram:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Lines:
+    """What draws a stretch of a record on paper: record times in s and samples, (2, M) each."""
+
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Curves:
     """The curves of one channel of a record.
 
@@ -49,8 +62,11 @@ class Curves:
     name : str
         Of the record; with the quantity where it is not the record's leading channel.
     record, quantity : str
-    prediction : Prediction
-        Every sample, for figures on paper.
+    base : TimeBase
+    whole, start : Lines
+        Measured less offset and drift, modelled, and what is left; for figures on paper.
+    largest_s : float
+        Record time of the measured sample furthest from the mean.
     trace : Trace
         Every sample, for the page.
     spectrum_hz, measured, modelled, residual : (M,)
@@ -72,7 +88,10 @@ class Curves:
     name: str
     record: str
     quantity: str
-    prediction: Prediction
+    base: TimeBase
+    whole: Lines
+    start: Lines
+    largest_s: float
     trace: Trace
     spectrum_hz: FloatArray
     measured: FloatArray
@@ -109,28 +128,31 @@ def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) ->
 
 def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
     noise = fit.records[record.name].noise_of(channel.quantity)
-    removed = np.nan_to_num(p.removed)
     rate_hz = p.base.sample_rate_hz
-    frequency, measured = _spectrum(p.measured - removed, rate_hz)
+    start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
     rate = rate_over(as_fitted(record, fit), p.base)
     with np.errstate(all="ignore"):
+        frequency, measured = peak_spectrum(p.level, rate_hz, GROUPS)
         return Curves(
             name=name,
             record=record.name,
             quantity=channel.quantity,
-            prediction=p,
+            base=p.base,
+            whole=_lines(p, p.base.samples),
+            start=_lines(p, start),
+            largest_s=p.base.start_s + _largest(p.measured) / rate_hz,
             trace=trace_of(p, noise),
             spectrum_hz=frequency,
             measured=measured,
-            modelled=_spectrum(p.modelled, rate_hz)[1],
-            residual=_spectrum(p.residual, rate_hz)[1],
+            modelled=peak_spectrum(p.modelled, rate_hz, GROUPS)[1],
+            residual=peak_spectrum(p.residual, rate_hz, GROUPS)[1],
             density_hz=channel.spectrum_hz[1:],
             residual_density=np.sqrt(channel.residual_density[1:]),
             noise_density=noise * math.sqrt(2.0 / rate_hz),
             correlation=autocorrelation(p.residual, LAGS)[1:],
             limit=1.96 / math.sqrt(p.measured.size),
             rate=rate,
-            spectrogram=_spectrogram(p, removed) if len(rate) > 1 else None,
+            spectrogram=_spectrogram(p) if len(rate) > 1 else None,
         )
 
 
@@ -150,23 +172,36 @@ def _points(profile: RateProfile) -> list[tuple[float, float]]:
     return list(zip(profile.times_s, profile.rates, strict=True))
 
 
-def _spectrum(y: FloatArray, sample_rate_hz: float) -> tuple[FloatArray, FloatArray]:
-    """Return the peak of each group of bins, and its frequency in Hz.
-
-    The last samples, hardly ever more than a few, are left out: the transform of a length with a large prime factor
-    takes several times the memory.
-    """
-    frequency, amplitude = amplitude_spectrum(y[: prev_fast_len(y.size, real=True)], sample_rate_hz)
-    starts = peak_groups(frequency, GROUPS)
-    peaks = np.maximum.reduceat(amplitude, starts)
-    stops = np.append(starts[1:], amplitude.size)
-    return frequency[(starts + stops - 1) // 2], peaks
+def drawn(y: Series, base: TimeBase) -> FloatArray:
+    """Return the record times in s, and samples, (2, M), that draw a record: extremes of each column of the picture."""
+    kept = envelope(y, COLUMNS)
+    values = np.concatenate([y[part][_within(kept, part)] for part in blocks(y.size)])
+    return np.stack((base.start_s + kept / base.sample_rate_hz, values))
 
 
-def _spectrogram(p: Prediction, removed: FloatArray) -> Spectrogram:
+def _within(kept: IntArray, part: slice) -> IntArray:
+    """Return those of ascending numbers that are in a block, from its first."""
+    return np.asarray(kept[slice(*np.searchsorted(kept, (part.start, part.stop)))] - part.start, dtype=np.int64)
+
+
+def _lines(p: Prediction, samples: int) -> Lines:
+    """Return what draws the first samples."""
+    series = (p.level, p.modelled, p.residual)
+    measured, modelled, residual = (drawn(Beginning(y, samples), p.base) for y in series)
+    return Lines(measured=measured, modelled=modelled, residual=residual)
+
+
+def _largest(y: FloatArray) -> int:
+    """Return the sample furthest from the mean."""
+    mean = mean_of(y)
+    furthest = [int(part.start + np.argmax(np.abs(y[part] - mean))) for part in blocks(y.size)]
+    return max(furthest, key=lambda k: float(abs(y[k] - mean)))
+
+
+def _spectrogram(p: Prediction) -> Spectrogram:
     duration = p.measured.size / p.base.sample_rate_hz
     window = min(WINDOW_S, duration / 8.0)
-    time, frequency, measured = spectrogram(p.measured - removed, p.base.sample_rate_hz, window, WINDOWS)
+    time, frequency, measured = spectrogram(p.level, p.base.sample_rate_hz, window, WINDOWS)
     modelled = spectrogram(p.modelled, p.base.sample_rate_hz, window, WINDOWS)[2]
     kept = slice(0, HIGHEST_BINS)
     return Spectrogram(

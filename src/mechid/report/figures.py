@@ -22,10 +22,9 @@ from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
 from mechid.report.curves import ORDERS, Curves
-from mechid.report.payload import order_marks, shown_hz, zooms
+from mechid.report.payload import order_marks, shown_hz
 from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
 from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words
-from mechid.signal import envelope
 from mechid.writing import whole
 
 FloatArray = NDArray[np.float64]
@@ -34,8 +33,6 @@ WIDTH_IN = 6.9
 """Inches: both columns of a paper."""
 LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
 """Margins; measured out by a layout engine they would take as long again as the drawing."""
-COLUMNS = 800
-"""Of a curve over time; each holds its least and its largest sample."""
 DOTS_AN_INCH = 200
 MEASURED, MODELLED, RESIDUAL_COLOUR, NOISE, MARK = "#56B4E9", "#D55E00", "#4D4D4D", "#009E73", "#CC79A7"
 STYLE: Any = {
@@ -146,17 +143,12 @@ def _drawings(data: Mapping[str, Any], curves: Sequence[Curves]) -> Iterator[tup
 def _torque(one: Curves, figure: Any) -> None:
     """Draw measured and modelled torque, or what else it is, over the whole record, its start, and the residual."""
     labels = axis_labels(one.quantity)
-    p = one.prediction
     axes = figure.subplot_mosaic([["whole", "start"], ["residual", "start residual"]], height_ratios=[2, 1],
                                  width_ratios=[3, 2], gridspec_kw={"hspace": 0.08, "wspace": 0.2})  # fmt: skip
-    start = zooms(one)[1]
-    stop = max(round((start["to"] - p.base.start_s) * p.base.sample_rate_hz) + 1, 2)
-    for (torque, residual), samples in ((("whole", "residual"), p.measured.size), (("start", "start residual"), stop)):
-        times = p.base.first(samples).times
-        measured = (p.measured - np.nan_to_num(p.removed))[:samples]
-        over_time(axes[torque], times, measured, MEASURED, 1.3, "measured")
-        over_time(axes[torque], times, p.modelled[:samples], MODELLED, 0.7, "modelled")
-        over_time(axes[residual], times, p.residual[:samples], RESIDUAL_COLOUR, 0.5, "residual")
+    for (torque, residual), lines in ((("whole", "residual"), one.whole), (("start", "start residual"), one.start)):
+        over_time(axes[torque], lines.measured, MEASURED, 1.3, "measured")
+        over_time(axes[torque], lines.modelled, MODELLED, 0.7, "modelled")
+        over_time(axes[residual], lines.residual, RESIDUAL_COLOUR, 0.5, "residual")
         axes[residual].sharex(axes[torque])
         axes[torque].tick_params(labelbottom=False)
         axes[residual].set_xlabel(TIME)
@@ -172,10 +164,9 @@ def _legend(figure: Any, axes: Any, columns: int) -> None:
     figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place)
 
 
-def over_time(axes: Any, times: FloatArray, y: FloatArray, colour: str, width: float, label: str) -> None:
-    """Draw samples, (n,) both, by the least and the largest of each column of the picture."""
-    kept = envelope(y, COLUMNS)
-    axes.plot(times[kept], y[kept], color=colour, linewidth=width, label=label)
+def over_time(axes: Any, points: FloatArray, colour: str, width: float, label: str) -> None:
+    """Draw times in s and samples, (2, n)."""
+    axes.plot(*points, color=colour, linewidth=width, label=label)
 
 
 def _spectrum(one: Curves, resonances: Sequence[Mapping[str, Any]], figure: Any) -> None:

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechid.signal.series import blocks
 
 Packed: TypeAlias = dict[str, Any]
 """``kind`` ("int" or "float"), ``size``, ``data``."""
@@ -29,8 +32,16 @@ def pack_integers(values: NDArray[np.int64]) -> Packed:
     >>> unpack(pack_integers(np.array([3, -2, 0, 70000]))).tolist()
     [3.0, -2.0, 0.0, 70000.0]
     """
-    wide = values.astype(np.int64)
-    return _packed("int", ((wide << 1) ^ (wide >> 63)).astype("<u4"))
+    return pack_integer_blocks(values.size, [values])
+
+
+def pack_integer_blocks(size: int, parts: Iterable[NDArray[np.int64]]) -> Packed:
+    """Return whole numbers, `size` of them, that come block by block, as text."""
+    words, done = np.empty(size, dtype="<u4"), 0
+    for part in parts:
+        words[done : done + part.size] = ((part << 1) ^ (part >> 63)).astype("<u4")
+        done += part.size
+    return _packed("int", words)
 
 
 def pack_floats(values: NDArray[np.float64]) -> Packed:
@@ -61,5 +72,7 @@ def pack_text(text: str) -> str:
 
 def _packed(kind: str, words: NDArray[Any]) -> Packed:
     planes = np.ascontiguousarray(words).view(np.uint8).reshape(words.size, WORD).T
-    data = base64.b64encode(zlib.compress(planes.tobytes(), LEVEL)).decode("ascii")
+    deflate = zlib.compressobj(LEVEL)
+    parts = [deflate.compress(plane[part].tobytes()) for plane in planes for part in blocks(words.size)]
+    data = base64.b64encode(b"".join((*parts, deflate.flush()))).decode("ascii")
     return {"kind": kind, "size": int(words.size), "data": data}

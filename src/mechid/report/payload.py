@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from mechid.report.curves import ORDERS, Curves, Spectrogram
+from mechid.report.curves import ORDERS, START_S, Curves, Spectrogram
 from mechid.report.packing import pack_floats, pack_integers
 from mechid.report.quantities import axis_labels, quantity_words
 from mechid.units import unit_words
 
-START_S, AROUND_S, SAMPLES = 0.3, 0.15, 60
-"""Half-widths and lengths that the buttons beside a record show: its start, its largest sample, single samples."""
+AROUND_S, SAMPLES = 0.15, 60
+"""What the buttons beside a record show: half-width around its largest sample, number of single samples."""
 LEVELS_A_DECADE = 40.0
 """Of a spectrogram's amplitudes: half a decibel."""
 LEAST_AMPLITUDE = 1e-9
@@ -69,9 +69,8 @@ def order_word(order: float) -> str:
 
 def zooms(curves: Curves) -> list[dict[str, Any]]:
     """Return the stretches of a record that are worth a look, record time in s from and to."""
-    base, measured = curves.prediction.base, curves.prediction.measured
+    base, peak = curves.base, curves.largest_s
     first, last = base.start_s, base.start_s + (base.samples - 1) / base.sample_rate_hz
-    peak = first + int(np.argmax(np.abs(measured - measured.mean()))) / base.sample_rate_hz
     around = min(AROUND_S, 0.25 * (last - first))
     few = min(0.5 * SAMPLES / base.sample_rate_hz, around)
     stretches = {

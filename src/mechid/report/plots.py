@@ -104,11 +104,15 @@ def _spectrogram() -> Any:
     time, frequency = Range1d(start=0.0, end=1.0, name="time"), Range1d(start=0.0, end=1.0, name="frequency")
     mapper = LogColorMapper(palette=Cividis256, low=1e-4, high=1.0, name="colours")
     plots = [_image(which, mapper, time, frequency) for which in ("measured", "modelled")]
-    bar = ColorBar(color_mapper=mapper, title=AMPLITUDE, ticker=LogTicker(), height=10,
-                   title_text_font_style="normal", title_text_font=FONT, major_label_text_font=FONT)  # fmt: skip
-    plots[1].add_layout(bar, "below")
+    plots[1].add_layout(amplitude_bar(mapper), "below")
     plots[1].height += 60
     return stacked(plots)
+
+
+def amplitude_bar(mapper: LogColorMapper) -> ColorBar:
+    """Return the scale of a spectrogram's colours."""
+    return ColorBar(color_mapper=mapper, title=AMPLITUDE, ticker=LogTicker(), height=10,
+                    title_text_font_style="normal", title_text_font=FONT, major_label_text_font=FONT)  # fmt: skip
 
 
 def _image(which: str, mapper: LogColorMapper, time: Range1d, frequency: Range1d) -> Any:

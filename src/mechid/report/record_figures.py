@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
 from mechid.records import Channel, Record, Role
-from mechid.report.curves import rate_over
+from mechid.report.curves import drawn, rate_over
 from mechid.report.figures import MARK, MEASURED, MODELLED, STYLE, made, over_time, write_figures
 from mechid.report.plots import TIME
 from mechid.report.quantities import quantity_words
@@ -91,7 +91,7 @@ def _draw(record: CampaignRecord, data: Record, figure: Any) -> None:
 
 def _draw_channel(axes: Any, channel: Channel, base: TimeBase) -> None:
     is_input = channel.role is Role.INPUT
-    over_time(axes, base.times, channel.data, MODELLED if is_input else MEASURED, 0.7, channel.quantity)
+    over_time(axes, drawn(channel.data, base), MODELLED if is_input else MEASURED, 0.7, channel.quantity)
     for first, stop in runs_of(channel.bridged)[:MOST_MARKED]:
         span = [base.start_s + (k - 0.5) / base.sample_rate_hz for k in (first, stop)]
         axes.axvspan(*span, color=MARK, alpha=0.4, linewidth=0.0)

@@ -7,13 +7,15 @@ numbers both, which deflate well.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction
-from mechid.report.packing import Packed, pack_integers, unpack
+from mechid.report.packing import Packed, pack_integer_blocks, unpack
+from mechid.signal.series import IntArray, Series, blocks
 
 FloatArray = NDArray[np.float64]
 SHARE_OF_NOISE = 0.1
@@ -58,26 +60,53 @@ def trace_of(prediction: Prediction, noise: float) -> Trace:
     noise : float
         Standard deviation of the record's noise, N m.
     """
-    removed = np.nan_to_num(prediction.removed)
-    measured, n = prediction.measured - removed, prediction.measured.size
-    finite = np.isfinite(prediction.modelled)
-    reached = n if bool(finite.all()) else int(np.argmin(finite))
-    modelled = prediction.modelled[:reached]
-    largest = max(float(np.abs(measured).max()), float(np.abs(modelled).max(initial=0.0)))
+    measured, line, n = prediction.level, prediction.level.line, prediction.measured.size
+    modelled = prediction.modelled[: _reached(prediction.modelled)]
+    largest = max(_largest(measured), _largest(modelled))
     step = max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
-    whole = np.rint(modelled / step).astype(np.int64)
-    difference = np.rint(measured / step).astype(np.int64)
-    difference[:reached] -= whole
     return Trace(
         samples=n,
         start_s=prediction.base.start_s,
         sample_rate_hz=prediction.base.sample_rate_hz,
         step=step,
-        offset=float(removed[0]),
-        drift=float(removed[-1] - removed[0]) / max(n - 1, 1),
-        model=pack_integers(np.diff(whole, n=2, prepend=[0, 0])),
-        difference=pack_integers(difference),
+        offset=line.offset,
+        drift=line.slope,
+        model=pack_integer_blocks(modelled.size, _second_differences(modelled, step)),
+        difference=pack_integer_blocks(n, _differences(measured, modelled, step)),
     )
+
+
+def _reached(modelled: FloatArray) -> int:
+    """Return up to which sample a prediction is finite."""
+    for part in blocks(modelled.size):
+        lost = np.flatnonzero(~np.isfinite(modelled[part]))
+        if lost.size:
+            return int(part.start + lost[0])
+    return modelled.size
+
+
+def _largest(series: Series) -> float:
+    return max((float(np.abs(series[part]).max()) for part in blocks(series.size)), default=0.0)
+
+
+def _steps(y: FloatArray, step: float) -> IntArray:
+    return np.rint(y / step).astype(np.int64)
+
+
+def _second_differences(y: FloatArray, step: float) -> Iterator[IntArray]:
+    """Yield those of the whole steps of samples, zeros before the first, block by block."""
+    for part in blocks(y.size):
+        two = _steps(y[max(part.start - 2, 0) : part.start], step)
+        before = np.concatenate((np.zeros(2 - two.size, dtype=np.int64), two))
+        yield np.diff(_steps(y[part], step), n=2, prepend=before)
+
+
+def _differences(measured: Series, modelled: FloatArray, step: float) -> Iterator[IntArray]:
+    """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
+    for part in blocks(measured.size):
+        steps, model = _steps(measured[part], step), _steps(modelled[part], step)
+        steps[: model.size] -= model
+        yield steps
 
 
 def decode(trace: Trace) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from mechid.signal.envelope import envelope, peak_groups
 from mechid.signal.noise import noise_floor
 from mechid.signal.orders import order_amplitudes
 from mechid.signal.spectrogram import spectrogram
-from mechid.signal.spectrum import amplitude_spectrum, line_amplitude
+from mechid.signal.spectrum import amplitude_spectrum, line_amplitude, peak_spectrum
 from mechid.signal.whiteness import LjungBox, effective_samples, ljung_box
 
 __all__ = [
@@ -24,6 +24,7 @@ __all__ = [
     "noise_floor",
     "order_amplitudes",
     "peak_groups",
+    "peak_spectrum",
     "power_density",
     "spectrogram",
     "theil_inequality",

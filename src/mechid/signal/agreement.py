@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechid.signal.series import IntArray, Series, blocks, counting
 
 FloatArray = NDArray[np.float64]
 
@@ -33,13 +36,15 @@ class TheilInequality:
     covariance: float
 
 
-def theil_inequality(measured: FloatArray, predicted: FloatArray) -> TheilInequality:
+def theil_inequality(measured: Series, predicted: Series, rejected: IntArray | None = None) -> TheilInequality:
     """Return Theil's inequality of a prediction [Theil1961]_, as used in [Jategaonkar2006]_.
 
     Parameters
     ----------
-    measured, predicted : ndarray, shape (N,)
+    measured, predicted : Series of N samples
         In the same unit.
+    rejected : (s,) of int or None
+        Samples that do not count, ascending.
 
     Returns
     -------
@@ -56,22 +61,42 @@ def theil_inequality(measured: FloatArray, predicted: FloatArray) -> TheilInequa
     >>> theil_inequality(np.array([1.0, 3.0]), np.array([2.0, 4.0])).bias
     1.0
     """
-    error = float(np.mean((measured - predicted) ** 2))
-    size = float(np.sqrt(np.mean(measured**2)) + np.sqrt(np.mean(predicted**2)))
-    s_y, s_p = float(np.std(measured)), float(np.std(predicted))
-    shared = float(np.mean((measured - measured.mean()) * (predicted - predicted.mean())))
+    n = measured.size - (0 if rejected is None else rejected.size)
+    means, error = np.zeros(2), 0.0
+    for both in _together(measured, predicted, rejected):
+        means += both.sum(axis=1) / n
+        error += float(np.sum((both[0] - both[1]) ** 2)) / n
+    covariance = np.zeros((2, 2))
+    for both in _together(measured, predicted, rejected):
+        covariance += (centred := both - means[:, None]) @ centred.T / n
+    size = float(np.sqrt(np.diag(covariance) + means**2).sum())
+    s_y, s_p = np.sqrt(np.diag(covariance)).tolist()
     return TheilInequality(
         coefficient=_ratio(math.sqrt(error), size),
-        bias=_ratio(float(np.mean(measured) - np.mean(predicted)) ** 2, error),
+        bias=_ratio(float(means[0] - means[1]) ** 2, error),
         variance=_ratio((s_y - s_p) ** 2, error),
-        covariance=_ratio(2.0 * (s_y * s_p - shared), error),
+        covariance=_ratio(2.0 * (s_y * s_p - float(covariance[0, 1])), error),
     )
 
 
-def fit_percent(measured: FloatArray, residual: FloatArray) -> float:
-    """Return 100 (1 - ||residual|| / ||measured - mean||), both (N,); NaN where the measured is constant."""
-    spread = float(np.linalg.norm(measured - np.mean(measured)))
-    return 100.0 * (1.0 - _ratio(float(np.linalg.norm(residual)), spread))
+def fit_percent(measured: Series, residual: Series, rejected: IntArray | None = None) -> float:
+    """Return 100 (1 - ||residual|| / ||measured - mean||), both of N samples; NaN where the measured is constant.
+
+    `rejected`, (s,) ascending, do not count.
+    """
+    n = measured.size - (0 if rejected is None else rejected.size)
+    means, squares = np.zeros(2), np.zeros(2)
+    for both in _together(measured, residual, rejected):
+        means[0] += both[0].sum() / n
+    for both in _together(measured, residual, rejected):
+        squares += np.sum((both - means[:, None]) ** 2, axis=1)
+    return 100.0 * (1.0 - _ratio(math.sqrt(squares[1]), math.sqrt(squares[0])))
+
+
+def _together(one: Series, other: Series, rejected: IntArray | None) -> Iterator[FloatArray]:
+    """Yield the samples of two series that count, (2, n) a block."""
+    for part in blocks(one.size):
+        yield counting(np.stack((one[part], other[part])), part, rejected)
 
 
 def _ratio(part: float, whole: float) -> float:

@@ -9,8 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.signal.remainder import Remainder
+from mechid.signal.series import BLOCK, IntArray, Series, mean_of
+from mechid.signal.trend import Line
+
 FloatArray = NDArray[np.float64]
-BLOCK = 65536
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,7 @@ class Autoregression:
         return self.coefficients.size - 1
 
 
-def autocovariance(series: FloatArray, lags: int, mean: float = 0.0) -> FloatArray:
+def autocovariance(series: Series, lags: int, mean: float = 0.0) -> FloatArray:
     """Return the biased autocovariance of a series about `mean`, at lags 0 to `lags` or as many as there are."""
     n, most = series.size, min(lags, series.size - 1)
     total = np.zeros(most + 1)
@@ -42,27 +45,33 @@ def autocovariance(series: FloatArray, lags: int, mean: float = 0.0) -> FloatArr
     return total / n
 
 
-def autocorrelation(series: FloatArray, lags: int) -> FloatArray:
+def autocorrelation(series: Series, lags: int) -> FloatArray:
     """Return the autocorrelation at lags 0 to `lags`, (lags + 1,), mean removed; NaN of a constant series."""
-    covariance = autocovariance(series - np.mean(series), lags)
+    covariance = autocovariance(series, lags, mean_of(series))
     return np.asarray(covariance / covariance[0], dtype=np.float64)
 
 
-def autocovariance_among(series: FloatArray, lags: int, rejected: NDArray[np.int64]) -> tuple[int, FloatArray]:
+def autocovariance_among(series: Series, lags: int, rejected: IntArray) -> tuple[int, FloatArray]:
     """Return how many samples count, and the autocovariance about their mean over the pairs of which both do.
 
     Biased like that of a whole series, so that it stays the covariance of something where few are missing.
     """
-    counted = np.ones(series.size)
-    counted[rejected] = 0.0
-    n = int(counted.sum())
-    mean = float(series @ counted) / max(n, 1)
-    pairs = autocovariance(counted, lags)
-    expected = 1.0 - np.arange(pairs.size) / series.size
-    return n, autocovariance((series - mean) * counted, lags) * expected / np.maximum(pairs, 1e-300)
+    n = series.size - rejected.size
+    counted = Remainder(series, rejected=rejected)
+    mean = mean_of(counted) * series.size / max(n, 1)
+    found = autocovariance(Remainder(series, Line(mean), rejected=rejected), lags)
+    expected = 1.0 - np.arange(found.size) / series.size
+    pairs = np.array([_pairs(series.size, rejected, lag) for lag in range(found.size)]) / series.size
+    return n, found * expected / np.maximum(pairs, 1e-300)
 
 
-def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.int64] | None = None) -> Autoregression:
+def _pairs(samples: int, rejected: IntArray, lag: int) -> int:
+    """Return how many pairs of samples are `lag` apart and both count."""
+    one = int(np.sum(rejected < samples - lag) + np.sum(rejected >= lag))
+    return samples - lag - one + np.intersect1d(rejected, rejected + lag, assume_unique=True).size
+
+
+def fit_autoregression(series: FloatArray, most: int = 40, rejected: IntArray | None = None) -> Autoregression:
     """Return the model by Burg's method whose order, up to `most`, minimises the Bayesian criterion.
 
     Burg's recursion on the products of lagged samples (covariance lattice: Makhoul 1977), so the series is read once
@@ -84,10 +93,11 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.
     Signal Processing 25 (1977), pp. 423-428, doi:10.1109/TASSP.1977.1162979.
     """
     most = min(most, max(series.size // 20, 0))
-    stretches, mean = [series], float(series.mean())
+    stretches = [series]
     if rejected is not None and rejected.size:
-        stretches, mean = _between(series, rejected), 0.0
+        stretches = _between(series, rejected)
         most = min(most, int(np.median([x.size for x in stretches])) // 2) if stretches else 0
+    mean = sum(float(x.sum()) for x in stretches) / max(sum(x.size for x in stretches), 1)
     stretches = [x for x in stretches if x.size > most]
     if not any(np.any(x != mean) for x in stretches):
         return Autoregression(np.ones(1), 0.0)
@@ -97,12 +107,11 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: NDArray[np.
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
 
 
-def _between(series: FloatArray, rejected: NDArray[np.int64]) -> list[FloatArray]:
-    """Return the stretches between rejected samples, less the mean of all that counts."""
-    counted = np.delete(np.arange(series.size), rejected)
-    parts = np.split(counted, np.flatnonzero(np.diff(counted) > 1) + 1)
-    mean = float(series[counted].mean()) if counted.size else 0.0
-    return [series[part] - mean for part in parts if part.size]
+def _between(series: FloatArray, rejected: IntArray) -> list[FloatArray]:
+    """Return the stretches between rejected samples, as views."""
+    stops = np.append(rejected, series.size)
+    starts = np.insert(rejected + 1, 0, 0)
+    return [series[a:b] for a, b in zip(starts.tolist(), stops.tolist(), strict=True) if b > a]
 
 
 def _lagged_products(x: FloatArray, most: int, mean: float = 0.0) -> FloatArray:

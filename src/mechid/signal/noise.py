@@ -137,9 +137,11 @@ def _power(segments: FloatArray, kept: NDArray[np.int64], band: NDArray[np.bool_
     length = segments.shape[1]
     window = np.hanning(length + 1)[:-1]
     window /= math.sqrt(float(np.sum(window**2)))
-    return np.concatenate(
-        [_block_power(segments[kept[start : start + BLOCK]], window, band) for start in range(0, len(kept), BLOCK)]
-    )
+    power = np.empty((len(kept), np.count_nonzero(band)))
+    for start in range(0, len(kept), BLOCK):
+        part = slice(start, start + BLOCK)
+        power[part] = _block_power(segments[kept[part]], window, band)
+    return power
 
 
 def _block_power(segments: FloatArray, window: FloatArray, band: NDArray[np.bool_]) -> FloatArray:

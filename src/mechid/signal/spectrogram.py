@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import ShortTimeFFT
 from scipy.signal.windows import hann
+
+from mechid.signal.series import Series
 
 FloatArray = NDArray[np.float64]
 
 
 def spectrogram(
-    y: FloatArray, sample_rate: float, window_s: float, columns: int
+    y: Series, sample_rate: float, window_s: float, columns: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the single-sided amplitude in windows along a record: a sine of amplitude A on a bin reads A.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
-        Samples in any unit.
+    y : Series of N samples
+        In any unit.
     sample_rate : float
         In Hz.
     window_s : float
@@ -37,7 +38,14 @@ def spectrogram(
     """
     length = min(max(int(window_s * sample_rate), 2), y.size)
     hop = max(y.size // max(columns, 1), 1)
-    transform = ShortTimeFFT(hann(length, sym=False), hop, sample_rate, fft_mode="onesided2X", scale_to="magnitude")
-    amplitude = np.abs(transform.stft(y, p0=0, p1=-(-y.size // hop)))
-    times = hop / sample_rate * np.arange(amplitude.shape[1])
-    return times, np.asarray(transform.f, dtype=np.float64), np.asarray(amplitude, dtype=np.float64)
+    window = hann(length, sym=False)
+    centres = np.arange(0, y.size, hop)
+    amplitude = np.empty((length // 2 + 1, centres.size))
+    for column, first in enumerate((centres - length // 2).tolist()):
+        inside, samples = slice(max(first, 0), min(first + length, y.size)), np.zeros(length)
+        samples[inside.start - first : inside.stop - first] = y[inside]
+        amplitude[:, column] = np.abs(np.fft.rfft(samples * window))
+    amplitude[1 : (length + 1) // 2] *= 2.0  # mean and Nyquist bin have no mirror image
+    amplitude /= window.sum()
+    frequency = np.arange(amplitude.shape[0]) * (sample_rate / length)
+    return centres / sample_rate, frequency.astype(np.float64), amplitude

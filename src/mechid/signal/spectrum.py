@@ -6,8 +6,12 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len
 
 from mechid.errors import UsageError, did_you_mean
+from mechid.signal.envelope import peak_groups
+from mechid.signal.series import Series
+from mechid.signal.transform import transformed
 
 FloatArray = NDArray[np.float64]
 
@@ -53,6 +57,42 @@ def amplitude_spectrum(y: FloatArray, sample_rate: float, window: str = "boxcar"
     amplitude[single] /= 2.0
     frequency = np.arange(amplitude.size) * (sample_rate / y.size)
     return frequency.astype(np.float64), amplitude.astype(np.float64)
+
+
+def peak_spectrum(y: Series, sample_rate: float, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return the peaks of the single-sided amplitude spectrum in groups of bins, however long the record is.
+
+    The last samples, hardly ever more than a few, are left out: the transform of a length with a large prime factor
+    takes several times the memory.
+
+    Parameters
+    ----------
+    y : Series of N samples
+        In any unit.
+    sample_rate : float
+        In Hz.
+    most : int
+        Groups at most, equally wide on a logarithmic axis.
+
+    Returns
+    -------
+    frequency : ndarray, shape (M,)
+        In Hz, of the middle of each group, without that at 0.
+    amplitude : ndarray, shape (M,)
+        In the unit of `y`.
+    """
+    size = int(prev_fast_len(y.size, real=True))
+    bins = size // 2 + 1
+    starts = peak_groups(bins, most)
+    peaks = np.zeros(starts.size)
+    for numbers, values in transformed(y, size):
+        single = np.where(2 * numbers == size, 1.0, 2.0) / size  # the Nyquist bin has no mirror image
+        some = numbers > 0
+        group = np.searchsorted(starts, numbers[some], side="right") - 1
+        with np.errstate(invalid="ignore"):  # a sample that is none leaves no bin
+            np.maximum.at(peaks, group, (np.abs(values) * single)[some])
+    middle = (starts + np.append(starts[1:], bins) - 1) // 2
+    return middle * (sample_rate / size), peaks
 
 
 def line_amplitude(y: FloatArray, sample_rate: float, frequency: float) -> float:

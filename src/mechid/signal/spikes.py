@@ -6,10 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from mechid.signal.series import IntArray, blocks
+
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 NEIGHBOURHOOD = 51
 """Samples whose median bend tells how much a smooth signal bends there."""
+AROUND = NEIGHBOURHOOD // 2 + 2
+"""Samples on either side that a verdict on one rests on."""
 SHARP = 8.0
 """How many times larger than its neighbourhood's a bend must be to be none of the signal's."""
 
@@ -27,6 +30,15 @@ def isolated_spikes(series: FloatArray, sigma: float) -> IntArray:
     """
     if series.size < NEIGHBOURHOOD:
         return np.zeros(0, dtype=np.int64)
+    found = []
+    for part in blocks(series.size):
+        first = max(part.start - AROUND, 0)
+        spikes = first + _isolated(series[first : part.stop + AROUND], sigma)
+        found.append(spikes[(spikes >= part.start) & (spikes < part.stop)])
+    return np.concatenate(found)
+
+
+def _isolated(series: FloatArray, sigma: float) -> IntArray:
     bend = np.zeros(series.size)
     bend[1:-1] = series[:-2] - 2.0 * series[1:-1] + series[2:]
     usual = np.maximum(1.4826 * median_filter(np.abs(bend), NEIGHBOURHOOD, mode="nearest"), np.sqrt(6.0) * sigma)
@@ -47,5 +59,7 @@ def outliers(residual: FloatArray, limit: float) -> IntArray:
     limit : float
         In standard deviations as the median magnitude tells them for Gaussian noise.
     """
-    spread = 1.4826 * float(np.median(np.abs(residual)))
-    return np.flatnonzero(np.abs(residual) > limit * spread + np.finfo(float).tiny).astype(np.int64)
+    size = np.abs(residual)
+    least = limit * 1.4826 * float(np.median(size, overwrite_input=True)) + np.finfo(float).tiny
+    far = [part.start + np.flatnonzero(np.abs(residual[part]) > least) for part in blocks(residual.size)]
+    return np.concatenate(far).astype(np.int64)

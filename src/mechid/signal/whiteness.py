@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import prev_fast_len, rfft
+from scipy.fft import prev_fast_len
 from scipy.stats import chi2
 
 from mechid.signal.autoregression import autocovariance, autocovariance_among
+from mechid.signal.series import IntArray, Series, mean_of
+from mechid.signal.transform import transformed
 
-FloatArray = NDArray[np.float64]
 LAGS = 25
 
 
@@ -38,7 +38,7 @@ class LjungBox:
     largest: float
 
 
-def ljung_box(series: FloatArray, lags: int = LAGS, rejected: NDArray[np.int64] | None = None) -> LjungBox:
+def ljung_box(series: Series, lags: int = LAGS, rejected: IntArray | None = None) -> LjungBox:
     """Return the test of Ljung and Box, Q = n (n + 2) sum_k rho_k^2 / (n - k) [LjungBox1978]_.
 
     No degree of freedom is taken off for fitted parameters: those of an output-error model of many
@@ -46,7 +46,7 @@ def ljung_box(series: FloatArray, lags: int = LAGS, rejected: NDArray[np.int64] 
 
     Parameters
     ----------
-    series : ndarray, shape (N,)
+    series : Series of N samples
         Its mean is removed.
     lags : int
         At most N - 1 are used.
@@ -67,7 +67,7 @@ def ljung_box(series: FloatArray, lags: int = LAGS, rejected: NDArray[np.int64] 
     if rejected is not None and rejected.size:
         n, covariance = autocovariance_among(series, lags, rejected)
     else:
-        covariance = autocovariance(series - np.mean(series), lags)
+        covariance = autocovariance(series, lags, mean_of(series))
     if not covariance[0] > 0.0 or lags < 1:
         return LjungBox(statistic=math.nan, lags=lags, p_value=math.nan, largest=math.nan)
     rho = covariance[1:] / covariance[0]
@@ -76,7 +76,7 @@ def ljung_box(series: FloatArray, lags: int = LAGS, rejected: NDArray[np.int64] 
     return LjungBox(statistic=statistic, lags=lags, p_value=float(chi2.sf(statistic, lags)), largest=largest)
 
 
-def effective_samples(series: FloatArray) -> float:
+def effective_samples(series: Series) -> float:
     """Return how many independent samples give a sum of squares as uncertain as this series does.
 
     The variance of a sum of squares grows by the sum of rho_k^2 over all lags of both signs, so
@@ -86,7 +86,7 @@ def effective_samples(series: FloatArray) -> float:
 
     Parameters
     ----------
-    series : ndarray, shape (N,)
+    series : Series of N samples
         Its mean is removed.
 
     Returns
@@ -99,10 +99,12 @@ def effective_samples(series: FloatArray) -> float:
     .. [Bayley1946] G. V. Bayley, J. M. Hammersley, Suppl. J. R. Stat. Soc. 8 (1946) 184-197, doi:10.2307/2983560.
     """
     size = int(prev_fast_len(series.size, real=True))  # a few samples less, and no transform of prime length
-    spectrum = rfft(series[:size] - np.mean(series[:size]))[1 : (size + 1) // 2]
-    power = spectrum.real**2 + spectrum.imag**2
-    total = float(power.sum())
+    total = squares = 0.0
+    for numbers, bins in transformed(series, size, mean_of(series, size)):
+        both_signs = bins[(numbers > 0) & (2 * numbers < size)]
+        power = both_signs.real**2 + both_signs.imag**2
+        total, squares = total + float(power.sum()), squares + float(np.sum(power**2))
     if not total > 0.0:
         return math.nan
-    share = 4.0 * total**2 / float(np.sum(power**2)) / size
+    share = 4.0 * total**2 / squares / size
     return min(max(share * series.size, 1.0), float(series.size))

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from mechid.kernel.compiled import lane_places
 from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
@@ -42,17 +43,11 @@ def resting_outputs(
         if expression in plant.states:
             i = plant.states.index(expression)
             y[j] = w[int(module.AT_X) + i]
-            J[j] = w[_lane_places(module, int(module.ROW_S) + i, lanes)]
+            J[j] = w[lane_places(module, int(module.ROW_S) + i, lanes)]
         elif held is not None:
             y[j], slopes = held(*p, *inputs)
             J[j] = np.asarray(slopes) @ directions
     return y, J
-
-
-def _lane_places(module: ModuleType, row: int, lanes: int) -> NDArray[np.int64]:
-    """Return where a row of all lanes stands in the workspace, as the kernel's ``lane_place`` has it."""
-    lane, group = np.arange(lanes), int(module.LANES_PER_GROUP)
-    return np.asarray((lane // group) * int(module.GROUP_SIZE) + row * group + lane % group, dtype=np.int64)
 
 
 @lru_cache(maxsize=32)

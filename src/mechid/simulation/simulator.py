@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import Command, Excitation
-from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for
+from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
+from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
@@ -64,6 +65,22 @@ class Block:
     y: FloatArray
     rate: FloatArray
     jacobian: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """Where a run stands, or is to start from at command time 0.
+
+    Attributes
+    ----------
+    x : (n_x,)
+        The plant's states.
+    lanes : (n_x, m)
+        Their derivatives along the directions of the run.
+    """
+
+    x: FloatArray
+    lanes: FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,11 +184,20 @@ class Run:
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
-        kernel.begin(
-            p, self.buffers.directions, simulator.excitation.initial, simulator.command.start_angle_rad,
-            *self._start(), self.buffers.discrete, self.buffers.w,
-        )  # fmt: skip
+        self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
+
+    def restart(self, state: State) -> None:
+        """Begin at another state than the command's start, before any block is consumed."""
+        self._begin(state.x, np.zeros(state.x.size * self.p.size))
+        self.buffers.w[self._lane_rows[:, : state.lanes.shape[1]]] = state.lanes
+
+    def _begin(self, x: FloatArray, x_p: FloatArray) -> None:
+        simulator, b = self.simulator, self.buffers
+        simulator.kernel.begin(
+            self.p, b.directions, simulator.excitation.initial, simulator.command.start_angle_rad, x, x_p,
+            b.discrete, b.w,
+        )  # fmt: skip
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
@@ -182,13 +208,15 @@ class Run:
         return x, np.ascontiguousarray(x_p).ravel()
 
     def blocks(self) -> Iterator[Block]:
-        """Yield the record block by block; after a failure the samples are NaN."""
+        """Yield the record block by block; after a failure the samples are NaN. Ask before each whether to go on."""
         done, total = 0, self.base.samples
         for count in self._resting():
+            ask()
             yield self._block(done, count)
             done += count
         self.buffers.discrete[0] = done
         while done < total:
+            ask()
             count = min(self.block, total - done)
             self._advance(count)
             yield self._block(done, count)
@@ -239,6 +267,19 @@ class Run:
         )
 
     @property
+    def state(self) -> State:
+        """Where the run stands: at its last sample, before an edge at that instant."""
+        w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
+        n = len(self.simulator.plant.states)
+        return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
+
+    @cached_property
+    def _lane_rows(self) -> NDArray[np.int64]:
+        """Where the lanes of each state stand, (n_x, lanes)."""
+        module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
+        return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
+
+    @property
     def switching(self) -> Switching:
         """Switches met so far, as many as were to be logged."""
         b = self.buffers
@@ -264,19 +305,29 @@ def simulate_run(run: Run) -> Trajectory:
     """Consume a run into one trajectory."""
     simulator = run.simulator
     n, m, quantities = run.base.samples, len(simulator.sensitive), tuple(simulator.plant.outputs)
-    y = np.empty((n, len(quantities)))
+    y = np.empty((len(quantities), n))
     rate, J = np.empty((n if m else 0, len(quantities))), np.empty((n if m else 0, len(quantities), m))
     for block in run.blocks():
         rows = slice(block.start, block.stop)
-        y[rows] = block.y
+        y[:, rows] = block.y.T
         if m:
             rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
-    return Trajectory(
-        time=run.base.times,
-        values={q: y[:, j] for j, q in enumerate(quantities)},
+    return replace(
+        trajectory_of(run, y),
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
         parameters=tuple(str(simulator.plant.parameters[i[0]]) for i in simulator.sensitive),
+    )
+
+
+def trajectory_of(run: Run, y: FloatArray) -> Trajectory:
+    """Return what a run that is consumed gave as a trajectory without sensitivities; `y`, (n_y, n), are its outputs."""
+    return Trajectory(
+        time=run.base.times,
+        values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
+        jacobian={},
+        rate={},
+        parameters=(),
         switching=run.switching,
         outcome=run.outcome,
         substeps=run.substeps,

@@ -18,10 +18,10 @@ from mechid.web.picture import Effect, Picture, Scene
 
 FloatArray = NDArray[np.float64]
 COLUMNS = 300
-"""Of a picture; each holds the least and the largest sample of every curve."""
-OVER_TIME = ("time", "measured", "modelled", "residual", "estimate")
+"""Of a picture; each holds the least and the largest sample of a curve."""
+OVER_TIME = ("measured", "modelled", "residual", "estimate")
 SPECTRA = ("frequency", "residual spectrum", "measured spectrum", "modelled spectrum", "estimate spectrum")
-"""Columns of a slot's source: what the curves are drawn over, and the curves."""
+"""Columns of a slot's source: the curves over time, each beside its own times, and those over frequency, the first."""
 LEFT = 68
 """Pixels left of all axes, so that they stand in line."""
 MARGIN = 0.02
@@ -50,13 +50,13 @@ class Slot:
     def __init__(self, number: int) -> None:
         self.time = Range1d(start=0.0, end=1.0)
         self.frequency = Range1d(start=0.0, end=1.0)
-        self.curves = ColumnDataSource({name: [] for name in (*OVER_TIME, *SPECTRA)})
+        self.curves = ColumnDataSource({name: [] for name in (*OVER_TIME, *map(times_of, OVER_TIME), *SPECTRA)})
         self.effect = ColumnDataSource({"time": [], "effect": []})
         self.orders = ColumnDataSource({"x": []})
         self.heights = {name: Range1d(start=-1.0, end=1.0) for name in ("torque", "residual", "effect")}
         self.heights["spectrum"] = Range1d(start=1e-6, end=1.0)
-        self.limits: dict[str, tuple[float, float]] = {}
         self.axes: dict[str, Any] = {}
+        self.estimate_lines: list[Any] = []
         self.roots = {f"time_{number}": self._time_plots(), f"spectrum_{number}": self._spectrum_plot()}
         for name, root in self.roots.items():
             root.name = name
@@ -74,11 +74,11 @@ class Slot:
             for name, (label, height) in labels.items()
         }
         for name in ("measured", "modelled", "estimate"):
-            self._line(plots["torque"], "time", name)
-        self._line(plots["residual"], "time", "residual")
-        plots["effect"].line("time", "effect", source=self.effect, name="effect", line_width=1.2)
+            self._line(plots["torque"], times_of(name), name)
+        self._line(plots["residual"], times_of("residual"), "residual")
+        plots["effect"].line("time", "effect", source=self.effect, name="effect", line_width=1.0)
         for plot in plots.values():
-            tips = [("time", "@time{0.000000} s"), ("value", "$y{0.000000}")]
+            tips = [("time", "$snap_x{0.000000} s"), ("value", "$y{0.000000}")]
             plot.add_tools(hover_on(list(plot.renderers), tips))
             plot.yaxis.formatter = BasicTickFormatter(power_limit_low=-6)
         self.axes = {"": plots["torque"].yaxis, "residual": plots["residual"].yaxis, "effect": plots["effect"].yaxis}
@@ -96,9 +96,12 @@ class Slot:
         return plot
 
     def _line(self, plot: Any, over: str, name: str) -> Any:
-        width = 2.4 if name.startswith("measured") else 1.2
+        width = 2.4 if name.startswith("measured") else 1.0
         dash = "dashed" if name.startswith("estimate") else "solid"
-        return plot.line(over, name, source=self.curves, name=name, line_width=width, line_dash=dash, line_join="bevel")
+        line = plot.line(over, name, source=self.curves, name=name, line_width=width, line_dash=dash, line_join="bevel")
+        if name.startswith("estimate"):
+            self.estimate_lines.append(line)
+        return line
 
     def frame(self, picture: Picture, scene: Scene) -> None:
         """Set the axes to a whole picture of a channel, and mark the orders of its step rate, Hz."""
@@ -119,47 +122,47 @@ class Slot:
 
     def show(self, picture: Picture, estimate: Picture | None) -> None:
         """Draw a record beside the model, and the estimate's curves where they are wanted."""
-        own = [picture.measured, picture.modelled, picture.residual]
-        kept = self._kept(picture, [*own, estimate.modelled] if estimate else own)
-        other = estimate.modelled if estimate else np.full(picture.modelled.size, np.nan)
+        nothing: FloatArray = np.empty(0)
+        own = [picture.measured, picture.modelled, picture.residual, estimate.modelled if estimate else nothing]
         spectra = [picture.residual_spectrum, picture.measured_spectrum, picture.modelled_spectrum]
-        spectra.append(estimate.modelled_spectrum if estimate else np.full(picture.frequency_hz.size, np.nan))
-        times = picture.start_s + kept * picture.interval_s
-        over_time = dict(zip(OVER_TIME, [times, *(y[kept] for y in (*own, other))], strict=True))
-        self.curves.data = padded(over_time | dict(zip(SPECTRA, [picture.frequency_hz, *spectra], strict=True)))
+        spectra.append(estimate.modelled_spectrum if estimate else nothing)
+        columns: dict[str, FloatArray] = dict(zip(SPECTRA, [picture.frequency_hz, *spectra], strict=True))
+        for name, y in zip(OVER_TIME, own, strict=True):
+            kept = self._kept(picture, y)
+            columns[times_of(name)] = np.asarray(picture.start_s + kept * picture.interval_s, dtype=np.float64)
+            columns[name] = y[kept]
+        for line in self.estimate_lines:
+            line.visible = estimate is not None
+        self.curves.data = padded(columns)
         self._set_heights(picture)
 
     def show_effect(self, picture: Picture, effect: Effect) -> None:
         """Draw what a small step of the knob in hand does."""
-        kept = self._kept(picture, [effect.torque])
+        kept = self._kept(picture, effect.torque)
         self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
         height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
-        self._hold("effect", -height, height)
+        hold(self.heights["effect"], -height, height)
 
-    def _kept(self, picture: Picture, curves: list[FloatArray]) -> NDArray[np.int64]:
-        """Return the samples to draw of what is in view: the extremes of each column, or all if they are few."""
+    def _kept(self, picture: Picture, y: FloatArray) -> NDArray[np.int64]:
+        """Return the samples to draw of what is in view: the extremes of each column, or all if they are few.
+
+        Each curve has its own: one that is drawn through the others' too takes up to three times as many strokes.
+        """
         start, end = self.view
         margin = MARGIN * (end - start)
         first = max(int((start - margin - picture.start_s) / picture.interval_s), 0)
-        last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, picture.measured.size)
-        parts = [first + envelope(y[first : max(last, first)], COLUMNS) for y in curves]
-        return np.unique(np.concatenate(parts))
+        last = min(int((end + margin - picture.start_s) / picture.interval_s) + 2, y.size)
+        return first + envelope(y[first : max(last, first)], COLUMNS)
 
     def _set_heights(self, picture: Picture) -> None:
         noise = picture.numbers.noise_sigma
         torque = round_up(largest(picture.measured, picture.modelled))
         residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
         for name, height in (("torque", torque), ("residual", residual)):
-            self._hold(name, -height, height)
+            hold(self.heights[name], -height, height)
         top = largest(picture.measured_spectrum, picture.modelled_spectrum)
         line = max(noise / math.sqrt(picture.measured.size), 1e-9 * top)
-        self._hold("spectrum", 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
-
-    def _hold(self, name: str, low: float, high: float) -> None:
-        """Set an axis' ends where they are others than before, so that it stands still and a zoom is kept."""
-        if self.limits.get(name) != (low, high):
-            self.limits[name] = low, high
-            self.heights[name].update(start=low, end=high, reset_start=low, reset_end=high)
+        hold(self.heights["spectrum"], 10.0 ** math.floor(math.log10(line)), 10.0 ** math.ceil(math.log10(top)))
 
 
 class RunFigures:
@@ -221,6 +224,12 @@ class RunFigures:
         }
 
 
+def hold(axis: Range1d, low: float, high: float) -> None:
+    """Set an axis' ends where they are others than last set, so that it stands still and a zoom is kept."""
+    if (axis.reset_start, axis.reset_end) != (low, high):
+        axis.update(start=low, end=high, reset_start=low, reset_end=high)
+
+
 def apart(places: Sequence[float], gap: float) -> list[float]:
     """Return heights for labels near `places`, in the same order, each at least `gap` above the next lower.
 
@@ -234,6 +243,11 @@ def apart(places: Sequence[float], gap: float) -> list[float]:
     for k in sorted(range(len(heights)), key=heights.__getitem__):
         below = heights[k] = round(max(heights[k], below + gap), 9)
     return heights
+
+
+def times_of(name: str) -> str:
+    """Return the column of the instants of a curve."""
+    return f"{name} at"
 
 
 def padded(columns: Mapping[str, Any]) -> dict[str, FloatArray]:

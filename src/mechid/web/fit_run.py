@@ -9,6 +9,7 @@ from enum import Enum
 
 from mechid.errors import MechidError
 from mechid.identification.computation.progress import Listener, Progress
+from mechid.simulation.interruption import interrupted_by
 from mechid.web.estimate import Estimate
 
 Work = Callable[[Listener], Estimate]
@@ -24,7 +25,7 @@ class RunState(Enum):
 
 
 class _CancelledError(BaseException):
-    """Ends the work at its next report; nothing on its way is to take it for a fault."""
+    """Ends the work at the next block of samples; nothing on its way is to take it for a fault."""
 
 
 class FitRun:
@@ -68,14 +69,18 @@ class FitRun:
         self._thread.join(seconds)
         return not self._thread.is_alive()
 
-    def _listen(self, progress: Progress) -> None:
+    def _check(self) -> None:
         if self._stop.is_set():
             raise _CancelledError
+
+    def _listen(self, progress: Progress) -> None:
+        self._check()
         self.reports.append(progress)
 
     def _run(self) -> None:
         try:
-            result = self.work(self._listen)
+            with interrupted_by(self._check):
+                result = self.work(self._listen)
         except _CancelledError:
             return
         except MechidError as error:

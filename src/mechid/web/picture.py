@@ -8,12 +8,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len
 
 from mechid.campaign import CampaignRecord, Match
 from mechid.identification.output_error.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
-from mechid.report.curves import ORDERS
+from mechid.report.curves import ORDERS, rate_over
 from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
@@ -157,6 +158,16 @@ class Scene:
         """Largest magnitude of the commanded rate, full steps/s."""
         return float(np.abs(self.record.command.rate.rates).max())
 
+    @cached_property
+    def rate(self) -> FloatArray:
+        """The commanded rate over the record, (R, 2) of s and full steps/s, linear between; one row is a constant."""
+        return rate_over(self.record, self.base)
+
+    @property
+    def is_sweep(self) -> bool:
+        """Whether the rate varies over the record."""
+        return len(self.rate) > 1
+
     @property
     def orders_hz(self) -> list[float]:
         """Frequencies of the orders of a constant step rate; none of a varying rate, or of none."""
@@ -238,12 +249,15 @@ class Scene:
         )
 
     def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
-        """Return the peak of each group of bins up to the shown frequency, of each curve."""
-        rate = self.base.sample_rate_hz
-        both = [amplitude_spectrum(y, rate) for y in curves]
+        """Return the peak of each group of bins up to the shown frequency, of each curve.
+
+        The last few samples are left out, since lengths with a large prime factor take many times as long.
+        """
+        rate, n = self.base.sample_rate_hz, prev_fast_len(curves[0].size, real=True)
+        both = [amplitude_spectrum(y[:n], rate) for y in curves]
         frequency = both[0][0]
         kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
-        starts = peak_groups(frequency[:kept], MOST_BINS)
+        starts = peak_groups(kept, MOST_BINS)
         stops = np.append(starts[1:], kept)
         return frequency[(starts + stops - 1) // 2], [np.maximum.reduceat(y[:kept], starts) for _, y in both]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -22,6 +22,7 @@ from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.picture import Effect, Picture, Scene, Stretch
 from mechid.web.state import State, campaign_at, first_state
+from mechid.web.sweep import SweepPicture, sweep_picture
 
 MOST_SHOWN = 4
 """Records side by side."""
@@ -165,6 +166,13 @@ class Session:
         """Return what a small step of the knob in hand does to the shown records."""
         mechanism, knob = self.mechanism, self.state.knobs[self.hand]
         return {name: self.scenes[name].effect(mechanism, knob, self._stretch(name, self.state)) for name in self.shown}
+
+    def sweeps(self, pictures: Mapping[str, Picture]) -> dict[str, SweepPicture]:
+        """Return the pictures of records whose step rate varies over time and frequency."""
+        mechanism, scenes = self.mechanism, self.scenes
+        return {
+            name: sweep_picture(scenes[name], p, mechanism) for name, p in pictures.items() if scenes[name].is_sweep
+        }
 
     def _picture(self, name: str, state: State) -> Picture:
         mechanism = campaign_at(self.campaign, state).mechanism

@@ -11,11 +11,13 @@ from mechid.identification.computation.progress import Progress
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
+from mechid.report.payload import order_word
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob
 from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
+from mechid.web.sweep import SweepPicture
 
 VALUE_DIGITS = 5
 MOST_REPORTS = 300
@@ -116,11 +118,19 @@ def _scene_entry(scene: Scene) -> Data:
     }
 
 
-def shown_data(session: Session, pictures: Mapping[str, Picture], effects: Mapping[str, Effect]) -> Data:
+def shown_data(
+    session: Session,
+    pictures: Mapping[str, Picture],
+    effects: Mapping[str, Effect],
+    sweeps: Mapping[str, SweepPicture],
+) -> Data:
     """Return what the page says of the session as it stands."""
     return {
         "knobs": {name: _knob_now(session, knob) for name, knob in session.state.knobs.items()},
         "records": [_panel(name, picture, effects.get(name), session) for name, picture in pictures.items()],
+        "sweeps": [
+            {"name": name, "words": _sweep_words(sweep), "tops_hz": sweep.tops_hz} for name, sweep in sweeps.items()
+        ],
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),
@@ -213,6 +223,14 @@ def _effect_words(effect: Effect | None, session: Session, channel_unit: str) ->
         f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip()
         + "."
     )
+
+
+def _sweep_words(sweep: SweepPicture) -> str:
+    """Say which orders and resonances are marked."""
+    orders = ", ".join(order_word(order) for order in sweep.orders)
+    swinging = ", ".join(f"{r.name} {digits(r.frequency_hz, 3)} Hz" for r in sweep.resonances)
+    marked = f"Marked are the orders {orders} of the step rate"
+    return f"{marked} and the resonances as set: {swinging}." if swinging else f"{marked}."
 
 
 def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:

@@ -9,6 +9,7 @@ from typing import Any
 from bokeh.core.properties import String
 from bokeh.document import Document
 from bokeh.model import DataModel
+from bokeh.server.contexts import BokehSessionContext
 
 from mechid.errors import MechidError, UsageError
 from mechid.web.equations import Equations
@@ -16,6 +17,7 @@ from mechid.web.figures import RunFigures, Slot
 from mechid.web.page import page_template
 from mechid.web.session import MOST_SHOWN, Session, Source
 from mechid.web.shown import course, page_data, shown_data
+from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200
 Message = Mapping[str, Any]
@@ -35,12 +37,15 @@ class Tab:
         self.session, self.equations, self.document = Session(source), equations, document
         self.wire = Wire(name="wire")
         self.slots = [Slot(k) for k in range(min(MOST_SHOWN, len(self.session.scenes)))]
+        sweeps = sum(scene.is_sweep for scene in self.session.scenes.values())
+        self.sweep_figures = [SweepFigure(k) for k in range(min(MOST_SHOWN, sweeps))]
         self.course = RunFigures()
         self.seen: tuple[Any, ...] = ()
         self.note, self.answered = "", 0
         self.framed: tuple[tuple[str, ...], float] | None = None
         self.pictures: dict[str, Any] = {}
         self.effects: dict[str, Any] = {}
+        self.sweeps: dict[str, Any] = {}
         self.explained = ""
         self.symbols = {name: knob.parameter.declaration.symbol for name, knob in self.session.state.knobs.items()}
         self._build(source)
@@ -48,13 +53,15 @@ class Tab:
     def _build(self, source: Source) -> None:
         document = self.document
         roots = {name: root for slot in self.slots for name, root in slot.roots.items()} | self.course.roots
+        roots |= {figure.root.name: figure.root for figure in self.sweep_figures}
         self.course.roots["run"].tags = [self.wire]
         for root in roots.values():
             document.add_root(root)
         data = page_data(source.campaign, self.session.state.knobs, self.session.scenes)
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
-        document.template_variables.update(data=data, slots=len(self.slots), synthetic=source.is_synthetic)
+        document.template_variables.update(data=data, slots=len(self.slots), sweeps=len(self.sweep_figures),
+                                           synthetic=source.is_synthetic)  # fmt: skip
         self.wire.on_change("asked", self._hear)
         for slot in self.slots:
             slot.time.on_change("start", self._zoomed)
@@ -89,6 +96,8 @@ class Tab:
         elif what in DRAGGED:
             self._simulate()
             self._draw_curves()
+        elif what in RESTED:
+            self._follow()
         return ""
 
     def _asked_for(self, message: Message) -> None:
@@ -106,12 +115,19 @@ class Tab:
     # Out.
 
     def redraw(self) -> None:
-        """Simulate what is shown with the effect of the knob in hand, and draw it."""
+        """Simulate what is shown, and draw all of it."""
         self._simulate()
-        self.effects = self.session.effects()
         self._frame()
         self._draw_curves()
+        self._follow()
+
+    def _follow(self) -> None:
+        """Draw what follows the curves: the effect of the knob in hand, spectrograms of sweeps."""
+        self.effects = self.session.effects()
+        self.sweeps = self.session.sweeps(self.pictures)
         self._draw_effects()
+        for figure, (name, sweep) in zip(self.sweep_figures, self.sweeps.items(), strict=False):
+            figure.show(sweep, self.session.scenes[name])
 
     def _simulate(self) -> None:
         self.pictures = self.session.pictures()
@@ -137,7 +153,7 @@ class Tab:
 
     def tell(self, file: str = "") -> None:
         """Send what the page says."""
-        data = shown_data(self.session, self.pictures, self.effects)
+        data = shown_data(self.session, self.pictures, self.effects, self.sweeps)
         data |= {"answered": self.answered, "note": self.note, "file": file}
         if self.explained != self.session.hand:
             self.explained = self.session.hand
@@ -145,7 +161,9 @@ class Tab:
         self.wire.update(told=json.dumps(data, allow_nan=False))
 
     def _poll(self) -> None:
-        """Show how the fit goes on, and take up its end."""
+        """Show how the fit goes on, and take up its end; for a page that is closed nothing goes on."""
+        if self._is_closed and self.session.is_fitting:
+            self.session.cancel()
         self.session.follow()
         run = self.session.watched
         if run is None:
@@ -160,6 +178,13 @@ class Tab:
         if ended:
             self.redraw()
         self.tell()
+
+    @property
+    def _is_closed(self) -> bool:
+        """Whether the page's connection is gone; Bokeh keeps the session for a while."""
+        context = self.document.session_context
+        session = context.session if isinstance(context, BokehSessionContext) else None
+        return session is not None and session.connection_count == 0
 
 
 Action = Callable[[Session, Message], None]
@@ -179,5 +204,6 @@ ACTIONS: Mapping[str, Action] = {
     "cancel": lambda session, m: session.cancel(),
 }
 DRAGGED = ("turn",)
-"""The effect of a knob follows when the page has come to rest, and asks for it."""
-REDRAWN = ("settle", "take", "undo", "estimate", "file", "look", "compare")
+RESTED = ("settle", "take")
+"""The effect of a knob, and spectrograms, follow when the page has come to rest, and asks for it."""
+REDRAWN = ("undo", "estimate", "file", "look", "compare")

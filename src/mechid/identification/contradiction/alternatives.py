@@ -8,6 +8,7 @@ records have settled, short simulations tell which it is.
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -44,9 +45,19 @@ class Judged:
 
 def first_moments(target: Target) -> int:
     """Return the samples up to which a record is looked at: two full steps of travel, and 60 ms after them."""
-    travelled = steps_travelled(target.command.rate, target.base.times - target.time_offset_s)
     after = round(AFTER_S * target.base.sample_rate_hz)
-    return min(int(np.searchsorted(travelled, STEPS)) + after, target.samples)
+    return min(_samples_of(target, STEPS) + after, target.samples)
+
+
+def _samples_of(target: Target, steps: float) -> int:
+    """Return the samples until the command has travelled so many full steps; all of them where it never has."""
+    base = target.base
+
+    def travelled(k: int) -> float:
+        time = base.start_s + np.array([k]) / base.sample_rate_hz - target.time_offset_s
+        return float(steps_travelled(target.command.rate, time)[0])
+
+    return bisect_left(range(base.samples), steps, key=travelled)
 
 
 def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
@@ -184,8 +195,7 @@ def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
 
 def _reach(target: Target) -> int:
     """Return how many samples of time offset cannot be told from another start angle, halved."""
-    travelled = steps_travelled(target.command.rate, target.base.times - target.time_offset_s)
-    return min(int(np.searchsorted(travelled, 1.0)), target.samples) // 2
+    return _samples_of(target, 1.0) // 2
 
 
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:

@@ -16,7 +16,7 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import WINDOW_S
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
-from mechid.simulation.simulator import Simulator, simulate_run
+from mechid.simulation.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 FULL_STEPS_A_CYCLE = 4.0
@@ -66,7 +66,9 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     )
     p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
     run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
-    switching = simulate_run(run).switching
+    for _ in run.blocks():
+        pass
+    switching = run.switching
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
     near = np.flatnonzero(np.abs(switching.time - at_s) < WINDOW_S)
     if not near.size:

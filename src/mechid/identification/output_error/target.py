@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import Command, Excitation
 from mechid.parameter import Parameter
-from mechid.records.record import no_samples
 from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
+from mechid.signal.series import no_samples
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 FloatArray = NDArray[np.float64]

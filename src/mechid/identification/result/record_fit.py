@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,9 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
 from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.search.gates import followed
+from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
+from mechid.signal.series import blocks, counting, mean_of
 from mechid.signal.trend import Line, fit_line
 from mechid.units import SI_UNIT
 
@@ -24,9 +27,9 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     window = windows.get(record.name, (0, target.samples))
-    channels = _channels(record, target, problem, q, window)
+    floors = {match.quantity: noise_sigma(record, match) for match in record.matches}
+    channels = _channels(record, target, problem, q, window, floors)
     leading = channels[record.leading]
-    floors = {match.quantity: noise_sigma(record, match) for match in record.estimated}
     judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
     follows = followed(problem, judged, q)
     return RecordFit(
@@ -46,20 +49,21 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
 
 
 def _channels(
-    record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int]
-) -> dict[str, ChannelFit]:
+    record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int],
+    floors: Mapping[str, float],
+) -> dict[str, ChannelFit]:  # fmt: skip
     """Return how each channel is predicted, those that are only compared behind those that are fitted."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     whole = replace(target, channels=(*target.channels, *others))
     matches = {match.quantity: match for match in record.matches}
     return {
-        channel.quantity: _channel(record, matches[channel.quantity], whole, channel, r, window)
+        (name := channel.quantity): _channel(record.use, matches[name], floors[name], whole, channel, r, window)
         for channel, r in zip(whole.channels, problem.misfit(whole, q, window), strict=True)
     }
 
 
 def _channel(
-    record: CampaignRecord, match: Match, target: Target, channel: TargetChannel, r: FloatArray,
+    use: str, match: Match, floor: float, target: Target, channel: TargetChannel, r: FloatArray,
     window: tuple[int, int],
 ) -> ChannelFit:  # fmt: skip
     first, stop = window
@@ -68,10 +72,10 @@ def _channel(
     spread = _spread(channel.measured[first:stop], line, rejected)
     return ChannelFit(
         unit=SI_UNIT[channel.quantity],
-        use=match.use if record.use == "estimate" else record.use,
+        use=match.use if use == "estimate" else use,
         fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
         residual_rms=rms,
-        noise_sigma=noise_sigma(record, match),
+        noise_sigma=floor,
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         quantisation=channel.rounding * math.sqrt(12.0),
@@ -93,8 +97,7 @@ def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple
 
 def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:
     """Return the RMS of measured - line - mean."""
-    own = measured.copy()
-    (line or Line()).take_from(own)
-    own -= np.delete(own, rejected).mean() if rejected.size else own.mean()
-    own[rejected] = 0.0
-    return float(np.linalg.norm(own)) / math.sqrt(max(own.size - rejected.size, 1))
+    rest, n = Remainder(measured, line or Line(), rejected=rejected), max(measured.size - rejected.size, 1)
+    mean = mean_of(rest) * rest.size / n
+    squares = (float(np.sum(counting(rest[part] - mean, part, rejected) ** 2)) for part in blocks(rest.size))
+    return math.sqrt(sum(squares) / n)

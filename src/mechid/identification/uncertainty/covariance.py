@@ -22,6 +22,7 @@ from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.visits import Visits
 from mechid.signal.autoregression import Autoregression, fit_autoregression
+from mechid.signal.series import blocks
 from mechid.signal.trend import fit_line
 
 FloatArray = NDArray[np.float64]
@@ -81,15 +82,18 @@ def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int
 
 
 def _white(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> FloatArray:
+    """Return a residual behind its channel's prefilter, written over it."""
     if channel.prefilter is None:
         return r
     order = channel.order
-    white = np.asarray(lfilter(channel.prefilter.coefficients, [1.0], r), dtype=np.float64)
-    white[:order] = 0.0
+    memory = np.zeros(order)
+    for part in blocks(r.size):
+        r[part], memory = lfilter(channel.prefilter.coefficients, [1.0], r[part], zi=memory)
+    r[:order] = 0.0
     spoilt = channel.rejected_within((window[0] - order, window[1])) - order
     spoilt = (spoilt[:, np.newaxis] + np.arange(order + 1)).ravel()
-    white[spoilt[(spoilt >= 0) & (spoilt < white.size)]] = 0.0
-    return white
+    r[spoilt[(spoilt >= 0) & (spoilt < r.size)]] = 0.0
+    return r
 
 
 def _score_variance(

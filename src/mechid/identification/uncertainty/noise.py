@@ -151,9 +151,10 @@ def _without_spikes(channel: TargetChannel) -> TargetChannel:
     spikes = isolated_spikes(channel.measured, channel.sigma)
     if not spikes.size:
         return channel
-    kept = np.delete(np.arange(channel.measured.size), spikes)
     measured = channel.measured.copy()
-    measured[spikes] = np.interp(spikes, kept, channel.measured[kept])
+    beside = np.setdiff1d(np.concatenate((spikes - 1, spikes + 1)), spikes)
+    beside = beside[(beside >= 0) & (beside < measured.size)]
+    measured[spikes] = np.interp(spikes, beside, measured[beside])
     return replace(channel, measured=measured, rejected=np.union1d(channel.rejected, spikes))
 
 

@@ -11,17 +11,25 @@ from mechid.report.digits import plain, with_sigma
 
 Data = Mapping[str, Any]
 NO_NUMBER = "–"
+STEADY = (
+    "rate, steps/s", "reached from", "repeats", "largest multiplier", "decay, s", "follows", "torque RMS, N m",
+    "line of sight RMS, rad", "",
+)  # fmt: skip
+"""Of the table of steady states."""
+SHOWN_STEADY = 16
+REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
 
 def budget_contents(data: Data) -> dict[str, Any]:
     """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
-    modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode)} for k, mode in
-             enumerate(data["modes"])]  # fmt: skip
+    modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode),
+              "steady_rows": steady_rows(data, mode)} for k, mode in enumerate(data["modes"])]  # fmt: skip
     return {
         **data,
         "modes": modes,
         "requirements": [{**r, "text": _requirement_text(r)} for r in data["requirements"]],
         "verdict": budget_verdict(data),
+        "steady_columns": STEADY,
     }
 
 
@@ -63,11 +71,6 @@ def _requirement_text(r: Data) -> dict[str, str]:
 
 
 def _mode_text(data: Data, mode: Data) -> dict[str, str]:
-    def per_axis(values: Any) -> str:
-        if values is None:
-            return NO_NUMBER
-        return ", ".join(f"{a} {plain(v, 3)}" for a, v in zip(data["line_of_sight"], values, strict=True))
-
     rates = mode["rates"]
     stepping = f"{mode['stepping']}, {mode['microsteps']} a step" if mode["stepping"] == "micro" else mode["stepping"]
     driven = f"{plain(rates[0], 4)} to {plain(rates[-1], 4)} steps/s in {len(rates)}" if len(rates) > 1 else ""
@@ -79,7 +82,37 @@ def _mode_text(data: Data, mode: Data) -> dict[str, str]:
         "duty": NO_NUMBER if mode["duty"] is None else f"{100.0 * mode['duty']:.4g} %",
         "worst_rate": plain(mode["worst_rate"], 4),
         "torque": plain(mode["torque_rms_Nm"], 3),
-        "one_way": per_axis(mode["line_of_sight_rms_rad"]),
-        "two_way": per_axis(mode["line_of_sight_rms_two_way_rad"]),
+        "one_way": _per_axis(data, mode["line_of_sight_rms_rad"]),
+        "two_way": _per_axis(data, mode["line_of_sight_rms_two_way_rad"]),
         "gain": plain(mode["loop_gain"], 2),
+        "slowest": _slowest(mode),
     }
+
+
+def _slowest(mode: Data) -> str:
+    """Return the slowest transient in words; nothing of a profile, or where no motion repeats."""
+    slowest = mode["steady_states"]["slowest"] if mode["kind"] == "steady" else None
+    if slowest is None or slowest["decay_s"] is None:
+        return NO_NUMBER
+    return f"{plain(slowest['decay_s'], 2)} s at {plain(slowest['rate'], 4)} steps/s"
+
+
+def steady_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
+    """Return a row of texts for each steady state at the rates that have several, or an odd one; see `STEADY`."""
+    several = mode["steady_states"]["several"] if mode["kind"] == "steady" else []
+    rows: list[tuple[str, ...]] = [
+        (plain(here["rate"], 5), ", ".join(s["reached"]), REPEATS[min(s["periods"], 2)].format(s["periods"]),
+         plain(s["largest_multiplier"], 3) if s["periods"] else NO_NUMBER,
+         plain(s["decay_s"], 2) if s["periods"] else NO_NUMBER, "yes" if s["follows"] else "no",
+         plain(s["torque_rms_Nm"], 3), _per_axis(data, s["rms_rad"]), "counts" if s["worst"] else "")
+        for here in several
+        for s in here["states"]
+    ]  # fmt: skip
+    more = (f"{len(rows) - SHOWN_STEADY} more", "in steady_states.csv", *[""] * (len(STEADY) - 2))
+    return rows if len(rows) <= SHOWN_STEADY else [*rows[:SHOWN_STEADY], more]
+
+
+def _per_axis(data: Data, values: Any) -> str:
+    if values is None:
+        return NO_NUMBER
+    return ", ".join(f"{a} {plain(v, 3)}" for a, v in zip(data["line_of_sight"], values, strict=True))

@@ -135,6 +135,8 @@ def _shares(data: Data, figure: Any) -> None:
 def _map(mode: Data, figure: Any) -> None:
     """Draw the speed-harmonic map: torque amplitude over rate and order."""
     orders, amplitude = _numbers(mode["map"]["orders"]), _numbers(mode["map"]["torque_amplitude_Nm"])
+    whole = 2.0 * orders % 1.0 == 0.0  # lines between, of motions of several periods, would leave gaps
+    orders, amplitude = orders[whole], amplitude[:, whole]
     most = float(np.nanmax(amplitude)) or 1.0
     shown = max(int(np.searchsorted(orders, 16.0, side="right")), 2)
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)

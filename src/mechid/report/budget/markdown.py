@@ -17,7 +17,7 @@ SHOWN = (
 )  # fmt: skip
 MODE = (
     "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",
-    "two-way", "largest R K",
+    "two-way", "largest R K", "slowest transient, to 1/e",
 )  # fmt: skip
 
 
@@ -33,8 +33,14 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
             for r in data["requirements"]
         ]
         parts += ["## Requirements", table(REQUIREMENT, rows)]
-    keys = ("stepping", "driven", "duty", "worst_rate", "torque", "one_way", "two_way", "gain")
+    keys = ("stepping", "driven", "duty", "worst_rate", "torque", "one_way", "two_way", "gain", "slowest")
     parts += ["## Modes of operation", table(MODE, [(m["name"], *_texts(m, keys)) for m in data["modes"]])]
+    steady = [(m["name"], *row) for m in data["modes"] for row in m["steady_rows"]]
+    if steady:
+        parts += [
+            "## Rates with several steady states, or an odd one",
+            table(("mode", *data["steady_columns"]), steady),
+        ]
     if data["crossings"]:
         crossed = [(f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}")
                    for c in data["crossings"]]  # fmt: skip

@@ -31,6 +31,7 @@ def over_rate(data: Data, mode: Data, figure: Any) -> None:
         if over["rms_two_way_rad"] is not None:
             joined = _numbers(over["rms_two_way_rad"])[:, k]
             top.plot(rates, joined, "--", color=RESIDUAL_COLOUR, linewidth=0.8, label="two-way" if k == 0 else None)
+    _other_states(mode, top)
     top.set(ylabel="line of sight RMS, rad", yscale="log", xlim=(rates[0], rates[-1]))
     top.set_ylim(top=4.0 * top.get_ylim()[1])
     in_powers(top.yaxis)
@@ -38,6 +39,14 @@ def over_rate(data: Data, mode: Data, figure: Any) -> None:
     if over["levels_rad"]:
         _levels(data, mode, rows[1, 0])
     rows[-1, 0].set_xlabel(RATE)
+
+
+def _other_states(mode: Data, axes: Any) -> None:
+    """Mark the steady states beside the worst one, where a rate has several."""
+    several = mode["steady_states"]["several"]
+    others = [(here["rate"], rms) for here in several for s in here["states"] if not s["worst"] for rms in s["rms_rad"]]
+    if others:
+        axes.plot(*zip(*others, strict=True), "x", color=NOISE, markersize=3.0, label="other steady states")
 
 
 def _levels(data: Data, mode: Data, axes: Any) -> None:

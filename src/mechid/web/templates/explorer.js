@@ -124,6 +124,24 @@ function printedPanel(panel, record) {
   });
 }
 
+function printedSweep(section, sweep) {
+  set(section, "hidden", !sweep);
+  if (!sweep) return;
+  set(section.querySelector("h2"), "textContent", `${sweep.name}, over time and frequency`);
+  set(section.querySelector(".words"), "textContent", `${sweep.words} Drawn anew when the slider rests.`);
+  const tops = section.querySelector(".tops"), words = sweep.tops_hz.length < 2 ? [] : sweep.tops_hz.map((hz) => `up to ${hz} Hz`);
+  if (tops.dataset.words === String(words)) return;
+  tops.dataset.words = words;
+  tops.replaceChildren(...words.map((text, k) => {
+    const button = element("button", text, "chip");
+    button.type = "button";
+    button.addEventListener("click", () => {
+      wire.document.get_model_by_name(`frequency_${section.dataset.sweep}`).setv({ start: 0, end: sweep.tops_hz[k] });
+    });
+    return button;
+  }));
+}
+
 function printedVerdict(verdict, source) {
   at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
@@ -155,6 +173,7 @@ function printed() {
   for (const [name, now] of Object.entries(told.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
   for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
+  document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, told.sweeps[k]));
   for (const chip of chips) chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
   set(at("undo"), "disabled", !told.can_undo);
@@ -194,6 +213,13 @@ function saved(text) {
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }
 
+// At each drawing Bokeh writes a dozen style sheets a figure anew, mostly as they were, and the browser works out all
+// styles again; a sheet that stays as it is is not written.
+function sheetsLeftAlone() {
+  const sheet = Bokeh.require("core/dom").InlineStyleSheet.prototype, write = sheet._update;
+  sheet._update = function (css) { if (this.css !== css) write.call(this, css); };
+}
+
 function repainted() {
   for (const root of wire.document.roots()) painted(root);
 }
@@ -209,6 +235,7 @@ at("theme").addEventListener("click", () => {
   const found = shown && shown.get_model_by_name("wire");
   if (!found) { setTimeout(connected, 20); return; }
   wire = found;
+  sheetsLeftAlone();
   repainted();
   if (matchMedia("(pointer: coarse)").matches) {
     for (const root of shown.roots()) for (const model of root.references()) {

@@ -1,0 +1,68 @@
+"""Series of samples that are read piece by piece: what is worked out from arrays need never be held whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BLOCK = 65536
+"""Samples looked at together."""
+
+
+class Series(Protocol):
+    """Samples by number: an array, (n,), or what works a slice of them out when it is asked for."""
+
+    @property
+    def size(self) -> int:
+        """Number of samples n."""
+
+    def __getitem__(self, part: slice, /) -> FloatArray:
+        """Return the samples of a slice."""
+
+
+@dataclass(frozen=True, eq=False)
+class Beginning:
+    """The first samples of a series."""
+
+    series: Series
+    size: int
+
+    def __getitem__(self, part: slice, /) -> FloatArray:
+        """Return the samples of a slice with a positive step."""
+        return self.series[slice(*part.indices(self.size))]
+
+
+def blocks(samples: int, size: int = BLOCK) -> Iterator[slice]:
+    """Yield the slices of consecutive blocks of at most `size` samples."""
+    for start in range(0, samples, size):
+        yield slice(start, min(start + size, samples))
+
+
+def no_samples() -> IntArray:
+    """Return the numbers of no samples, (0,)."""
+    return np.zeros(0, dtype=np.int64)
+
+
+def counting(values: FloatArray, part: slice, rejected: IntArray | None) -> FloatArray:
+    """Return the samples of a block, (..., n), without those that do not count: `rejected`, (s,) ascending."""
+    if rejected is None or not rejected.size:
+        return values
+    first, stop = np.searchsorted(rejected, (part.start, part.stop))
+    return np.delete(values, rejected[first:stop] - part.start, axis=-1) if stop > first else values
+
+
+def mean_of(series: Series, samples: int | None = None) -> float:
+    """Return the mean of a series, or of its first samples."""
+    n = series.size if samples is None else samples
+    return sum(float(series[part].sum()) for part in blocks(n)) / n
+
+
+def is_finite(series: Series) -> bool:
+    """Return whether every sample is finite."""
+    return all(bool(np.isfinite(series[part]).all()) for part in blocks(series.size))

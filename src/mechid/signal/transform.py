@@ -1,0 +1,61 @@
+"""The Fourier transform of a long series, bins in blocks, in little more memory than its bins take.
+
+A library's transform of n samples takes copies, factors and work space, five times the memory of its result. Here it
+is taken of every r-th sample, r times, and the bins are put together from these: the first step of Cooley and Tukey,
+https://doi.org/10.1090/S0025-5718-1965-0178586-1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal.series import Series, blocks
+
+ComplexArray = NDArray[np.complex128]
+IntArray = NDArray[np.int64]
+AT_ONCE = 2**18
+"""Samples of one transform, where the number of samples can be divided so."""
+MOST_PARTS = 256
+COLUMNS = 4096
+"""Bins of each part that are put together at once."""
+
+
+def transformed(series: Series, samples: int, mean: float = 0.0) -> Iterator[tuple[IntArray, ComplexArray]]:
+    """Yield the bins of the discrete Fourier transform of the first samples less `mean`, without any scale.
+
+    Parameters
+    ----------
+    series : Series
+    samples : int
+        Without large prime factors: with those it takes more time and memory.
+    mean : float
+        In the samples' unit.
+
+    Yields
+    ------
+    numbers : (m,) of int
+        Of the bins, from 0 to `samples` // 2, each once, in no order.
+    bins : (m,)
+    """
+    parts = _divisor(samples)
+    length = samples // parts
+    first = np.empty((parts, length // 2 + 1), dtype=np.complex128)
+    for r in range(parts):
+        first[r] = np.fft.rfft(series[r:samples:parts] - mean)
+    rows = np.arange(parts)[:, None]
+    for columns in blocks(length // 2 + 1, COLUMNS):
+        k = np.arange(columns.start, columns.stop)
+        bins = np.fft.fft(first[:, columns] * np.exp((-2j * np.pi / samples) * (rows * k)), axis=0)
+        number = k + length * rows
+        above = 2 * number > samples  # a real series' bin n - k is the conjugate of bin k
+        once = ~above | ((k > 0) & (2 * k < length))
+        yield np.where(above, samples - number, number)[once], np.where(above, bins.conj(), bins)[once]
+
+
+def _divisor(samples: int) -> int:
+    """Return into how many parts the samples are divided; 1 where no number of parts makes them short enough."""
+    least = -(-samples // AT_ONCE)
+    return next((parts for parts in range(least, MOST_PARTS + 1) if samples % parts == 0), 1) if samples else 1

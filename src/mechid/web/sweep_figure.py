@@ -1,0 +1,72 @@
+"""The spectrograms of one record: measured, modelled and residual on one scale of colours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import ColumnDataSource, HoverTool, LogColorMapper, Range1d
+from bokeh.palettes import Cividis256
+
+from mechid.report.plots import FREQUENCY, TIME, amplitude_bar, empty_plot, stacked
+from mechid.report.quantities import AMPLITUDE, axis_labels
+from mechid.web.figures import LEFT, hold, largest, round_up
+from mechid.web.picture import Scene
+from mechid.web.sweep import SweepPicture
+
+IMAGES = ("measured", "modelled", "residual")
+HEIGHT, AXIS_HEIGHT, BAR_HEIGHT = 190, 42, 60
+GAPS = [3, 11]
+"""Dashes and gaps in pixels: what is marked stands below the mark and is to be seen."""
+RANGE = 3000.0
+"""From the least to the largest amplitude that has a colour of its own, as in the report."""
+
+
+class SweepFigure:
+    """Three images on the same axes, the orders of the step rate and the resonances over them."""
+
+    def __init__(self, number: int) -> None:
+        self.time, self.frequency = Range1d(start=0.0, end=1.0), Range1d(start=0.0, end=1.0)
+        self.images = ColumnDataSource({name: [] for name in (*IMAGES, "x", "y", "dw", "dh")})
+        self.orders = ColumnDataSource({"x": [], "y": []})
+        self.resonances = ColumnDataSource({"y": []})
+        self.colours = LogColorMapper(palette=Cividis256, low=1e-4, high=1.0)
+        self.bar = amplitude_bar(self.colours)
+        plots = [self._image(name) for name in IMAGES]
+        for plot in plots[:-1]:
+            plot.xaxis.visible = False
+        plots[-1].add_layout(self.bar, "below")
+        plots[-1].height += AXIS_HEIGHT + BAR_HEIGHT
+        self.root = stacked(plots)
+        self.root.name = f"spectrogram_{number}"
+        self.frequency.name = f"frequency_{number}"
+
+    def _image(self, name: str) -> Any:
+        plot = empty_plot(TIME, f"{name}: {FREQUENCY}", height=HEIGHT, x_range=self.time, y_range=self.frequency,
+                          min_border_left=LEFT)  # fmt: skip
+        image = plot.image(name, x="x", y="y", dw="dw", dh="dh", source=self.images, color_mapper=self.colours)
+        plot.multi_line("x", "y", source=self.orders, name="order over", line_dash=GAPS, line_width=1,
+                        line_alpha=0.8)  # fmt: skip
+        plot.hspan(y="y", source=self.resonances, name="resonance over", line_dash=GAPS, line_width=1.5)
+        tips = [("", name), ("time", "$x{0.00} s"), ("frequency", "$y{0} Hz"), ("amplitude", f"@{name}{{0.000000}}")]
+        plot.add_tools(HoverTool(renderers=[image], tooltips=tips))
+        plot.grid.visible = False
+        return plot
+
+    def show(self, sweep: SweepPicture, scene: Scene) -> None:
+        """Draw a stretch of a record; axes and colours change in round steps only."""
+        columns, bins = sweep.measured.shape[1], sweep.measured.shape[0]
+        half = 0.5 * (sweep.time_s[-1] - sweep.time_s[0]) / max(columns - 1, 1)
+        start, end = float(sweep.time_s[0]), float(sweep.time_s[-1])
+        self.images.data = {name: [getattr(sweep, name).astype(np.float32)] for name in IMAGES} | {
+            "x": [start - half], "dw": [end - start + 2.0 * half],
+            "y": [sweep.lowest_hz], "dh": [bins * sweep.row_hz],
+        }  # fmt: skip
+        times, rates = sweep.rate[:, 0], np.abs(sweep.rate[:, 1])
+        self.orders.data = {"x": [times] * len(sweep.orders), "y": [order * rates for order in sweep.orders]}
+        self.resonances.data = {"y": [r.frequency_hz for r in sweep.resonances]}
+        hold(self.time, start, end)
+        hold(self.frequency, 0.0, sweep.tops_hz[0])
+        high = round_up(largest(sweep.measured))
+        self.colours.update(low=high / RANGE, high=high)
+        self.bar.title = axis_labels(scene.match.quantity)[AMPLITUDE]
