@@ -22,7 +22,7 @@ FloatArray = NDArray[np.float64]
 BLOCK = 1024
 """Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
 CLOSE_STEPS = 4
-"""So many steps stand for one over the hundred samples behind the start and behind each switch."""
+"""So many steps stand for one over the hundred samples behind the start and behind each break-away."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
