@@ -88,6 +88,22 @@ def test_the_filter_flows_on_through_a_switch_that_comes_at_once():
         assert second_sample(gap) == pytest.approx(second_sample(1e-7), abs=1e-8), gap
 
 
+def test_a_free_rotor_at_rest_goes_where_it_will_be_pulled():
+    """Truth: one push, one direction. Where no torque acts at the instant of an edge neither way is the right one yet."""
+    m = mechanism(changes={"friction.static": 0.0, "friction.coulomb": 0.0})
+    command = Command(
+        stepping="full", microsteps=1, rate=RateProfile.constant(20.0), start_angle_deg=45.0, start="equilibrium"
+    )
+    [R] = indices(m, ("R",))
+    for k in range(30):
+        p = m.kernel_values()
+        p[R] -= k * 1e-6 * p[R]
+        run = run_kernel(m, command, base(0.08), p=p)
+        assert run.outcome is SimulationOutcome.COMPLETE
+        assert len(run.switching.time) <= 1
+        assert run.torque[700] != 0.0
+
+
 def test_many_switches_before_a_record_begins_are_no_chatter():
     """Truth: the record from the start. A rotor without friction swings through rest a hundred times."""
     no_friction = {"friction.static": 0.0, "friction.coulomb": 0.0, "friction.viscous": 1e-5}

@@ -125,7 +125,7 @@ def _compile(module: ModuleType, plant: Plant) -> None:
     b = allocate(plant, module, samples=0, events=0, sensitive=False)
     p = np.ones(len(plant.parameters))
     module.begin(p, b.directions, np.zeros(len(plant.inputs)), 0.0, np.zeros(0), np.zeros(0), b.discrete, b.w)
-    module.run(p, b.directions, 0, np.array([0.0, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
+    module.run(p, b.directions, 0, np.array([0.0, 1e-4, 1e-4, 1e-4]), np.zeros(0), np.zeros(0), *b.run_arguments(0))
 
 
 @dataclass(frozen=True)
@@ -154,11 +154,11 @@ class Buffers:
 def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sensitive: bool) -> Buffers:
     """Return zeroed buffers for blocks of up to `samples`, with sensitivities or without."""
     n_y, lanes, n_s = len(plant.outputs), int(module.NL), len(plant.switches)
-    armed = n_s * max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
+    armed = n_s * plant.most_guards
     rows = samples if sensitive else 0
     return Buffers(
         directions=np.zeros(len(plant.parameters) * lanes),
-        discrete=np.zeros(4 + n_s + armed + int(module.NG), dtype=np.int64),
+        discrete=np.zeros(int(module.MODE) + n_s + armed + int(module.NG), dtype=np.int64),
         w=_aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),
         y_dot=np.zeros(rows * n_y),

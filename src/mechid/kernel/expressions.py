@@ -10,7 +10,7 @@ import sympy as sp
 from sympy.printing.pycode import PythonCodePrinter
 
 
-class _Printer(PythonCodePrinter):
+class Printer(PythonCodePrinter):
     """Prints small whole powers as products and rationals as floats."""
 
     def _print_Pow(self, expr: sp.Pow, rational: bool = False) -> str:
@@ -31,7 +31,7 @@ class _Printer(PythonCodePrinter):
         return repr(float(expr))
 
 
-_PRINTER = _Printer({"fully_qualified_modules": True})
+_PRINTER = Printer({"fully_qualified_modules": True})
 
 
 def python_text(expr: sp.Expr) -> str:

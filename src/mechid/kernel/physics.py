@@ -15,6 +15,7 @@ import sympy as sp
 
 from mechid.kernel.expressions import Angles, Constants, python_text
 from mechid.kernel.program import Program
+from mechid.kernel.schedule import scheduled
 from mechid.plant.plant import START_ANGLE, Plant
 
 _PLACES = {
@@ -80,7 +81,7 @@ class Writer:
         `scalars` are symbols that are local already; everything else that is needed is read from
         the arrays. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
         """
-        terms = self._needed_terms([e for _, e in wanted])
+        terms = self._needed_terms(wanted)
         assignments = [(str(s), e) for s, e in terms] + list(wanted)
         turned = [(name, self.angles.replace(e)) for name, e in assignments]
         ready = [(name, self.constants.hoist(e)) for name, e in turned]
@@ -90,20 +91,23 @@ class Writer:
             pairs = zip(ready, reduced, strict=True)
             ready = _in_order(shared, [(name, e) for (name, _), e in pairs])
         lines = [*multiples, *ready]
-        return self._loads([e for _, e in lines], set(scalars)) + [f"{name} = {python_text(e)}" for name, e in lines]
+        early = {*self.constants.names.values(), *self.plant.inputs, *self.mode_symbols}
+        texts = [f"{name} = {text}" for name, text in scheduled(lines, early)]
+        return self._loads([e for _, e in lines], set(scalars)) + texts
 
     def expression_loads(self, expressions: Sequence[sp.Expr]) -> list[str]:
         """Return the lines that read all symbols of some expressions."""
         return self._loads(expressions, set())
 
-    def _needed_terms(self, expressions: Iterable[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
-        definitions = dict(self.plant.terms)
+    def _needed_terms(self, wanted: Assignments) -> list[tuple[sp.Symbol, sp.Expr]]:
+        expressions, names = [e for _, e in wanted], {name for name, _ in wanted}
+        definitions = {s: e for s, e in self.plant.terms if str(s) not in names}
         needed: set[sp.Symbol] = set()
         todo = {s for e in expressions for s in sp.sympify(e).free_symbols & definitions.keys()}
         while todo:
             needed |= todo
             todo = {s for t in todo for s in definitions[t].free_symbols & definitions.keys()} - needed
-        return [(s, e) for s, e in self.plant.terms if s in needed]
+        return [(s, e) for s, e in definitions.items() if s in needed]
 
     def _loads(self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
         seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
@@ -158,7 +162,9 @@ def rates(writer: Writer) -> list[str]:
     wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
     wanted += [(f"v_{k}", e) for k, e in enumerate(fed)]
     names = ", ".join(name for name, _ in wanted)
-    lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
+    shared = [(str(s), e) for s, e in plant.terms if s in writer.program.shared]
+    folded = [(name, writer.program.folded(e)) for name, e in [*shared, *wanted]]
+    lines = [*writer.body(folded, scalars=scalars), f"return {names}"]
     arguments = ", ".join(map(str, scalars))
     fill = [f"{names} = rates_of({writer.unpacked}, w_)"]
     fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
@@ -172,65 +178,6 @@ def rates(writer: Writer) -> list[str]:
         ),
         function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill, inline=True),
     ]
-
-
-def turns(writer: Writer) -> str:
-    """Sine and cosine of the base angles of a point, from its states."""
-    first = len(writer.plant.states)
-    angles = [(f"turn_{k}", writer.constants.hoist(base)) for k, base in enumerate(writer.angles.bases)]
-    lines = writer.expression_loads([e for _, e in angles]) + [f"{name} = {python_text(e)}" for name, e in angles]
-    lines += [f"x[{first + 2 * k}], x[{first + 2 * k + 1}] = sincos(turn_{k})" for k in range(len(angles))]
-    return function("turn", "w_, x_at", "Complete a point from its states.", [*lines, "return"])
-
-
-def step(writer: Writer) -> str:
-    """One classical Runge-Kutta step: its first rates are known, the other three stages are a loop."""
-    states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
-    pairs = writer.angles.pairs
-    arguments = ", ".join([f"at_{s}" for s in writer.point] + writer.held_arguments)
-    results = ", ".join([f"k_{s}" for s in states] + [f"v_{j}" for j in range(n_fed)])
-    body = [
-        "f = h if stage == 2 else 0.5 * h",
-        "weight = 1.0 if stage == 2 else 2.0",
-        "half_share = 0.25 if stage == 2 else 0.5",
-        *(f"at_{s} = {s} + f * k_{s}" for s in states),
-        *_turned(writer, "f * ", "k_"),
-        *(f"points[{4 * i} + stage] = at_{s}" for i, s in enumerate(writer.point)),
-        f"{results} = rates_of({arguments}, w_)",
-        *(f"acc_{s} += weight * k_{s}" for s in states),
-        *(f"mid_{j} += half_share * v_{j}" for j in range(n_fed)),
-    ]
-    lines = [f"{s} = x[{i}]" for i, s in enumerate((*states, *pairs))]
-    lines += [f"{s} = c[{k}]" for k, s in writer.constants.used_in(_increments(writer))]
-    lines += [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
-    lines += [f"acc_{s} = k_{s}" for s in states] + [f"mid_{j} = 0.0" for j in range(n_fed)]
-    lines += ["for stage in range(3):", *(f"    {line}" for line in body)]
-    lines += [f"at_{s} = {s} + h / 6.0 * acc_{s}" for s in states]
-    lines += _turned(writer, "h / 6.0 * ", "acc_")
-    for i, s in enumerate(writer.point):
-        lines += [f"new[{i}] = at_{s}", f"points[{4 * i + 3}] = at_{s}"]
-    lines += [f"mid[{j}] = mid_{j}" for j in range(n_fed)]
-    doc = (
-        "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at, "
-        "the points of the stages and of the end, side by side, to AT_POINTS."
-    )
-    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
-
-
-def _increments(writer: Writer) -> list[sp.Expr]:
-    """Rates of the base angles; a base is linear in the states."""
-    return [writer.constants.hoist(base) for base in writer.angles.bases]
-
-
-def _turned(writer: Writer, factor: str, prefix: str) -> list[str]:
-    """Return the lines that turn each pair from the step's start by its rate times a factor."""
-    rate_names = {s: sp.Symbol(f"{prefix}{s}") for s in writer.plant.states}
-    lines = []
-    for k, rate in enumerate(_increments(writer)):
-        sine, cosine = writer.angles.pair(k)
-        text = python_text(rate.xreplace(rate_names))
-        lines.append(f"at_{sine}, at_{cosine} = turned({sine}, {cosine}, {factor}({text}))")
-    return lines
 
 
 def start(writer: Writer) -> str:

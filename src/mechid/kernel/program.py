@@ -88,10 +88,15 @@ class Program:
         full, estimable = self.plant.expand(expr), self.plant.estimable
         return [sp.diff(full, s) if s in estimable else sp.Integer(0) for s in self.plant.parameters]
 
-    def _node(self, symbol: sp.Symbol, expr: sp.Expr, itself: sp.Symbol | None) -> Node:
+    def folded(self, expr: sp.Expr) -> sp.Expr:
+        """Return an expression with the terms that are not shared written out."""
         for term, definition in reversed(self.plant.terms):
-            if term not in self.shared and term != itself:
+            if term not in self.shared:
                 expr = expr.subs(term, definition)
+        return expr
+
+    def _node(self, symbol: sp.Symbol, expr: sp.Expr, itself: sp.Symbol | None) -> Node:
+        expr = self.folded(expr)
         earlier = self.shared if itself is None else self.shared[: self.shared.index(itself)]
         return self._partials(symbol, expr, (*self.states, *earlier))
 

@@ -7,49 +7,26 @@ from importlib import resources
 
 import numpy as np
 
-from mechid.kernel import physics
+from mechid.kernel import physics, runge_kutta
 from mechid.kernel.switching import guards
 from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
 
-GENERATOR = ("source.py", "physics.py", "switching.py", "tangents.py", "program.py", "expressions.py")
-TEMPLATES = ("places", "filter", "guards", "lanes", "switches", "loop")
-"""The texts that are the same for all plants, in the order in which a kernel needs them."""
+GENERATOR = (
+    "source.py",
+    "physics.py",
+    "runge_kutta.py",
+    "switching.py",
+    "tangents.py",
+    "program.py",
+    "expressions.py",
+    "schedule.py",
+)
+TEMPLATES = ("numbers", "places", "filter", "guards", "lanes", "switches", "loop")
+"""The texts that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
+the first."""
 TERMS = 48
 """Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
-
-SINCOS = '''
-@njit(**INNER)
-def sincos(angle):
-    """Sine and cosine to 1e-16 for |angle| < 1e6: reduction by pi/2 in three parts, then series."""
-    turns = math.floor(angle * 0.6366197723675814 + 0.5)
-    r = ((angle - turns * 1.5707963267341256) - turns * 6.077100506303966e-11) - turns * 2.0222662487959506e-21
-    q = r * r
-    s = r + r * q * (-1.66666666666666324348e-01 + q * (8.33333333332248946124e-03 + q * (
-        -1.98412698298579493134e-04 + q * (2.75573137070700676789e-06 + q * (
-            -2.50507602534068634195e-08 + q * 1.58969099521155010221e-10)))))
-    c = 1.0 - 0.5 * q + q * q * (4.16666666666666019037e-02 + q * (-1.38888888888741095749e-03 + q * (
-        2.48015872894767294178e-05 + q * (-2.75573143513906633035e-07 + q * (
-            2.08757232129817482790e-09 + q * -1.13596475577881948265e-11)))))
-    quadrant = int(turns) & 3
-    if quadrant & 1:
-        s, c = c, -s
-    return (-s, -c) if quadrant & 2 else (s, c)
-
-
-@njit(**INNER, fastmath=FAST, forceinline=True)
-def turned(s, c, angle):
-    """Sine and cosine after a small turn, to 1e-15; a large one goes by `sincos`."""
-    if abs(angle) > 0.1:
-        sine, cosine = sincos(angle)
-        return s * cosine + c * sine, c * cosine - s * sine
-    q = angle * angle
-    sine = angle * (1.0 + q * (-1.0 / 6.0 + q * (1.0 / 120.0 - q / 5040.0)))
-    versine = q * (0.5 - q * (1.0 / 24.0 - q * (1.0 / 720.0 - q / 40320.0)))
-    return s + (c * sine - s * versine), c - (s * sine + c * versine)
-
-
-'''
 
 
 def lanes_for(parameters: int) -> int:
@@ -69,7 +46,12 @@ def fingerprint(plant: Plant, lanes: int) -> str:
 def generate(plant: Plant, lanes: int) -> str:
     """Return the module of a plant with `lanes` lanes for sensitivities (see `lanes_for`)."""
     writer = physics.Writer(plant)
-    functions = [physics.turns(writer), *physics.rates(writer), physics.step(writer)]
+    functions = [
+        runge_kutta.turns(writer),
+        *physics.rates(writer),
+        runge_kutta.step(writer),
+        runge_kutta.accept(writer),
+    ]
     functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
     lane_writer = LaneWriter(writer)
@@ -80,13 +62,14 @@ def generate(plant: Plant, lanes: int) -> str:
         "TERMS": TERMS, "NT": lane_writer.coefficients,
         "NG": lanes // WIDTH, "LANES_PER_GROUP": WIDTH, "GROUP_SIZE": rows["END"] * WIDTH,
     }  # fmt: skip
-    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, _most_guards(plant))
+    parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, plant.most_guards)
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
-    body = "\n\n".join([*functions, *map(_template, TEMPLATES)])
+    first, *others = map(_template, TEMPLATES)
+    body = "\n\n".join([first, *functions, *others])
     names = _place_lines(parts, body)
-    return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n" + SINCOS + body
+    return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n\n" + body
 
 
 def _template(name: str) -> str:
@@ -103,8 +86,9 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
-        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        'FAST = {"contract", "arcp", "nsz", "reassoc"}\n'
+        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit, types\n'
+        "from numba.extending import intrinsic\n\n"
+        'FAST = {"contract", "arcp", "nsz"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
 
@@ -127,7 +111,7 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "X": n["NX"], "X_TURN": turns, "X_NEW": n["NX"], "X_NEW_TURN": turns, "X_TRY": n["NX"], "X_TRY_TURN": turns,
         "POINTS": 4 * n["NPOINT"], "TIME": 1, "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
         "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
-        "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
+        "KNOWN": 1, "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
         "TABLE": (TERMS + 2) * prop,
@@ -168,10 +152,6 @@ def _place_lines(parts: dict[str, int], body: str) -> list[str]:
     ]
 
 
-def _most_guards(plant: Plant) -> int:
-    return max((len(g) for s in plant.switches for g in s.guards.values()), default=0)
-
-
 def _guard_tables(plant: Plant) -> list[str]:
     """Return the numbering of guards as text: first and count by switch and mode, targets by guard."""
     switches = plant.switches
@@ -185,7 +165,7 @@ def _guard_tables(plant: Plant) -> list[str]:
             first[i, j], count[i, j] = len(targets), len(guards)
             targets += [modes.index(g.target) if g.target else -1 for g in guards]
     return [
-        f"MOST_GUARDS = {_most_guards(plant)}",
+        f"MOST_GUARDS = {plant.most_guards}",
         f"GUARD_FIRST = np.array({first.tolist()})",
         f"GUARD_COUNT = np.array({count.tolist()})",
         f"GUARD_TARGET = np.array({targets or [-1]})",

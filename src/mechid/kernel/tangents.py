@@ -34,14 +34,13 @@ class Layout:
     filter_states: int
     fed: int
     parameters: int
-    outputs: int
 
     @cached_property
     def rows(self) -> dict[str, int]:
         """First row of each part, and the total under ``"END"``."""
         sizes = {
             "S": self.states, "SZ": self.filter_states, "K": self.states, "V": self.fed,
-            "DIR": self.parameters, "DTAU": 1, "J": self.outputs,
+            "DIR": self.parameters, "DTAU": 1,
         }  # fmt: skip
         first, out = 0, {}
         for name, size in sizes.items():
@@ -63,7 +62,6 @@ class LaneWriter:
             len(program.filter_states),
             len(program.filter_inputs),
             len(program.plant.parameters),
-            len(program.plant.outputs),
         )
         self._coefficients: dict[str, sp.Expr] = {}
         self._slopes = {n.symbol: {v: self._coefficient(n, v, d) for v, d in n.inner.items()} for n in self.nodes}
@@ -162,9 +160,8 @@ class LaneWriter:
         return f"w[g + {(self.layout.rows[part] + index) * WIDTH} + l]"
 
     def _group_function(self, name: str, arguments: str, doc: str, before: list[str], body: list[str]) -> str:
-        """One pass over the lanes of the group at place g; the bounds on g spare the compiler negative places."""
-        lines = ["if g < 0 or g >= END_LANES:", "    return", *before]
-        lines += [f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
+        """One pass over the lanes of the group at place g."""
+        lines = [*before, f"for l in range({WIDTH}):", *(f"    {line}" for line in body)]
         return function(name, arguments, doc, lines)
 
     def _lane_rates(self) -> str:
@@ -229,7 +226,7 @@ class LaneWriter:
         return body + [f"{self._row('SZ', i)} = n_{i}" for i in range(n)]
 
     def _measure_group(self) -> str:
-        """Write dy/dp of a group's lanes, output by output, into its rows J."""
+        """Write dy/dp of a group's lanes, output by output."""
         plant, program = self.writer.plant, self.writer.program
         every = (*plant.states, *plant.filter.states)
         before, body = [], []
@@ -242,6 +239,6 @@ class LaneWriter:
             ]
             parts = [f"y_x_{j}_{i} * {self._row('S', i)}" for i, s in enumerate(every) if s in node.inner]
             parts += [f"y_p_{j}_{k} * {self._row('DIR', k)}" for k, q in enumerate(plant.parameters) if q in node.outer]
-            body.append(f"{self._row('J', j)} = " + (" + ".join(parts) or "0.0"))
-        doc = "dy/dp of the lanes of the group at g, by the gradients of the outputs."
-        return self._group_function("measure_group", "w_, g", doc, before, body)
+            body.append(f"J_[to + {j} * NL + l] = " + (" + ".join(parts) or "0.0"))
+        doc = "dy/dp of the lanes of the group at g, by the gradients of the outputs; output by output from J[to] on."
+        return self._group_function("measure_group", "w_, g, J_, to", doc, before, body)

@@ -101,6 +101,11 @@ class Plant:
         )
 
     @cached_property
+    def most_guards(self) -> int:
+        """Most guards that a mode of any switch has."""
+        return max((len(guards) for s in self.switches for guards in s.guards.values()), default=0)
+
+    @cached_property
     def digest(self) -> str:
         """Fingerprint of the structure: equations and order, no number of any mechanism."""
         switches = [(s.name, _text(s.modes), _text(s.guards), _text(s.entry), s.otherwise) for s in self.switches]

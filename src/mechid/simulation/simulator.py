@@ -21,6 +21,8 @@ FloatArray = NDArray[np.float64]
 
 BLOCK = 1024
 """Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
+CLOSE_STEPS = 4
+"""So many steps stand for one over the hundred samples behind the start and behind each break-away."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
@@ -172,7 +174,12 @@ class Run:
         kernel = simulator.kernel
         self.moved = directions.shape[1]
         self.grid = np.array(
-            [base.start_s - simulator.command.origin_s - time_offset_s, base.interval_s, base.interval_s / substeps]
+            [
+                base.start_s - simulator.command.origin_s - time_offset_s,
+                base.interval_s,
+                base.interval_s / substeps,
+                base.interval_s / (substeps * CLOSE_STEPS),
+            ]
         )
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip

@@ -1,0 +1,79 @@
+"""The Runge-Kutta step of a plant as Python text."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from mechid.kernel.expressions import python_text
+from mechid.kernel.physics import Writer, function
+
+
+def turns(writer: Writer) -> str:
+    """Sine and cosine of the base angles of a point, from its states."""
+    first = len(writer.plant.states)
+    angles = [(f"turn_{k}", writer.constants.hoist(base)) for k, base in enumerate(writer.angles.bases)]
+    lines = writer.expression_loads([e for _, e in angles]) + [f"{name} = {python_text(e)}" for name, e in angles]
+    lines += [f"x[{first + 2 * k}], x[{first + 2 * k + 1}] = sincos(turn_{k})" for k in range(len(angles))]
+    return function("turn", "w_, x_at", "Complete a point from its states.", [*lines, "return"])
+
+
+def step(writer: Writer) -> str:
+    """One classical Runge-Kutta step, its first rates known; written out, as a loop's choices cost time."""
+    states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
+    pairs = writer.angles.pairs
+    arguments = ", ".join([f"at_{s}" for s in writer.point] + writer.held_arguments)
+    lines = [f"{s} = x[{i}]" for i, s in enumerate((*states, *pairs))]
+    lines += [f"{s} = c[{k}]" for k, s in writer.constants.used_in(_increments(writer))]
+    lines += [f"k_{s}_0 = k[{i}]" for i, s in enumerate(states)]
+    lines += ["half, sixth = 0.5 * h, h * (1.0 / 6.0)"]
+    for stage, reach in enumerate(("half", "half", "h")):
+        lines += [f"at_{s} = {s} + {reach} * k_{s}_{stage}" for s in states]
+        lines += _turned(writer, reach, f"k_{{}}_{stage}")
+        lines += [f"points[{4 * i + stage}] = at_{s}" for i, s in enumerate(writer.point)]
+        results = [f"k_{s}_{stage + 1}" for s in states] + [f"v_{j}_{stage + 1}" for j in range(n_fed)]
+        lines.append(f"{', '.join(results)} = rates_of({arguments}, w_)")
+    lines += [f"sum_{s} = (k_{s}_0 + 2.0 * (k_{s}_1 + k_{s}_2)) + k_{s}_3" for s in states]
+    lines += [f"at_{s} = {s} + sixth * sum_{s}" for s in states]
+    lines += _turned(writer, "sixth", "sum_{}")
+    for i, s in enumerate(writer.point):
+        lines += [f"new[{i}] = at_{s}", f"points[{4 * i + 3}] = at_{s}"]
+    lines += [f"mid[{j}] = 0.5 * (v_{j}_1 + v_{j}_2) + 0.25 * v_{j}_3" for j in range(n_fed)]
+    doc = (
+        "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at, "
+        "the points of the stages and of the end, side by side, to AT_POINTS."
+    )
+    return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
+
+
+def accept(writer: Writer) -> str:
+    """Make the end of a step the start of the next.
+
+    Number by number: a loop would become vector loads, which wait until the scalars behind them are in the cache.
+    """
+    plant = writer.plant
+    sizes = {
+        "X": len(writer.point),
+        "K": len(plant.states) + len(writer.program.filter_inputs),
+        "G": len(plant.switches) * plant.most_guards,
+    }
+    pairs = {"X": ("X", "X_NEW"), "K": ("K", "K_NEW"), "G": ("G_OLD", "G_NEW")}
+    lines = [
+        f"w_[AT_{pairs[part][0]} + {i}] = w_[AT_{pairs[part][1]} + {i}]" for part, n in sizes.items() for i in range(n)
+    ]
+    return function("accept", "w_", "The end of a step becomes the start of the next.", [*lines, "return"], inline=True)
+
+
+def _increments(writer: Writer) -> list[sp.Expr]:
+    """Rates of the base angles; a base is linear in the states."""
+    return [writer.constants.hoist(base) for base in writer.angles.bases]
+
+
+def _turned(writer: Writer, factor: str, rate_name: str) -> list[str]:
+    """Return the lines that turn each pair from the step's start by its rate times a factor."""
+    rate_names = {s: sp.Symbol(rate_name.format(s)) for s in writer.plant.states}
+    lines = []
+    for k, rate in enumerate(_increments(writer)):
+        sine, cosine = writer.angles.pair(k)
+        text = python_text(rate.xreplace(rate_names))
+        lines.append(f"at_{sine}, at_{cosine} = turned({sine}, {cosine}, {factor} * ({text}))")
+    return lines
