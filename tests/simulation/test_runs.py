@@ -89,7 +89,7 @@ def test_the_filter_flows_on_through_a_switch_that_comes_at_once():
 
 
 def test_a_free_rotor_at_rest_goes_where_it_will_be_pulled():
-    """Truth: one push, one direction. Where no torque acts at the instant of an edge neither way is the right one yet."""
+    """Truth: one push, one direction. Where no torque acts at the instant of an edge, neither way is right yet."""
     m = mechanism(changes={"friction.static": 0.0, "friction.coulomb": 0.0})
     command = Command(
         stepping="full", microsteps=1, rate=RateProfile.constant(20.0), start_angle_deg=45.0, start="equilibrium"
