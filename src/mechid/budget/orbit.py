@@ -7,6 +7,7 @@ point's derivative to the parameters is (I - M)^-1 F_p, also where transients ta
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,10 @@ SHRINKS = 0.7
 """A step of it that is no smaller than this, of the one before, leads nowhere."""
 REACH = 0.2
 """What the linear map may miss of where the simulated state goes, for the fixed point to be the one it goes to."""
+LITTLE = 0.1
+"""What is left of a distance when the simulated state has been followed far enough."""
+MOST_FOLLOWED = 10
+"""It is followed over at most so many times round."""
 NEUTRAL = 1e-9
 
 
@@ -70,17 +75,16 @@ def find_orbit(period: PeriodMap, x: FloatArray, most_periods: int = MOST_PERIOD
 
 
 def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
-    start, first, moved = x, None, np.inf
+    start, moved = x, np.inf
     for _ in range(ITERATIONS):
         image = period(x, periods)
-        first = first or image
         turns = period.turns_off(image.x - x)
         step = _solved(image, period.modulo(image.x - x)[:, None])[:, 0]
         before, moved = moved, float(np.max(np.abs(step) / image.size))
         if not moved < SHRINKS * before:
             return None
         if moved < CLOSED:
-            if not _tends(period, start, first, x, image):
+            if not _tends(period, start, x, image, periods):
                 return None
             by_parameter = _solved(image, image.by_parameter)
             return Orbit(x, by_parameter, periods, multipliers(image.by_state), turns)
@@ -95,10 +99,17 @@ def _solved(image: Image, right: FloatArray) -> FloatArray:
     return np.asarray(moved * image.size[:, None], dtype=np.float64)
 
 
-def _tends(period: PeriodMap, start: FloatArray, first: Image, x: FloatArray, image: Image) -> bool:
-    """Return whether the simulated start goes towards the fixed point as the linear map at that says."""
+def _tends(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, periods: int) -> bool:
+    """Return whether the simulated start goes towards the fixed point as the linear map at that says.
+
+    It is followed until the linear map leaves little of its distance: Newton's method may have found a motion that is
+    stable too, but is another.
+    """
+    slowest = float(abs(multipliers(image.by_state)).max(initial=LITTLE))
+    times = min(math.ceil(math.log(LITTLE) / math.log(slowest)), MOST_FOLLOWED) if slowest < 1.0 else 1
     off = period.modulo(start - x)
-    missed = period.modulo(first.x - image.x) - image.by_state @ off
+    end = period.modulo(period.settled(start, times * periods) - x)
+    missed = end - np.linalg.matrix_power(image.by_state, times) @ off
     size = float(np.max(np.abs(off) / image.size))
     return float(np.max(np.abs(missed) / image.size)) <= REACH * size + CLOSED
 
