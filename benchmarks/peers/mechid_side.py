@@ -59,7 +59,7 @@ def prepare_reduction(problem: Problem) -> Callable[[], object]:
     channel = TargetChannel("torque", np.zeros(problem.n_samples), 2e-3)
     target = Target("sweep", (channel,), base, command, excitation_over(command, base))
     fit = FitProblem(SearchSpace(mechanism), (target,), substeps=SUBSTEPS)
-    return partial(fit.triangle, target, fit.start, (0, problem.n_samples))
+    return partial(fit.channel_triangles, target, fit.start, (0, problem.n_samples))
 
 
 def command_of(problem: Problem) -> Command:
