@@ -45,24 +45,6 @@ def step(writer: Writer) -> str:
     return function("step", "w_, x_at, k_at, h, new_at, mid_at", doc, lines, inline=True)
 
 
-def accept(writer: Writer) -> str:
-    """Make the end of a step the start of the next.
-
-    Number by number: a loop would become vector loads, which wait until the scalars behind them are in the cache.
-    """
-    plant = writer.plant
-    sizes = {
-        "X": len(writer.point),
-        "K": len(plant.states) + len(writer.program.filter_inputs),
-        "G": len(plant.switches) * plant.most_guards,
-    }
-    pairs = {"X": ("X", "X_NEW"), "K": ("K", "K_NEW"), "G": ("G_OLD", "G_NEW")}
-    lines = [
-        f"w_[AT_{pairs[part][0]} + {i}] = w_[AT_{pairs[part][1]} + {i}]" for part, n in sizes.items() for i in range(n)
-    ]
-    return function("accept", "w_", "The end of a step becomes the start of the next.", [*lines, "return"], inline=True)
-
-
 def _increments(writer: Writer) -> list[sp.Expr]:
     """Rates of the base angles; a base is linear in the states."""
     return [writer.constants.hoist(base) for base in writer.angles.bases]

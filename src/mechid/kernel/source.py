@@ -50,7 +50,6 @@ def generate(plant: Plant, lanes: int) -> str:
         runge_kutta.turns(writer),
         *physics.rates(writer),
         runge_kutta.step(writer),
-        runge_kutta.accept(writer),
     ]
     functions += [*guards(writer), physics.start(writer)]
     functions += [*physics.outputs(writer), physics.linear_filter(writer)]
