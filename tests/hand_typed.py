@@ -1,4 +1,4 @@
-"""The paper's mechanism typed by hand from DESIGN 1, without SymPy; what both kernel and twin are held against.
+"""The paper's mechanism typed by hand from the paper, without SymPy; what both kernel and twin are held against.
 
 Everything is written so that it also takes complex numbers: with a step of 1e-30 along the imaginary axis
 the imaginary part of a result is its derivative, to rounding.

@@ -1,4 +1,4 @@
-"""The paper's mechanism and records, as the tests use them: values of DESIGN 1, table and text."""
+"""The paper's mechanism and records, as the tests use them: values of its tables and text."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

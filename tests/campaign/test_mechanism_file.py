@@ -107,7 +107,7 @@ def test_periods_of_a_detent_per_electrical_period(poles, period, order):
 
 
 def test_what_the_equations_divide_by(mechanism):
-    """Truth: DESIGN 1: L, R, J_rot, J_m and G stand in denominators, p in the start angle."""
+    """Truth: the paper's equations: L, R, J_rot, J_m and G stand in denominators, p in the start angle."""
     names = {"poles", "coil_resistance", "coil_inductance", "rotor_inertia"}
     assert divisors(mechanism.plant) == {f"stepper.{n}" for n in names} | {"gear.ratio", "load.inertia"}
 

@@ -51,7 +51,7 @@ def test_values_survive_to_the_last_digit(value, tmp_path):
 
 
 def test_what_the_fit_froze_is_free_again(tmp_path):
-    """Truth: DESIGN: mechanism.toml with the estimated values; the next fit starts from it."""
+    """Truth: docs/files.md: mechanism.toml with the estimated values; the next fit starts from it."""
     mechanism = catalogue_mechanism()
     stuck = {
         "gear.damping": replace(mechanism.parameters["gear.damping"], status=Status.FROZEN),

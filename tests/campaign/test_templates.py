@@ -31,7 +31,7 @@ def test_they_load_as_they_are(bench):
 
 
 def test_the_mechanism_is_the_papers_catalogue(bench, campaign_folder):
-    """Truth: the start of the independent campaign, which is DESIGN 1's column of catalogue values."""
+    """Truth: the start of the independent campaign, which is the paper's column of nominal values."""
     ours, theirs = read_mechanism(bench[0]), read_mechanism(campaign_folder / "noisy" / "mechanism.toml")
     assert dict(ours.parameters) == dict(theirs.parameters)
 

@@ -1,6 +1,6 @@
 """Each bad input of the user ends in one line that says what is wrong, and in its own exit code.
 
-Truth: the contract of exit codes (DESIGN 3; README), case by case below.
+Truth: the contract of exit codes (README), case by case below.
 """
 
 import numpy as np

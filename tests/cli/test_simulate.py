@@ -11,7 +11,7 @@ def read(path):
 
 
 def test_the_independent_records_are_reproduced(run, campaign_folder, tmp_path):
-    """RMS error at most 1e-5 of each record's RMS (DESIGN 2), on files that mechid did not make."""
+    """RMS error at most 1e-5 of each record's RMS (docs/numerics.md), on files that mechid did not make."""
     folder = campaign_folder / "exact"
     result = run("simulate", folder, "--out", tmp_path / "deep" / "sim")
     assert result.exit_code == 0, result.stderr

@@ -120,7 +120,7 @@ def test_the_test_stand_s_response_is_that_of_its_parts_in_a_row():
 
 
 def test_an_ideal_current_source_leaves_the_torque_of_its_currents():
-    """Truth: DESIGN 1 with i_A = -I cos(theta), i_B = I sin(theta) in place of the windings."""
+    """Truth: the paper's equations with i_A = -I cos(theta), i_B = I sin(theta) in place of the windings."""
     m = paper_with({**LAYOUTS["current drive"], "housing": None})
     q, equations = values(m), equations_of(m.plant)
     x, u = random_state(m, 3)

@@ -1,4 +1,4 @@
-"""Kernel and twin against the mechanism typed by hand from DESIGN 1, at seeded random states, in all modes."""
+"""Kernel and twin against the mechanism typed by hand from the paper, at seeded random states, in all modes."""
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_the_twin_s_equations_are_those_typed_by_hand(housing, mode, orders):
 
 
 def test_the_stuck_rotor_s_margins_are_those_of_set_valued_friction():
-    """Truth: DESIGN 1: stuck while |T_mot - T_rg| <= T_frs; sliding ends where omega is zero."""
+    """Truth: the paper's friction: stuck while |T_mot - T_rg| <= T_frs; sliding ends where omega is zero."""
     for seed in SEEDS:
         m, x, z, u, q = case("paper", seed)
         stuck, forward, backward = equations_of(m.plant).margins[0]
@@ -92,7 +92,7 @@ def test_the_stuck_rotor_s_margins_are_those_of_set_valued_friction():
 
 @pytest.mark.parametrize("start_angle_deg", [0.0, 45.0, 200.0])
 def test_a_record_starts_at_rest_with_currents_settled_and_the_gear_unwound(start_angle_deg):
-    """Truth: DESIGN 1: i = u/R, alpha = theta_0/(p/2), alpha_gear = alpha/G; S(0) = di/dR = -u/R^2."""
+    """Truth: docs/blocks, the start: i = u/R, alpha = theta_0/(p/2), alpha_gear = alpha/G; S(0) = di/dR = -u/R^2."""
     m, *_ = case("paper", 0)
     q = dict(zip(map(str, m.plant.parameters), m.kernel_values(), strict=True))
     theta, symbols = np.deg2rad(start_angle_deg), list(map(str, m.plant.parameters))

@@ -79,7 +79,7 @@ def test_a_jump_within_an_interval_is_its_mean():
 
 
 def test_nothing_is_measured_before_the_command_begins():
-    """Truth: DESIGN 3: before 0 the coils hold theta_0, and the mechanism rests."""
+    """Truth: docs/files.md: before 0 the coils hold theta_0, and the mechanism rests."""
     run = run_twin(mechanism(None), RECORDS["full_46"], base(0.01), offset_s=0.0042)
     assert not run.y[:42].any()
     assert run.y[43:].all()

@@ -1,4 +1,4 @@
-"""Records of ../shared/campaign/exact, made by another program with the equations of DESIGN 1.
+"""Records of ../shared/campaign/exact, made by another program with the paper's equations.
 
 Truth: that program (RK4 in 16 substeps, stick/slip by bisection); agreement to 1e-5 of each record's RMS torque.
 """

@@ -85,7 +85,7 @@ def test_a_stuck_rotor_stands_still():
 
 @pytest.mark.parametrize("housing", ["paper", None])
 def test_the_mirrored_mechanism_exerts_the_opposite(housing):
-    """Truth: an exact ambiguity of DESIGN 1: all signs reversed with phi -> -phi."""
+    """Truth: an exact ambiguity of the equations: all signs reversed with phi -> -phi."""
     mirrored = {"stepper.detent.0.phase_deg": -35.0, "stepper.detent.1.phase_deg": 110.0}
     one = run_kernel(mechanism(housing), constant(46.0), base(0.3)).torque
     other = run_kernel(mechanism(housing, changes=mirrored), constant(-46.0, start_angle_deg=-45.0), base(0.3)).torque
@@ -93,7 +93,7 @@ def test_the_mirrored_mechanism_exerts_the_opposite(housing):
 
 
 def test_turning_the_frame_with_the_detents_changes_nothing():
-    """Truth: an exact ambiguity of DESIGN 1: theta_0 + delta with phi_1 - 4 delta, phi_2 - 2 delta."""
+    """Truth: an exact ambiguity of the equations: theta_0 + delta with phi_1 - 4 delta, phi_2 - 2 delta."""
     delta = 20.0
     turned = {"stepper.detent.0.phase_deg": 35.0 - 4 * delta, "stepper.detent.1.phase_deg": -110.0 - 2 * delta}
     one = run_kernel(mechanism(), constant(46.0), base(0.3)).torque
@@ -102,7 +102,7 @@ def test_turning_the_frame_with_the_detents_changes_nothing():
 
 
 def test_voltage_cannot_be_told_from_the_coils():
-    """Truth: DESIGN 1: U -> c U, k_m -> c k_m, R, L -> c^2 changes nothing."""
+    """Truth: the equations themselves: U -> c U, k_m -> c k_m, R, L -> c^2 changes nothing."""
     c = 1.3
     scaled = {
         "stepper.peak_voltage": 5.7 * c, "stepper.torque_constant": 0.384 * c, "stepper.back_emf_constant": 0.384 * c,

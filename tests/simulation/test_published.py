@@ -1,6 +1,6 @@
 """What is known of the paper's mechanism from elsewhere: an independent simulator, and the publication.
 
-Values of an independent simulator (DESIGN 1, last paragraph) are regression: the paper's estimates, 5.7 V,
+Values of an independent simulator (not mechid's) are regression: the paper's estimates, 5.7 V,
 cosine waveform, detents without phases, housing. They carry two digits. What the paper itself publishes is
 validation: where the lines and the largest torque lie.
 """

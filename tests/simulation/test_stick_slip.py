@@ -102,7 +102,7 @@ LAWFUL = {
 
 @pytest.mark.parametrize("case", LAWFUL)
 def test_every_switch_obeys_the_law_of_friction(case):
-    """Truth: DESIGN 1. Break-away: |T_mot - T_rg| = T_frs; sliding ends at rest, sticks where friction holds
+    """Truth: the paper's friction. Break-away: |T_mot - T_rg| = T_frs; sliding ends at rest, sticks where it holds
 
     and else goes on the other way.
     """
