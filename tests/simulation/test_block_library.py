@@ -74,7 +74,7 @@ def test_sensitivities_are_those_of_the_twin_and_of_differences(changes):
     p = m.kernel_values()
     for j, i in enumerate(chosen):
         step = np.zeros_like(p)
-        step[i] = 1e-5 * max(abs(p[i]), 1e-3)
+        step[i] = 1e-5 * (abs(p[i]) or 1e-3)
         up, down = (run_kernel(m, COMMAND, time_base, p=p + way * step, substeps=8).torque for way in (1, -1))
         difference = (up - down) / (2 * step[i])
         off = np.abs(difference - kernel[:, j]) > 1e-4 * np.abs(difference).max()

@@ -110,7 +110,7 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
         "X": n["NX"], "X_TURN": turns, "X_NEW": n["NX"], "X_NEW_TURN": turns, "X_TRY": n["NX"], "X_TRY_TURN": turns,
         "POINTS": 4 * n["NPOINT"], "TIME": 1, "Z": n["NF"], "U": n["NU"], "M": n["NM"], "C": n["NC"],
         "K": both, "K_NEW": both, "K_EVENT": both, "MID": n["NV"], "MID_TRY": n["NV"],
-        "KNOWN": 1, "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
+        "KNOWN": 1, "CLOSE": 1, "PINNED": n["NX"], "Z_NEW": n["NF"], "DZ": n["NPF"] * n["NF"],
         "A": n["NF"] ** 2, "B": n["NF"] * n["NV"], "DA": n["NPF"] * n["NF"] ** 2,
         "DB": n["NPF"] * n["NF"] * n["NV"], "POWER": square, "PRODUCT": square, "REGULAR": prop, "OTHER": prop,
         "TABLE": (TERMS + 2) * prop,
