@@ -50,6 +50,8 @@ def test_two_seconds_of_the_sweep_agree(begin_s, note):
     window = base(2.0, start_s=begin_s)
     twin = run_twin(m, SWEEP, window, begin=begin)
     assert_promise(kernel.torque[first:], twin.y[:, 0], rms(whole.torque), note)
+    once = whole.torque[first : kernel.torque.size] - twin.y[:, 0]
+    assert np.abs(once).max() <= 1e-6, "N m at one step a sample: finer steps behind break-aways"
 
 
 @pytest.mark.slow
