@@ -231,6 +231,7 @@ def test_closing_the_page_ends_its_fit(browser, address, monkeypatch):
     def endless(campaign, **options):
         while True:
             ask()
+            time.sleep(1e-3)
 
     monkeypatch.setattr("mechid.web.session.identify", endless)
     opened(browser, address)
@@ -244,7 +245,7 @@ def test_closing_the_page_ends_its_fit(browser, address, monkeypatch):
     browser.close()
     browser.switch_to.window(first)
     for fit in fits:
-        fit.join(0.6e-3 * UNUSED_MS)
+        fit.join(0.9e-3 * UNUSED_MS)
     assert fits_at_work() == []
 
 

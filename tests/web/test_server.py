@@ -1,5 +1,6 @@
 """Who is answered. Truth: the status of raw requests, as a browser of a foreign page or a foreign name would make."""
 
+import gc
 import http.client
 import re
 import socket
@@ -79,3 +80,9 @@ def test_the_page_names_no_other_place(address):
     _, content = answer(address)
     found = set(re.findall(rb"(?:src|href)=[\"']([^\"']+)", content))
     assert all(place.startswith((b"/static/", b"static/", b"data:")) for place in found), found
+
+
+def test_what_was_there_before_is_left_out_of_collections(address):
+    """Truth: the interpreter's count. A tab that is forgotten costs two collections, in which no other is answered."""
+    answer(address)
+    assert gc.get_freeze_count() > 0
