@@ -1,6 +1,7 @@
 """Fixtures that several layers' tests share, and the figures that measured data give."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -9,6 +10,12 @@ import measured_data
 from measured_data import NAMED, Figure
 
 FIGURES = pytest.StashKey[list]()
+
+
+def pytest_configure():
+    """Hear SIGINT also where a shell began the tests in the background: what they start would inherit deaf ears."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
