@@ -25,7 +25,8 @@ def test_numbers_keep_their_last_bit(digits):
     [
         ('{"format": "mechid-estimate/9"}', 'found "mechid-estimate/9"; this mechid reads "mechid-estimate/1"'),
         ("{}", "format: found null"),
-        ("[]", "format: found null"),
+        ("[]", "is no table of an estimate, found []"),
+        ('"text"', 'found "text"'),
         ("{", "is damaged"),
     ],
 )

@@ -59,7 +59,9 @@ def read_estimate(path: Path | str, *, needs: Sequence[str] = TABLES) -> dict[st
         raise InputFileError(f"{path}: cannot be read ({error.strerror}); identify anew") from error
     except ValueError as error:
         raise InputFileError(f"{path}: is damaged ({error}); identify anew") from error
-    found = content.get("format") if isinstance(content, dict) else None
+    if not isinstance(content, dict):
+        raise InputFileError(f"{path}: is no table of an estimate, found {json.dumps(content)[:40]}; identify anew")
+    found = content.get("format")
     if found != FORMAT:
         raise InputFileError(f'{path}: format: found {json.dumps(found)}; this mechid reads "{FORMAT}"')
     fault = _fault(content, needs)
