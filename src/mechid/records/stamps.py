@@ -12,7 +12,7 @@ from mechid.records.table import Clock, FloatArray, Table
 
 MOST_JITTER = 0.5
 """Sample intervals that a stamp may be off a regular clock: beyond, its sample cannot be told."""
-FIRST_STAMPS = 64
+FIRST_STAMPS = 512
 """So many stamps the search for the interval begins with; it grows from there."""
 REFITS = 3
 """Lines fitted before it grows, each to places told by the line before."""
