@@ -179,7 +179,7 @@ class PeriodMap:
         simulator = self.simulator(periods * self.samples + 1, self.lanes)
         own = directions(self.mechanism, names)
         lanes = np.hstack([own, np.zeros((len(own), state_lanes))])
-        block = math.ceil(self.samples / LOOKS) if state_lanes else 1024
+        block = math.ceil(self.samples / LOOKS) if state_lanes else None
         run = simulator.run(self.mechanism.kernel_values(), substeps=self.substeps, directions=lanes, block=block)
         if start is not None:
             run.restart(start)

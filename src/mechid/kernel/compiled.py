@@ -180,7 +180,7 @@ def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sen
     return Buffers(
         directions=np.zeros(len(plant.parameters) * lanes),
         discrete=np.zeros(int(module.MODE) + n_s + armed + int(module.NG), dtype=np.int64),
-        w=_aligned(int(module.SIZE)),
+        w=aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),
         y_dot=np.zeros(rows * n_y),
         J=np.zeros(rows * n_y * lanes),
@@ -197,7 +197,7 @@ def lane_places(module: ModuleType, row: int, lanes: int) -> NDArray[np.int64]:
     return np.asarray((lane // group) * int(module.GROUP_SIZE) + row * group + lane % group, dtype=np.int64)
 
 
-def _aligned(size: int, boundary: int = 64) -> FloatArray:
+def aligned(size: int, boundary: int = 64) -> FloatArray:
     """Return zeros that start on a cache line, so that vector loads never straddle two."""
     raw = np.zeros(size + boundary // 8)
     first = (-raw.ctypes.data % boundary) // 8

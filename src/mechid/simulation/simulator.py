@@ -19,8 +19,8 @@ from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajector
 
 FloatArray = NDArray[np.float64]
 
-BLOCK = 1024
-"""Samples a block, small enough that a block's Jacobian stays in the processor's cache."""
+BLOCK, PLAIN_BLOCK = 1024, 16384
+"""Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
 CLOSE_STEPS = 4
 """So many steps stand for one over the hundred samples behind the start and behind each break-away."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
@@ -138,7 +138,7 @@ class Simulator:
         *,
         time_offset_s: float = 0.0,
         substeps: int = 1,
-        block: int = BLOCK,
+        block: int | None = None,
         events: int = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
@@ -146,9 +146,10 @@ class Simulator:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone.
+        `samples` for the first ones alone, `block` for blocks of so many.
         """
         wanted = self.directions if directions is None else directions
+        block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
         return Run(
             self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted

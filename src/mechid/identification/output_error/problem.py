@@ -162,7 +162,16 @@ class Problem:
         values |= {p.name: float(x) for (name, p), x in zip(self.own, q[first:], strict=True) if name == target.name}
         return {mechanism_name(name): value for name, value in values.items()}
 
-    def run(self, target: Target, q: FloatArray, stop: int, *, jacobian: bool = False, events: int = 0) -> Run:
+    def run(
+        self,
+        target: Target,
+        q: FloatArray,
+        stop: int,
+        *,
+        jacobian: bool = False,
+        events: int = 0,
+        block: int | None = None,
+    ) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
         here, own = q[: self.space.size], self.own_values(target, q) if target.stand else None
         p = self.space.kernel(here, own)
@@ -172,7 +181,7 @@ class Problem:
             directions = directions if directions.size else np.zeros((p.size, 1))
         return self._simulator(target).run(
             p, time_offset_s=self.time_offset(target, q), substeps=self.substeps, directions=directions, samples=stop,
-            events=events,
+            events=events, block=block,
         )  # fmt: skip
 
     def _simulator(self, target: Target) -> Simulator:

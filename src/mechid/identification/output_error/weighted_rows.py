@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.kernel.compiled import aligned
 from mechid.simulation.simulator import Block
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from mechid.identification.output_error.problem import Problem
 
 FloatArray = NDArray[np.float64]
+BETWEEN = 40
+"""Unused numbers behind each row, whole cache lines: of rows that are pages apart the processor confuses the places."""
 
 
 class WeightedRows:
@@ -42,7 +45,8 @@ class WeightedRows:
     def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
         channels = self.target.channels
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
-        buffers = [np.zeros((width, self.run.block)) for width in self.widths]
+        apart = self.run.block + BETWEEN
+        buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
         for block in self.run.blocks():
             first = max(block.start, self.window[0])
             if first >= block.stop:

@@ -38,8 +38,8 @@ DRAWS = 32
 WINNERS = 3
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
-BLOCK = 65536
-"""Samples looked at in one go: what is worked out on the way does not grow with the record."""
+BLOCK, SHORT = 65536, 1024
+"""Samples looked at in one go, and simulated in one go: a run that loses its record soon ends soon."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def horizon(
     traces = [_Trace(channel, np.empty(target.samples), most) for channel in target.channels]
     outputs = [problem.output(quantity) for quantity in target.quantities]
     tested = 0
-    for block in problem.run(target, q, target.samples).blocks():
+    for block in problem.run(target, q, target.samples, block=SHORT).blocks():
         rows = slice(block.start, block.stop)
         for trace, j in zip(traces, outputs, strict=True):
             trace.residual[rows] = (block.y[:, j] - trace.channel.measured[rows]) / trace.channel.sigma

@@ -130,9 +130,10 @@ def _excess(
 
 def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:
     """Return when any channel at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
-    there = problem.run(target, point, window[1]).blocks()
+    with_lanes = problem.run(target, q, window[1], jacobian=True)
+    there = problem.run(target, point, window[1], block=with_lanes.block)
     first, largest = window[0], 0.0
-    for here, other in zip(problem.run(target, q, window[1], jacobian=True).blocks(), there, strict=True):
+    for here, other in zip(with_lanes.blocks(), there.blocks(), strict=True):
         n = here.stop - max(here.start, window[0])
         if n <= 0:
             continue
