@@ -208,6 +208,19 @@ def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
     assert faults(browser) == []
 
 
+@pytest.fixture
+def endless_search(monkeypatch):
+    """Let the search have no end of its own, but ask as a simulation does."""
+
+    def endless(campaign, **options):
+        while True:
+            ask()
+            time.sleep(1e-3)
+
+    monkeypatch.setattr("mechid.web.session.identify", endless)
+
+
+@pytest.mark.usefixtures("endless_search")
 def test_cancel_keeps_what_is_set(browser, address):
     opened(browser, address)
     pressed(browser, "ArrowRight", 3)
@@ -215,6 +228,9 @@ def test_cancel_keeps_what_is_set(browser, address):
     browser.execute_script("document.getElementById('search').click()")
     browser.execute_script("document.getElementById('cancel').click()")
     until(browser, "return mechid.state().run?.state === 'cancelled'")
+    for fit in fits_at_work():
+        fit.join(SECONDS)
+    assert fits_at_work() == []
     now = told(browser)
     assert (now["knobs"], now["verdict"], now["can_undo"]) == (was["knobs"], None, True)
     assert browser.find_element("id", "fit").is_enabled()
@@ -225,15 +241,9 @@ def fits_at_work():
     return [thread for thread in threading.enumerate() if thread.name == "fit"]
 
 
-def test_closing_the_page_ends_its_fit(browser, address, monkeypatch):
+@pytest.mark.usefixtures("endless_search")
+def test_closing_the_page_ends_its_fit(browser, address):
     """Truth: the thread of a fit without an end of its own; the server would keep the tab for longer."""
-
-    def endless(campaign, **options):
-        while True:
-            ask()
-            time.sleep(1e-3)
-
-    monkeypatch.setattr("mechid.web.session.identify", endless)
     opened(browser, address)
     first = browser.current_window_handle
     browser.switch_to.new_window("tab")
