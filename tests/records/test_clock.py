@@ -1,22 +1,11 @@
 """The clock: stamps made from a known rate are read back as that rate, everything else is refused."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
 from mechid.errors import RecordError
 from mechid.records.clock import BLOCK, read_clock
-
-
-@dataclass
-class Stamps:
-    """A table that knows no more than to say the row."""
-
-    columns: tuple = ("time_s",)
-
-    def error(self, message, row=None):
-        return RecordError(f"row {row}: {message}")
+from stamps import Stamps
 
 
 def printed(rate, samples, digits, start=0.0):

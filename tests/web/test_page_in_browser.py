@@ -255,7 +255,7 @@ def test_closing_the_page_ends_its_fit(browser, address):
     browser.close()
     browser.switch_to.window(first)
     for fit in fits:
-        fit.join(0.9e-3 * UNUSED_MS)
+        fit.join(0.6e-3 * UNUSED_MS)
     assert fits_at_work() == []
 
 
