@@ -3,6 +3,7 @@
 Truth: the files' own bytes before and after, and the contract of exit codes (README).
 """
 
+import errno
 import os
 
 import pytest
@@ -88,3 +89,16 @@ def test_a_cache_that_cannot_be_written_is_2(refused, folder, tmp_path, monkeypa
     line = refused(2, "simulate", folder, "--out", tmp_path / "out")
     assert "the kernel cannot be kept there" in line
     assert "MECHID_CACHE" in line
+
+
+def test_a_cache_that_is_full_is_2(refused, folder, tmp_path, monkeypatch):
+    """Truth: what the compilation raises, in a thread of its own."""
+    from mechid.kernel import compiled
+
+    def full(*arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    compiled._kernel.cache_clear()
+    monkeypatch.setattr(compiled, "_compile", full)
+    line = refused(2, "simulate", folder, "--out", tmp_path / "out")
+    assert "the kernel cannot be kept there (No space left on device)" in line
