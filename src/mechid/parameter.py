@@ -22,6 +22,17 @@ class Status(StrEnum):
     AT_BOUND = "at_bound"
 
 
+class Role(StrEnum):
+    """What a parameter does in any mechanism, for those who change it without knowing the block."""
+
+    SUPPLY = "supply"
+    """Drives the motor: phase voltage or phase current, of which a weaker supply gives less."""
+    LOAD_INERTIA = "load inertia"
+    """The whole inertia that the output moves."""
+    DRY_FRICTION = "dry friction"
+    """A level of dry friction at the motor: torque that opposes motion whatever the speed."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Declaration:
     """A parameter as declared by the block that uses it.
@@ -49,6 +60,21 @@ class Declaration:
     typical : (str, float, float) or None
         Where no catalogue value is worth a start: a scale as an expression in the file's symbols, and the
         smallest and largest share of it met in practice.
+    above : str or None
+        Parameter below which it never lies, as static friction above Coulomb friction: it is searched by its excess
+        over that one. Keys of other parameters, here and below, are relative to the same table, or dotted names.
+    beyond : str or None
+        Parameter that it has to exceed.
+    part_of : str or None
+        Parameter of which it is a part: all parts together stay below the whole.
+    tied_to : str or None
+        Parameter that it follows where the file does not name it.
+    hertz_below : float
+        A value in rad/s below this may be meant in hertz, and is asked about.
+    even : bool
+        It counts what comes in pairs.
+    role : Role or None
+        What it does in a mechanism whatever the block calls it; margins and tables over it are made by role.
     """
 
     key: str
@@ -62,6 +88,13 @@ class Declaration:
     structural: bool = False
     spread: float = 2.5
     typical: tuple[str, float, float] | None = None
+    above: str | None = None
+    beyond: str | None = None
+    part_of: str | None = None
+    tied_to: str | None = None
+    hertz_below: float = 0.0
+    even: bool = False
+    role: Role | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

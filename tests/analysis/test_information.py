@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from mechid.analysis.information import record_information
-from mechid.analysis.resonances import resonances
+from mechid.simulation.resonances import resonances
 from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
 

@@ -5,7 +5,8 @@ import pytest
 from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
 from mechid.campaign import mechanism_text, read_mechanism
 from mechid.errors import InputFileError
-from mechid.plant.mechanisms import ASSEMBLIES, CHOICES
+from mechid.plant.mechanisms import ASSEMBLIES
+from mechid.plant.tables import CHOICES
 
 FRICTION = {"static": 0.01, "coulomb": 0.005, "viscous": 1e-3}
 TABLES = {

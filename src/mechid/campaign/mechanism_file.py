@@ -14,17 +14,8 @@ from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
 from mechid.parameter import Declaration, Parameter, Status
-from mechid.plant.layout import LIST_TABLES
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.mechanisms import OPTIONAL_TABLES
-
-"""Parameters that follow another one where the file does not name them."""
-STATIC, COULOMB = "friction.static", "friction.coulomb"
-TIED_WHERE_ABSENT = {"stepper.back_emf_constant": "stepper.torque_constant", STATIC: COULOMB}
-POLES = "stepper.poles"
-HERTZ_BELOW = 1500.0
-"""A resonance of the housing or the transducer this low in rad/s is 240 Hz: the number may well be meant in hertz."""
-FAST_TABLES = ("housing.", "transducer.", "anti_alias.")
+from mechid.plant.tables import LISTS, OPTIONAL, table_of
 
 
 def read_mechanism(path: Path | str) -> Mechanism:
@@ -58,11 +49,11 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
         name: _parameter(name, declaration, entries, structure, place)
         for name, declaration in structure.plant.declarations.items()
     }
-    _tie(parameters, entries)
-    _refuse_odd_poles(parameters, place)
-    _refuse_static_below_coulomb(parameters, place)
-    _refuse_wrong_order(parameters, place)
-    return Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
+    _tie(parameters, entries, structure)
+    mechanism = Mechanism(plant=structure.plant, parameters=parameters, options=structure.options)
+    for name, wrong in mechanism.contradictions():
+        raise place.key(name).error(wrong)
+    return mechanism
 
 
 def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
@@ -70,7 +61,7 @@ def mechanism_warnings(mechanism: Mechanism, label: str) -> tuple[str, ...]:
     return tuple(
         f"{label}: {name} = {q.value:.9g}: is this in Hz? it is read in rad/s"
         for name, q in mechanism.parameters.items()
-        if q.declaration.unit == "rad/s" and name.startswith(FAST_TABLES) and 0.0 < q.value < HERTZ_BELOW
+        if 0.0 < q.value < q.declaration.hertz_below
     )
 
 
@@ -80,20 +71,20 @@ def _parameter(
     if name in entries:
         divides = name in divisors(structure.plant)
         return read_parameter(entries[name], name, declaration, place.key(name), divides=divides)
-    if declaration.default is None and TIED_WHERE_ABSENT.get(name) not in structure.plant.declarations:
+    if declaration.default is None and name not in structure.plant.related("tied_to"):
         table, _, key = name.rpartition(".")
-        plain = table.rstrip("0123456789").removesuffix(".")
-        header = f"[[{plain}]]" if plain in LIST_TABLES else f"[{table}]"
+        plain = table_of(name)
+        header = f"[[{plain}]]" if plain in LISTS else f"[{table}]"
         raise place.key(name).error(
             f"missing; write {key} under {header}, {declaration.meaning}{in_unit(declaration.unit)}"
         )
     return Parameter(name=name, value=declaration.default or 0.0, declaration=declaration)
 
 
-def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any]) -> None:
+def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any], structure: Structure) -> None:
     """Make those that the file does not name follow their masters."""
-    for name, master in TIED_WHERE_ABSENT.items():
-        if name in parameters and master in parameters and name not in entries:
+    for name, master in structure.plant.related("tied_to").items():
+        if name not in entries:
             parameters[name] = Parameter(
                 name=name,
                 value=parameters[master].value,
@@ -103,38 +94,11 @@ def _tie(parameters: dict[str, Parameter], entries: Mapping[str, Any]) -> None:
             )
 
 
-def _refuse_odd_poles(parameters: Mapping[str, Parameter], place: Place) -> None:
-    poles = parameters[POLES].value if POLES in parameters else 0.0
-    if poles % 2.0 != 0.0:
-        raise place.key(POLES).error(f"found {poles:.9g}; poles come in pairs, write an even whole number")
-
-
-def _refuse_static_below_coulomb(parameters: Mapping[str, Parameter], place: Place) -> None:
-    if STATIC not in parameters or COULOMB not in parameters:
-        return
-    static, coulomb = parameters[STATIC].value, parameters[COULOMB].value
-    if static < coulomb:
-        remedy = f"static friction is never below Coulomb friction: start at {coulomb:.9g} or above"
-        raise place.key(STATIC).error(f"{static:.9g} is below {COULOMB} = {coulomb:.9g}; {remedy}")
-
-
-def _refuse_wrong_order(parameters: Mapping[str, Parameter], place: Place) -> None:
-    """Refuse what no gear and no load can be: bends that do not rise, modes heavier than the whole."""
-    values = {name: q.value for name, q in parameters.items()}
-    low, high = "gear.torque_1", "gear.torque_2"
-    if low in values and values[high] <= values[low]:
-        raise place.key(high).error(f"{values[high]:.9g} is not above {low} = {values[low]:.9g}; exchange them")
-    parts = sum(v for name, v in values.items() if name.startswith("load.mode.") and name.endswith(".inertia"))
-    if "load.inertia" in values and parts >= values["load.inertia"]:
-        found_ = f"{values['load.inertia']:.9g} is not above the modes' {parts:.9g}"
-        raise place.key("load.inertia").error(f"{found_}; it is the inertia of the whole load, its modes included")
-
-
 def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> Iterator[tuple[str, Any]]:
     """Yield the file's parameters by dotted name, options left out; refuse what the plant does not know."""
     known = (*structure.plant.declarations, *structure.options)
-    lists = [f"{name}." for name in LIST_TABLES[:1] if POLES in known]
-    tables = {name[:at] for name in (*known, *lists) for at in _dots(name)}
+    tables = {name[:at] for name in known for at in _dots(name)}
+    tables |= {name for name in LISTS if name.partition(".")[0] in tables}
     for name, entry in _flat(table, "", tables):
         if name in tables:
             raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
@@ -153,7 +117,7 @@ def _flat(entry: Mapping[str, Any], prefix: str, tables: set[str]) -> Iterator[t
         name = f"{prefix}{key}"
         if name in tables and is_table(value):
             yield from _flat(value, f"{name}.", tables)
-        elif name in LIST_TABLES and is_table_list(value):
+        elif name in LISTS and is_table_list(value):
             for index, item in enumerate(value):
                 yield from _flat(item, f"{name}.{index}.", tables)
         else:
@@ -170,7 +134,7 @@ def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
     names = [*known, *sorted(tables)]
     siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]
-    if absent := get_close_matches(name, (*LIST_TABLES, *OPTIONAL_TABLES), n=1, cutoff=0.8):
+    if absent := get_close_matches(name, (*LISTS, *OPTIONAL), n=1, cutoff=0.8):
         place = absent[0].rpartition(".")
         return f'; did you mean "{place[2] if place[0] == table else absent[0]}"?'
     if near := did_you_mean(key, siblings):

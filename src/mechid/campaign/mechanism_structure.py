@@ -17,18 +17,14 @@ from mechid.command.entry import is_number, is_table
 from mechid.errors import InputFileError
 from mechid.plant.assembly import check_assembly, plant_of
 from mechid.plant.block import Block
-from mechid.plant.layout import LIST_TABLES, OPTION_KEYS, OWN_TABLES, STEPPER_GEAR_MASS, Layout
-from mechid.plant.mechanisms import CHOICES, OPTIONAL_TABLES
+from mechid.plant.layout import STEPPER_GEAR_MASS, Layout
 from mechid.plant.plant import Plant
+from mechid.plant.stepper import detent_order
+from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table
 
 ASSEMBLY = "assembly"
-POLES_TABLE, POLES_KEY = "stepper", "poles"
-DETENT_TABLE, PERIOD_KEY, ORDER_KEY = "stepper.detent", "period_deg", "order"
-LAW, OWN = "law", "block"
-WHOLE_ORDER = 1e-9
-"""How near a whole number, relative to it, the periods per electrical period are taken for it."""
-DEFAULT_OPTIONS = {"housing.form": "paper"}
-"""Choices that the options name also where the file does not."""
+OWN_KEY, ORDER_KEY = "block", "order"
+HIGHEST_ORDER = 64
 
 
 @dataclass(frozen=True)
@@ -55,7 +51,7 @@ class Structure:
             other = replace(self.layout, laws={**self.layout.laws, table: law}, own={})
             try:
                 if name in plant_of(other).declarations:
-                    return OPTION_KEYS.get(table, LAW), law
+                    return TABLES[table].option, law
             except InputFileError:
                 continue
         return None
@@ -73,13 +69,16 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     """
     laws = dict(_laws(table, place))
     own = dict(_own_blocks(table, place, folder))
-    if both := next((name for name in own if name in laws and name != "stepper"), None):
-        key = OPTION_KEYS.get(both, LAW)
-        raise place.key(f"{both}.{OWN}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
-    orders = {name: tuple(_orders(table, name, place)) for name in LIST_TABLES}
-    tables = frozenset(name for name in OPTIONAL_TABLES if is_table(_at(table, name)))
-    if "anti_alias" in tables:
-        orders["anti_alias"] = (_order(_at(table, "anti_alias"), place.key("anti_alias"), default=4),)
+    if both := next((name for name in own if name in laws), None):
+        key = TABLES[both].option
+        raise place.key(f"{both}.{OWN_KEY}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
+    tables = frozenset(name for name in OPTIONAL if is_table(_at(table, name)))
+    orders = {name: tuple(_orders(table, TABLES[name], place)) for name in LISTS}
+    orders |= {
+        name: (_order(_at(table, name), place.key(name), TABLES[name].order),)
+        for name in tables
+        if TABLES[name].told_by
+    }
     layout = Layout(
         assembly=_assembly(table, place),
         laws=laws,
@@ -88,27 +87,10 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
         own={name: block for name, (block, _) in own.items()},
     )
     options = {ASSEMBLY: layout.assembly}
-    options |= {f"{name}.{OPTION_KEYS.get(name, LAW)}": law for name, law in laws.items()}
-    options |= {f"{name}.{OWN}": where for name, (_, where) in own.items()}
+    options |= {f"{name}.{TABLES[name].option}": law for name, law in laws.items()}
+    options |= {f"{name}.{OWN_KEY}": where for name, (_, where) in own.items()}
     with _in_file(place):
         return Structure(plant_of(layout), options, layout)
-
-
-def detent_order(poles: Any, period_deg: Any) -> int | None:
-    """Return a detent's periods per electrical period, None where that is no whole number.
-
-    An electrical period is 720/poles degrees of the rotor.
-
-    Examples
-    --------
-    >>> detent_order(100, 1.8), detent_order(100, 3.6), detent_order(100, 2.5)
-    (4, 2, None)
-    """
-    if not (is_number(poles) and is_number(period_deg)) or poles <= 0 or period_deg <= 0:
-        return None
-    order = (720.0 / poles) / period_deg
-    whole = round(order)
-    return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
 
 
 @lru_cache(maxsize=32)
@@ -132,37 +114,40 @@ def _assembly(table: Mapping[str, Any], place: Place) -> str:
 def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
     """Yield each table that chooses its block by a key, and what it chooses."""
     for name, choices in CHOICES.items():
-        entry, key = table.get(name), OPTION_KEYS.get(name, LAW)
+        entry, key = table.get(name), TABLES[name].option
         if not isinstance(entry, Mapping):
             continue
-        where = f"{name}.{key}"
-        if key in entry or where in DEFAULT_OPTIONS:
+        if key in entry or (TABLES[name].named and OWN_KEY not in entry):
             remedy = f'write {key} = "{choices[0]}", or leave it out'
-            yield name, text(entry.get(key, DEFAULT_OPTIONS.get(where)), place.key(where), remedy)
+            yield name, text(entry.get(key, choices[0]), place.key(f"{name}.{key}"), remedy)
 
 
 def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterator[tuple[str, tuple[Block, str]]]:
-    for name in OWN_TABLES:
+    for name in OWN:
         entry = table.get(name)
-        if isinstance(entry, Mapping) and OWN in entry:
-            yield name, read_own_block(entry[OWN], place.key(f"{name}.{OWN}"), folder)
+        if isinstance(entry, Mapping) and OWN_KEY in entry:
+            yield name, read_own_block(entry[OWN_KEY], place.key(f"{name}.{OWN_KEY}"), folder)
 
 
-def _orders(table: Mapping[str, Any], name: str, place: Place) -> Iterator[int | None]:
-    """Yield what tells the entries of a list of tables apart."""
+def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[int | None]:
+    """Yield what tells the entries of a list of tables apart: an order, a detent's from its period, none of a mode."""
+    name = listed.name
     entries = _at(table, name) or []
     if not is_table_list(entries):
         raise place.key(name).error(
-            f"{found(entries)}; write each {_ENTRIES[name]} as a table under [[{name}]], in two brackets"
+            f"{found(entries)}; write each {listed.entry} as a table under [[{name}]], in two brackets"
         )
     for index, entry in enumerate(entries):
-        if name == DETENT_TABLE:
-            yield detent_order(_at(table, f"{POLES_TABLE}.{POLES_KEY}"), entry.get(PERIOD_KEY))
+        if listed.told_by == ORDER_KEY:
+            yield _order(entry, place.key(f"{name}.{index}"), listed.order)
         else:
-            yield None if name == "load.mode" else _order(entry, place.key(f"{name}.{index}"), default=1)
+            yield _by_period(_at(table, "stepper.poles"), entry.get(listed.told_by))
 
 
-_ENTRIES = {DETENT_TABLE: "harmonic", "load.mode": "mode"} | dict.fromkeys(LIST_TABLES[1:3], "harmonic")
+def _by_period(poles: Any, period_deg: Any) -> int | None:
+    """Return the order of a harmonic that has a period; what is missing or no number is said elsewhere."""
+    are_numbers = is_number(poles) and is_number(period_deg) and poles > 0 and period_deg > 0
+    return detent_order(poles, period_deg) if are_numbers else None
 
 
 def _order(entry: Mapping[str, Any], place: Place, default: int) -> int:
@@ -170,7 +155,7 @@ def _order(entry: Mapping[str, Any], place: Place, default: int) -> int:
     order = entry.get(ORDER_KEY, default)
     if is_number(order) and order != round(order):
         raise place.key(ORDER_KEY).error(f"{found(order)}; write a whole number")
-    return max(1, min(int(order), 64)) if is_number(order) else default
+    return max(1, min(int(order), HIGHEST_ORDER)) if is_number(order) else default
 
 
 def _at(table: Mapping[str, Any], name: str) -> Any:

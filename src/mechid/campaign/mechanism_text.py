@@ -3,35 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from mechid.campaign.mechanism_structure import ASSEMBLY
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.parameter import Parameter, Status
-from mechid.plant.layout import LIST_TABLES
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.tables import LISTS, TABLES
 from mechid.writing import write_whole
-
-TITLES: Mapping[str, str] = {
-    "stepper": "two-phase stepper motor and the voltage that drives it",
-    "stepper.detent": "one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)",
-    "friction": "dry and viscous friction of the rotor",
-    "gear": "gear, a spring and a damper seen from the output",
-    "load": "test mass on the output",
-    "stepper.imbalance": "phase A and phase B apart",
-    "stepper.torque_harmonic": "one harmonic of the torque constant over the electrical angle",
-    "gear.kinematic_error": "one harmonic of the gear's kinematic error over the input angle",
-    "load.mode": "one flexible mode of the load",
-    "output_friction": "dry and viscous friction of the load",
-    "drive": "what drives it is a measured channel of each record",
-    "motor": "the motor's side",
-    "transducer": "the torque transducer",
-    "charge_amplifier": "high-pass of the charge amplifier",
-    "anti_alias": "low-pass of the recorder",
-    "housing": "resonance of the housing; without this table the housing is rigid",
-}
-"""What a reader of the file is told of each table."""
 
 
 def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
@@ -68,8 +48,8 @@ def _by_table(mechanism: Mechanism) -> dict[str, list[Parameter]]:
 
 
 def _table(table: str, parameters: Iterable[Parameter], mechanism: Mechanism) -> Iterator[str]:
-    plain = next((name for name in LIST_TABLES if table.startswith(f"{name}.")), table)
-    title = TITLES.get(plain, "")
+    plain = next((name for name in LISTS if table.startswith(f"{name}.")), table)
+    title = TABLES[plain].title if plain in TABLES else ""
     yield (f"[[{plain}]]" if plain != table else f"[{plain}]") + (f"  # {title}" if title else "")
     for option, value in mechanism.options.items():
         if option.rpartition(".")[0] == table and "." in option:

@@ -13,10 +13,9 @@ from mechid.campaign.place import Place, found, refuse_unknown_keys
 from mechid.command.entry import is_table
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.tables import OF_RECORD
 
 KEY = "test_stand"
-TABLES = ("transducer", "charge_amplifier", "anti_alias", "drive")
-"""Tables of the mechanism file that belong to the test stand."""
 EXAMPLE = "{ transducer.gain = { value = 1.0, min = 0.8, max = 1.2 } }"
 
 
@@ -57,11 +56,11 @@ def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place)
     declared = {
         name: d
         for name, d in mechanism.plant.declarations.items()
-        if name.partition(".")[0] in TABLES and not d.structural
+        if name.partition(".")[0] in OF_RECORD and not d.structural
     }
     there = {name.partition(".")[0] for name in declared}
     for table in entry:
-        if table in TABLES and table not in there:
+        if table in OF_RECORD and table not in there:
             raise place.key(table).error(f"the mechanism has none; write [{table}] in its file")
     refuse_unknown_keys(entry, tuple(sorted(there)), place)
     dividing, parameters = divisors(mechanism.plant), []

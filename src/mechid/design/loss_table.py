@@ -7,20 +7,20 @@ from dataclasses import dataclass
 
 from mechid.command import Command
 from mechid.design.step_loss import (
-    COULOMB,
-    INERTIA,
-    VOLTAGE,
     RateLimit,
     heavier,
-    holding_torque,
     pull_in,
     pull_out,
     rubbing,
     weaker,
 )
 from mechid.identification.computation.parallel import mapped
+from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.stepper import HOLDING
 
+WORDS = {"V": "voltage", "A": "current", "kg m2": "load inertia"}
+"""What is changed, by its unit."""
 INERTIA_FACTORS = (0.25, 0.5, 2.0, 4.0, 8.0)
 VOLTAGE_FACTORS = (0.6, 0.8, 1.2)
 TORQUE_SHARES = (0.1, 0.2, 0.4)
@@ -35,7 +35,7 @@ class LossRow:
     ----------
     stepping : str
     changed : str
-        What is changed: empty, ``"load inertia"``, ``"voltage"`` or ``"friction torque"``.
+        What is changed: empty, ``"load inertia"``, ``"voltage"``, ``"current"`` or ``"friction torque"``.
     to : float
         Factor on it; for friction torque what is added, N m.
     pull_in, pull_out : RateLimit
@@ -61,15 +61,15 @@ def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int =
 
 def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
     yield "", 1.0, mechanism
-    has = mechanism.parameters.keys()
-    kinds: list[tuple[str, str, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
-        (INERTIA, "load inertia", INERTIA_FACTORS, heavier),
-        (VOLTAGE, "voltage", VOLTAGE_FACTORS, weaker),
+    has = mechanism.plant.having
+    kinds: list[tuple[Role, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
+        (Role.LOAD_INERTIA, INERTIA_FACTORS, heavier),
+        (Role.SUPPLY, VOLTAGE_FACTORS, weaker),
     ]
-    for name, word, factors, change in kinds:
-        if name in has:
-            yield from ((word, factor, change(mechanism, factor)) for factor in factors)
-    torque = holding_torque(mechanism)
-    if COULOMB in has and torque:
+    for role, factors, change in kinds:
+        word = WORDS.get(mechanism.plant.declarations[has(role)[0]].unit, "") if has(role) else ""
+        yield from ((word, factor, change(mechanism, factor)) for factor in factors if word)
+    torque = mechanism.scale(HOLDING)
+    if has(Role.DRY_FRICTION) and torque:
         added = [share * torque for share in TORQUE_SHARES]
         yield from (("friction torque", T, rubbing(mechanism, T)) for T in added)

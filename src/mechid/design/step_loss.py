@@ -22,8 +22,10 @@ import numpy as np
 
 from mechid.command import Command, RateProfile
 from mechid.command.edges import step_edges
+from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
+from mechid.plant.stepper import HOLDING
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -37,8 +39,6 @@ LOWEST, HIGHEST = 4.0, 4000.0
 AT_ONCE_RATIO, SLOW_RATIO = 1.15, 2.0
 """Ratio of neighbours on the way up; what is brought to a rate slowly has passed all that are lower."""
 RESOLUTION = 0.005
-POLES, VOLTAGE, INERTIA = "stepper.poles", "stepper.peak_voltage", "load.inertia"
-COULOMB, STATIC = "friction.coulomb", "friction.static"
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def driven(mechanism: Mechanism, command: Command, seconds: float, *, torque: bo
     if trajectory.outcome is not SimulationOutcome.COMPLETE:
         return Driven(None, math.inf)
     resting = round(AT_REST_SHARE * HOLD_S * SAMPLE_RATE_HZ)
-    angle = 0.5 * mechanism.value(POLES) * float(np.mean(trajectory.values["rotor_angle"][-resting:]))
+    angle = (mechanism.electrical_periods or 1.0) * float(np.mean(trajectory.values["rotor_angle"][-resting:]))
     _, index = step_edges(held.rate, held.steps_per_full_step, seconds + HOLD_S)
     wanted = held.start_angle_rad + (index[-1] if index.size else 0) * 0.5 * math.pi / held.steps_per_full_step
     during = trajectory.values["torque"][: round(seconds * SAMPLE_RATE_HZ) + 1] if torque else np.zeros(1)
@@ -107,7 +107,7 @@ def stopped(command: Command, seconds: float) -> Command:
 def is_stepper(mechanism: Mechanism) -> bool:
     """Whether step loss has a meaning for a mechanism: driven step by step, its rotor's angle known."""
     inputs = {str(s) for s in mechanism.plant.inputs}
-    return {"e_A", "e_B"} <= inputs and "rotor_angle" in mechanism.plant.offered and POLES in mechanism.parameters
+    return {"e_A", "e_B"} <= inputs and mechanism.electrical_periods is not None
 
 
 @dataclass(frozen=True)
@@ -191,42 +191,37 @@ def margins(mechanism: Mechanism, command: Command, seconds: float) -> Margins:
 
     if not holds(mechanism):
         return Margins(True)
-    has = mechanism.parameters.keys()
-    voltage = torque = inertia = None
-    if VOLTAGE in has:
-        voltage = _largest(lambda x: holds(weaker(mechanism, 1.0 - x)), 0.99)
-    if COULOMB in has:
-        most = holding_torque(mechanism)
+    has = mechanism.plant.having
+    supply = torque = inertia = None
+    if has(Role.SUPPLY):
+        supply = _largest(lambda x: holds(weaker(mechanism, 1.0 - x)), 0.99)
+    if has(Role.DRY_FRICTION):
+        most = mechanism.scale(HOLDING)
         torque = _largest(lambda x: holds(rubbing(mechanism, x)), most) if most else None
-    if INERTIA in has:
+    if has(Role.LOAD_INERTIA):
         found = _largest(lambda x: holds(heavier(mechanism, math.exp(x))), math.log(100.0))
         inertia = math.exp(found) if found is not None else None
-    return Margins(False, voltage, torque, inertia)
+    return Margins(False, supply, torque, inertia)
 
 
 def weaker(mechanism: Mechanism, factor: float) -> Mechanism:
-    """Return the mechanism at another voltage."""
-    return mechanism.with_values({VOLTAGE: factor * mechanism.value(VOLTAGE)})
+    """Return the mechanism at another supply, voltage or current as its drive has it."""
+    return _scaled(mechanism, Role.SUPPLY, factor)
 
 
 def heavier(mechanism: Mechanism, factor: float) -> Mechanism:
     """Return the mechanism with another load."""
-    return mechanism.with_values({INERTIA: factor * mechanism.value(INERTIA)})
+    return _scaled(mechanism, Role.LOAD_INERTIA, factor)
+
+
+def _scaled(mechanism: Mechanism, role: Role, factor: float) -> Mechanism:
+    return mechanism.with_values({name: factor * mechanism.value(name) for name in mechanism.plant.having(role)})
 
 
 def rubbing(mechanism: Mechanism, torque: float) -> Mechanism:
     """Return the mechanism with further dry friction at the rotor, N m: a load torque that opposes motion."""
-    names = [name for name in (STATIC, COULOMB) if name in mechanism.parameters]
+    names = mechanism.plant.having(Role.DRY_FRICTION)
     return mechanism.with_values({name: mechanism.value(name) + torque for name in names})
-
-
-def holding_torque(mechanism: Mechanism) -> float | None:
-    """Return the torque k_m U / R of one phase at rest, N m; None where the mechanism has no such values."""
-    names = ("stepper.torque_constant", VOLTAGE, "stepper.coil_resistance")
-    if not set(names) <= mechanism.parameters.keys():
-        return None
-    k_m, U, R = map(mechanism.value, names)
-    return k_m * U / R
 
 
 def _largest(holds: Callable[[float], bool], most: float) -> float | None:

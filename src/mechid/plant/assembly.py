@@ -9,9 +9,10 @@ from functools import lru_cache
 from sympy import Integer
 
 from mechid.errors import InputFileError, did_you_mean
+from mechid.plant.base import ACCELERATION
 from mechid.plant.block import Block
 from mechid.plant.drive import RAMP, measured_quantities
-from mechid.plant.layout import Layout
+from mechid.plant.layout import Flying, Layout
 from mechid.plant.mechanisms import ASSEMBLIES
 from mechid.plant.plant import Plant, assemble
 
@@ -36,7 +37,7 @@ def plant_of(layout: Layout) -> Plant:
     if layout.own:
         return _assembled(layout)
     key = (tuple(sorted(layout.laws.items())), tuple(sorted(layout.orders.items())), tuple(sorted(layout.tables)))
-    return _cached(layout.assembly, *key)
+    return _cached(layout.assembly, *key, layout.flying)
 
 
 @lru_cache(maxsize=64)
@@ -45,8 +46,11 @@ def _cached(
     laws: tuple[tuple[str, str], ...],
     orders: tuple[tuple[str, tuple[int | None, ...]], ...],
     tables: tuple[str, ...],
+    flying: Flying | None,
 ) -> Plant:
-    return _assembled(Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), own={}))
+    return _assembled(
+        Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), flying=flying)
+    )
 
 
 def _assembled(layout: Layout) -> Plant:
@@ -57,11 +61,11 @@ def _assembled(layout: Layout) -> Plant:
     except ValueError as error:
         raise InputFileError(f"assembly: the blocks do not fit together: {error}") from error
     channels = measured_quantities(plant.inputs)
-    known = {"e_A", "e_B", *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
+    known = {"e_A", "e_B", ACCELERATION.name, *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
     if unwired := [s.name for s in plant.inputs if s.name not in known]:
         names = ", ".join(name.removesuffix("_in") for name in unwired)
         raise InputFileError(f"assembly: no block gives {names}; a block of your own has to have it among its outputs")
-    return plant
+    return replace(plant, layout=layout)
 
 
 def _in_place(layout: Layout, block: Block) -> Block:

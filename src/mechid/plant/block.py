@@ -64,13 +64,17 @@ class Switch:
 class PolarPair:
     """An amplitude and a phase of the file that the kernel knows as cosine and sine part.
 
-    The kernel's parameters are K cos(phi) and K sin(phi): at K = 0 the phase is not dead.
+    The kernel's parameters are K cos(phi) and K sin(phi): at K = 0 the phase is not dead. `cycles` is how many
+    periods it has in a turn of the rotor, in the file's symbols. `of_phase` says that it belongs to the motor's
+    phases, so that it stays where it is when the rotor's zero is put elsewhere.
     """
 
     amplitude: str
     phase: str
     cosine: sp.Symbol
     sine: sp.Symbol
+    cycles: sp.Expr
+    of_phase: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,6 +123,11 @@ class Block:
         What other blocks may be wired to.
     switch : Switch or None
     filter : LinearSystem or None
+    swinging : mapping of state to str
+        What swings where a resonance moves that state most; other states have the block's name, an empty word says
+        that nothing does, as in a low-pass.
+    scales : mapping of str to Expr
+        What a data sheet names of it, as ``"holding torque"``: functions of the file's symbols.
     reference : str
         Where the equations stand.
     """
@@ -135,4 +144,6 @@ class Block:
     outputs: Mapping[str, sp.Expr] = field(default_factory=dict)
     switch: Switch | None = None
     filter: LinearSystem | None = None
+    swinging: Mapping[sp.Symbol, str] = field(default_factory=dict)
+    scales: Mapping[str, sp.Expr] = field(default_factory=dict)
     reference: str = "Kornienko2013"

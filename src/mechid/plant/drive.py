@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from sympy import Expr, Integer, Symbol, symbols
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block
 
 RAMP = "_slope"
@@ -32,6 +32,7 @@ def voltage_drive() -> Block:
                 meaning="peak phase voltage",
                 lower=0.0,
                 source="not in the paper; 0.6 A x 9.5 ohm comes near its amplitudes",
+                role=Role.SUPPLY,
             ),
         ),
         inputs=(e_A, e_B),
@@ -52,7 +53,7 @@ def current_drive() -> Block:
         table="stepper",
         declarations=(
             Declaration(key="peak_current", symbol="I_peak", unit="A", meaning="peak phase current", lower=0.0,
-                        source="the drive's setting"),
+                        source="the drive's setting", role=Role.SUPPLY),
         ),
         inputs=(e_A, e_B),
         terms={i_A: current * e_A, i_B: current * e_B},
@@ -97,3 +98,17 @@ def measured_quantities(inputs: Sequence[Symbol]) -> tuple[str, ...]:
     """Return the quantities of the channels that drive a plant of such inputs; none where a command does."""
     names = [s.name for s in inputs]
     return tuple(name for name in names if f"{name}{RAMP}" in names)
+
+
+Drive = Callable[[], Block]
+VOLTAGES: Mapping[str, Drive] = {
+    "voltage": voltage_drive,
+    "measured_voltage": lambda: measured_drive((("voltage_phase_a", "u_A"), ("voltage_phase_b", "u_B")), "stepper"),
+}
+CURRENTS: Mapping[str, Drive] = {
+    "current": current_drive,
+    "measured_current": lambda: measured_drive((("current_phase_a", "i_A"), ("current_phase_b", "i_B")), "stepper"),
+}
+"""Drives of a stepper by the name in mechanism.toml, of its voltages and of its currents."""
+COMMANDED: Mapping[str, str] = {"measured_voltage": "voltage", "measured_current": "current"}
+"""The drive that a step command acts through, in place of one that follows measured channels."""

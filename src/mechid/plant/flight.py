@@ -1,151 +1,162 @@
-"""The mechanism in flight: on a structure's modes instead of a bench, with a load that may be flexible.
-
-Angles of rotor and load are relative to the base, which turns by beta. With the modes of the structure in
-mass-normalised form, beta = sum phi_k eta_k and eta_k_ddot = phi_k T_base - 2 zeta_k w_k eta_k_dot - w_k^2 eta_k:
-
-    J_rot (alpha_ddot + beta_ddot) = T_res = T_mot - T_fr - T_rg,
-    T_base = -(T_res + G T_rg),
-    beta_ddot = s + S T_base,   s = -sum phi_k (2 zeta_k w_k eta_k_dot + w_k^2 eta_k),   S = sum phi_k^2
-
-The paper's housing filter has no reaction on the mechanism and stays on the bench.
-"""
+"""A mechanism as it flies: its own assembly, laid out without the test stand, its base held, driven or on modes."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from typing import TypeAlias
 
-import sympy as sp
-from sympy import symbols
+from mechid.errors import InputFileError
+from mechid.parameter import Parameter, Role, Status
+from mechid.plant.assembly import plant_of
+from mechid.plant.drive import COMMANDED, measured_quantities
+from mechid.plant.layout import Base, Flying, Layout
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.mechanisms import LINE_ORDER, LINE_TORQUE
+from mechid.plant.plant import Plant
+from mechid.plant.tables import TABLES, bench_reason, table_of
 
-from mechid.parameter import Declaration
-from mechid.plant.block import Block
-from mechid.plant.drive import voltage_drive
-from mechid.plant.drive_train import alpha_gear, load, omega, omega_gear, rotor
-from mechid.plant.friction import ROTOR, coulomb
-from mechid.plant.gear import gear
-from mechid.plant.housing import rigid_housing
-from mechid.plant.plant import Plant, assemble
-from mechid.plant.stepper import detent, motor_torque, windings
-from mechid.plant.test_stand import base_torque
+LOAD, MODE = "load", "load.mode"
+CUT_OFF, ORDER = "anti_alias.frequency", "anti_alias.order"
+"""Of the filter before which the lines of the torque are sampled, in place of one that the recorder may have had."""
+RECORD = "it belongs to one record"
 
-NAME = "stepper_gear_mass_in_flight"
+ModeValues: TypeAlias = Sequence[tuple[float, float, float]]
+"""Three values of each mode: rad/s, damping, and effective inertia of a load, or shape at the interface of a base."""
 
 
-def in_flight(detent_orders: Sequence[int | None], base_modes: int, load_modes: int) -> Plant:
-    """Return the paper's mechanism, its base on `base_modes` modes and `load_modes` cantilever modes in its load.
+def flight_layout(layout: Layout, load_modes: int | None = None) -> Layout:
+    """Return the layout of a mechanism in flight, on a held base: that of the bench without the test stand.
 
-    Without base modes the base is held: its torque is the blocked one.
+    Parameters
+    ----------
+    layout : Layout
+        On the bench.
+    load_modes : int or None
+        Flexible modes of the flight's load; None keeps those of the bench.
     """
-    return _in_flight(tuple(detent_orders), base_modes, load_modes)
-
-
-@lru_cache(maxsize=32)
-def _in_flight(detent_orders: tuple[int | None, ...], base_modes: int, load_modes: int) -> Plant:
-    detents = [detent(k, order) for k, order in enumerate(detent_orders)]
-    moving = [rotor_on_base(), base(base_modes)] if base_modes else [rotor()]
-    blocks: list[Block] = [
-        voltage_drive(), windings(), *detents, motor_torque(len(detents)), *moving, coulomb(ROTOR),
-        gear(), flight_load(load_modes, on_base=base_modes > 0), rigid_housing(), base_torque(),
-    ]  # fmt: skip
-    return assemble(NAME, blocks, {}, {"torque": "transducer.T_base"})
-
-
-def base(modes: int) -> Block:
-    """Modes of the structure at the interface, driven by the torque on the base."""
-    s, T_base, beta_acc, T_res, T_applied = symbols("s_base T_base beta_acc T_res_in T_applied_in")
-    etas = [symbols(f"eta_{k} eta_dot_{k}") for k in range(modes)]
-    values = [symbols(f"omega_base_{k} zeta_base_{k} phi_base_{k}") for k in range(modes)]
-    held = [2 * zeta * w * v + w**2 * eta for (eta, v), (w, zeta, _) in zip(etas, values, strict=True)]
-    S = sum((phi**2 for _, _, phi in values), sp.Integer(0))
-    rates: dict[sp.Symbol, sp.Expr] = {}
-    for (eta, v), (_, _, phi), spring in zip(etas, values, held, strict=True):
-        rates |= {eta: v, v: phi * T_base - spring}
-    return Block(
-        name="base",
-        table="base",
-        declarations=tuple(d for k in range(modes) for d in _base_mode(k)),
-        inputs=(T_res, T_applied),
-        terms={
-            s: -sum((phi * spring for (_, _, phi), spring in zip(values, held, strict=True)), sp.Integer(0)),
-            T_base: -(T_res + T_applied),
-            beta_acc: s + S * T_base,
-        },
-        rates=rates,
-        initial=dict.fromkeys(rates, sp.Integer(0)),
-        outputs={"s_base": s, "S_base": S, "beta_acc": beta_acc},
-        reference="",
+    flies = {name for name, table in TABLES.items() if not table.bench}
+    laws = {name: law for name, law in layout.laws.items() if name in flies}
+    if "stepper" in laws:
+        laws["stepper"] = COMMANDED.get(laws["stepper"], laws["stepper"])
+    orders = {name: order for name, order in layout.orders.items() if name in flies}
+    if load_modes is not None:
+        orders = {**orders, MODE: (None,) * load_modes}
+    return replace(
+        layout,
+        laws=laws,
+        orders={name: order for name, order in orders.items() if order},
+        tables=frozenset(layout.tables & flies),
+        own={name: block for name, block in layout.own.items() if name in flies},
+        flying=Flying(),
     )
 
 
-def rotor_on_base() -> Block:
-    """Rotor whose base accelerates: while it is stuck, friction carries J_rot beta_ddot too.
+def in_flight(
+    mechanism: Mechanism, values: Mapping[str, float] | None = None, load_modes: ModeValues | None = None
+) -> Mechanism:
+    """Return a mechanism of the bench as it flies, on a held base.
 
-    Stuck, T_res = J_rot beta_ddot, so that beta_ddot = (s - S G T_rg)/(1 + S J_rot).
+    Parameters
+    ----------
+    mechanism : Mechanism
+        As identified; its plant comes from a layout.
+    values : mapping of dotted name to value
+        What differs in flight, in the mechanism file's units. What is tied elsewhere follows.
+    load_modes : sequence of (rad/s, damping, kg m2) or None
+        Flexible modes of the flight's load; None keeps those of the bench.
+
+    Raises
+    ------
+    InputFileError
+        It cannot fly, or a value is missing or cannot be: one sentence with block and remedy.
     """
-    plain = rotor()
-    G, J_rot = symbols("G J_rot")
-    s, S, beta_acc = symbols("s_base_in S_base_in beta_acc_in")
-    T_mot, T_rg, T_fr, free = plain.inputs
-    drive, T_res, stuck = symbols("T_drive T_res beta_acc_stuck")
-    terms = {
-        stuck: (s - S * G * T_rg) / (1 + S * J_rot),
-        drive: T_mot - T_rg - J_rot * stuck,
-        T_res: free * (T_mot - T_rg - T_fr) + (1 - free) * J_rot * stuck,
+    layout = mechanism.plant.layout
+    if layout is None:
+        raise InputFileError("the plant was assembled by hand, from no mechanism file; only those of a file fly")
+    _refuse_other_drives(mechanism)
+    modes = {} if load_modes is None else mode_values(MODE, ("frequency", "damping", "inertia"), load_modes)
+    given = {**modes, **(values or {})}
+    plant = plant_of(flight_layout(layout, None if load_modes is None else len(load_modes)))
+    kept = {name: q for name, q in mechanism.parameters.items() if not bench_reason(name)}
+    kept = {name: q for name, q in kept.items() if load_modes is None or table_of(name) != MODE}
+    flying = Mechanism(plant, _parameters(plant, kept, given), mechanism.options)
+    for name, wrong in flying.contradictions():
+        raise InputFileError(f"{name}: {wrong}")
+    return flying
+
+
+def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mechanism:
+    """Return a flying mechanism on another base; `modes` are (rad/s, damping, shape) of each of the structure's.
+
+    Raises
+    ------
+    InputFileError
+        A block of the user's own does not say how it moves with its base.
+    """
+    layout = mechanism.plant.layout
+    assert layout is not None
+    if LOAD in layout.own and flying.base is not Base.HELD:
+        raise InputFileError(
+            f"{LOAD}: the block of your own is written for a base at rest, so that nothing is worked out on a base "
+            "that moves; describe the load by load.inertia and [[load.mode]] of the library for that"
+        )
+    plant = plant_of(replace(layout, flying=flying))
+    values = mode_values("base", ("frequency", "damping", "shape"), modes)
+    return Mechanism(plant, _parameters(plant, mechanism.parameters, values), mechanism.options)
+
+
+def below(mechanism: Mechanism, cut_off: float) -> Mechanism:
+    """Return a flying mechanism that gives its torque, and the same below a cut-off in rad/s, without aliases."""
+    lined = replace(mechanism, plant=mechanism.plant.measuring(("torque", LINE_TORQUE)))
+    own = {CUT_OFF: cut_off, ORDER: float(LINE_ORDER)}
+    declared = lined.plant.declarations
+    return lined.with_parameters({n: Parameter(name=n, value=v, declaration=declared[n]) for n, v in own.items()})
+
+
+def mode_values(table: str, keys: Sequence[str], modes: ModeValues) -> dict[str, float]:
+    """Return dotted names and values of modes, as ``load.mode.0.frequency``."""
+    return {f"{table}.{k}.{key}": v for k, mode in enumerate(modes) for key, v in zip(keys, mode, strict=True)}
+
+
+def left_on_bench(mechanism: Mechanism, names: Iterable[str]) -> dict[str, str]:
+    """Return those of some estimated parameters that do not fly, each with the reason."""
+    reasons = {name: bench_reason(name) for name in names}
+    return {
+        name: reason or RECORD for name, reason in reasons.items() if reason or name not in mechanism.plant.declarations
     }
-    return replace(
-        plain,
-        inputs=(*plain.inputs, s, S, beta_acc),
-        terms=terms,
-        rates={**plain.rates, omega: free * (T_res / J_rot - beta_acc)},
-        reference="",
-    )
 
 
-def flight_load(modes: int, *, on_base: bool) -> Block:
-    """Load of inertia J_m in all, with cantilever modes of participation p_k (p_k^2 their effective inertia).
-
-    With A the hub's acceleration in inertial space,
-    (J_m - sum p_k^2) A = G T_rg + sum p_k (2 zeta_k w_k q_k_dot + w_k^2 q_k),
-    q_k_ddot = -p_k A - 2 zeta_k w_k q_k_dot - w_k^2 q_k.
-    """
-    plain = load()
-    J_m, T_applied, A, beta_acc = symbols("J_m T_applied_in A_load beta_acc_in")
-    states = [symbols(f"q_{k} q_dot_{k}") for k in range(modes)]
-    values = [symbols(f"omega_load_{k} zeta_load_{k} p_load_{k}") for k in range(modes)]
-    held = [2 * zeta * w * v + w**2 * q for (q, v), (w, zeta, _) in zip(states, values, strict=True)]
-    springs = sum((p * h for (_, _, p), h in zip(values, held, strict=True)), sp.Integer(0))
-    rigid = J_m - sum((p**2 for _, _, p in values), sp.Integer(0))
-    rates = {alpha_gear: omega_gear, omega_gear: A - (beta_acc if on_base else 0)}
-    for (q, v), (_, _, p), spring in zip(states, values, held, strict=True):
-        rates |= {q: v, v: -p * A - spring}
-    return replace(
-        plain,
-        declarations=(*plain.declarations, *(d for k in range(modes) for d in _load_mode(k))),
-        inputs=(T_applied, beta_acc) if on_base else (T_applied,),
-        terms={A: (T_applied + springs) / rigid},
-        rates=rates,
-        initial={**plain.initial, **{x: sp.Integer(0) for pair in states for x in pair}},
-        reference="",
-    )
+def _parameters(plant: Plant, kept: Mapping[str, Parameter], given: Mapping[str, float]) -> dict[str, Parameter]:
+    """Return the parameters of a flying plant: those kept, with values given in their place."""
+    return {name: _parameter(plant, name, kept.get(name), given.get(name)) for name in plant.declarations}
 
 
-def _base_mode(k: int) -> tuple[Declaration, ...]:
-    return _mode("base", k, "phi", "rad/(kg^0.5 m)", "rotation of the interface in")
+def _parameter(plant: Plant, name: str, kept: Parameter | None, given: float | None) -> Parameter:
+    declaration = plant.declarations[name]
+    if given is not None:
+        return Parameter(name=name, value=given, declaration=declaration)
+    if kept is not None:
+        return kept
+    if name in (CUT_OFF, ORDER):
+        return Parameter(name=name, value=1.0, declaration=declaration)
+    if declaration.default is None and declaration.role is Role.SUPPLY:
+        key = declaration.key
+        raise InputFileError(
+            f"{name}: on the bench measured channels drove the motor, in flight a command does; give [flight] {key}"
+        )
+    if declaration.default is None:
+        raise InputFileError(f"{name}: missing in flight; give it in [flight] values")
+    return Parameter(name=name, value=declaration.default, declaration=declaration, status=Status.KNOWN)
 
 
-def _load_mode(k: int) -> tuple[Declaration, ...]:
-    return _mode("load", k, "p", "kg^0.5 m", "participation in the hub's rotation of")
-
-
-def _mode(which: str, k: int, shape: str, unit: str, meaning: str) -> tuple[Declaration, ...]:
-    of = f"mode {k} of the {which}"
-    return (
-        Declaration(key=f"{which}.{k}.frequency", symbol=f"omega_{which}_{k}", unit="rad/s",
-                    meaning=f"frequency of {of}", lower=0.0, source=""),
-        Declaration(key=f"{which}.{k}.damping", symbol=f"zeta_{which}_{k}", unit="1", meaning=f"damping of {of}",
-                    lower=0.0, source=""),
-        Declaration(key=f"{which}.{k}.shape", symbol=f"{shape}_{which}_{k}", unit=unit, meaning=f"{meaning} {of}",
-                    source=""),
-    )  # fmt: skip
+def _refuse_other_drives(mechanism: Mechanism) -> None:
+    """Refuse a mechanism that no step command drives."""
+    layout, measured = mechanism.plant.layout, measured_quantities(mechanism.plant.inputs)
+    assert layout is not None
+    if measured and layout.laws.get("stepper") not in COMMANDED:
+        raise InputFileError(
+            f'assembly = "{layout.assembly}": block drive follows a measured {" and ".join(measured)}, and a mode of '
+            "operation commands steps, so that it cannot fly; identify the stepper as stepper_gear_mass or "
+            "current_driven_stepper"
+        )

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 from sympy import Expr, Symbol, exp
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Guard, Switch
 
 ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
@@ -301,9 +301,10 @@ def _levels(site: Site) -> tuple[Declaration, ...]:
     names = [site.symbol(name).name for name in ("T_frs", "T_frd", "T_visc")]
     return (
         Declaration(key="static", symbol=names[0], unit=site.torque, meaning="static friction", lower=0.0,
-                    typical=(dry, 0.002, 0.1) if dry else None),
+                    typical=(dry, 0.002, 0.1) if dry else None, above="coulomb", tied_to="coulomb",
+                    role=Role.DRY_FRICTION),
         Declaration(key="coulomb", symbol=names[1], unit=site.torque, meaning="Coulomb friction", lower=0.0,
-                    typical=(dry, 0.002, 0.15) if dry else None),
+                    typical=(dry, 0.002, 0.15) if dry else None, role=Role.DRY_FRICTION),
         Declaration(key="viscous", symbol=names[2], unit=site.viscous, meaning="viscous friction", lower=0.0,
                     typical=(damp, 0.02, 2.0) if damp else None),
     )  # fmt: skip

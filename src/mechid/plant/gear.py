@@ -119,7 +119,7 @@ def piecewise_linear() -> GearLaw:
     )  # fmt: skip
     torques = tuple(
         Declaration(key=f"torque_{k}", symbol=f"T_s{k}", unit="N m", lower=0.0, source=HARMONIC,
-                    meaning=f"output torque up to which K{k} holds")
+                    meaning=f"output torque up to which K{k} holds", beyond="torque_1" if k == 2 else None)
         for k in (1, 2)
     )  # fmt: skip
     return GearLaw(
@@ -220,7 +220,11 @@ class _Harmonic:
     @property
     def polar(self) -> PolarPair:
         return PolarPair(
-            amplitude=f"{self.table}.amplitude", phase=f"{self.table}.phase_deg", cosine=self.cosine, sine=self.sine
+            amplitude=f"{self.table}.amplitude",
+            phase=f"{self.table}.phase_deg",
+            cosine=self.cosine,
+            sine=self.sine,
+            cycles=self._symbols[0],
         )
 
 

@@ -9,6 +9,8 @@ from mechid.parameter import Declaration
 from mechid.plant.block import Block, LinearSystem
 
 FORMS = ("paper", "unit_dc")
+FAST = 1500.0
+"""A resonance of housing or test stand this low in rad/s is 240 Hz: the number may well be meant in hertz."""
 
 
 def housing(form: str) -> Block:
@@ -41,6 +43,7 @@ def housing(form: str) -> Block:
                 unit="rad/s",
                 meaning="housing resonance frequency",
                 lower=0.0,
+                hertz_below=FAST,
             ),
             Declaration(key="damping", symbol="zeta", unit="1", meaning="housing damping ratio", lower=0.0),
         ),

@@ -4,15 +4,38 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
 
 STEPPER_GEAR_MASS = "stepper_gear_mass"
-LIST_TABLES = ("stepper.detent", "stepper.torque_harmonic", "gear.kinematic_error", "load.mode")
-"""Tables that are lists, ``[[name]]``."""
-OWN_TABLES = ("friction", "gear", "load", "output_friction", "housing")
-"""Tables whose block may be of the user's own."""
+
+
+class Base(StrEnum):
+    """What the mechanism's base does."""
+
+    HELD = "held"
+    """It does not move, as on the bench; the torque on it is the blocked one."""
+    DRIVEN = "driven"
+    """Its acceleration is an input of the plant."""
+    ON_MODES = "on modes"
+    """It moves with the modes of a structure, which the torque on it drives."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flying:
+    """How a mechanism flies.
+
+    Attributes
+    ----------
+    base : Base
+    modes : int
+        Of the structure at the base.
+    """
+
+    base: Base = Base.HELD
+    modes: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +54,8 @@ class Layout:
         Optional tables that are there, e.g. ``"charge_amplifier"``.
     own : mapping of str to Block
         Table to the user's own block in place of those of the library.
+    flying : Flying or None
+        How it flies; None on the bench.
     """
 
     assembly: str = STEPPER_GEAR_MASS
@@ -38,9 +63,15 @@ class Layout:
     orders: Mapping[str, tuple[int | None, ...]] = field(default_factory=dict)
     tables: frozenset[str] = frozenset()
     own: Mapping[str, Block] = field(default_factory=dict)
+    flying: Flying | None = None
 
-    def law(self, table: str, known: Sequence[str]) -> str:
-        """Return the law of a table, the first of `known` where none is named.
+    @property
+    def turns(self) -> bool:
+        """Whether the base moves."""
+        return self.flying is not None and self.flying.base is not Base.HELD
+
+    def law(self, table: str, known: Sequence[str], key: str = "law") -> str:
+        """Return the law of a table, named by `key` there, the first of `known` where none is named.
 
         Raises
         ------
@@ -49,7 +80,6 @@ class Layout:
         """
         name = self.laws.get(table, known[0])
         if name not in known:
-            key = OPTION_KEYS.get(table, "law")
             remedy = did_you_mean(name, known) or f"; known: {', '.join(known)}"
             raise InputFileError(f'{table}.{key}: unknown {key} "{name}"{remedy}')
         return name
@@ -57,7 +87,3 @@ class Layout:
     def whole_orders(self, table: str) -> tuple[int, ...]:
         """Return the orders of a list of tables whose entries all have one."""
         return tuple(order for order in self.orders.get(table, ()) if order)
-
-
-OPTION_KEYS: Mapping[str, str] = {"stepper": "drive", "housing": "form"}
-"""The key by which a table chooses its block, where it is not ``law``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -14,6 +14,33 @@ from mechid.parameter import Parameter, Status
 from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """A harmonic of the rotor's angle: a detent, one of the torque constant, of the gear's kinematic error.
+
+    Attributes
+    ----------
+    name : str
+        Of its table, e.g. ``"stepper.detent.0"``.
+    orders : float
+        Its periods in an electrical period.
+    period_deg : float
+        Angle of the rotor in which it has one period.
+    of_phase : bool
+        Whether it belongs to the motor's phases, and stays when the rotor's zero is put elsewhere.
+    """
+
+    name: str
+    orders: float
+    period_deg: float
+    of_phase: bool
+
+    @property
+    def words(self) -> str:
+        """What it is called, e.g. ``"detent"``."""
+        return [part for part in self.name.split(".") if not part.isdigit()][-1].replace("_", " ")
 
 
 @dataclass(frozen=True)
@@ -43,6 +70,42 @@ class Mechanism:
         parameter = self.parameters[name]
         return self.value(parameter.tied_to) if parameter.tied_to else parameter.value
 
+    @cached_property
+    def electrical_periods(self) -> float | None:
+        """Electrical periods in a turn of the rotor; None where no start angle turns anything, as without a stepper."""
+        rotor = self.plant.offered.get("rotor_angle")
+        if rotor not in self.plant.turned:
+            return None
+        by_value = dict(zip(self.plant.parameters, self.kernel_values().tolist(), strict=True))
+        return abs(1.0 / float(self.plant.turned[rotor].subs(by_value)))
+
+    def scale(self, words: str) -> float | None:
+        """Return what a data sheet names, as ``"holding torque"`` in N m; None where no block has it."""
+        for block in self.plant.blocks:
+            if words in block.scales:
+                return float(block.scales[words].subs(self._by_symbol))
+        return None
+
+    @cached_property
+    def _by_symbol(self) -> dict[sp.Symbol, float]:
+        return {sp.Symbol(d.symbol): self.value(name) for name, d in self.plant.declarations.items()}
+
+    @cached_property
+    def harmonics(self) -> tuple[Harmonic, ...]:
+        """The plant's harmonics of the rotor's angle; none where no start angle turns anything."""
+        if self.electrical_periods is None:
+            return ()
+        cycles = [(pair, float(pair.cycles.subs(self._by_symbol))) for pair in self.plant.polar_pairs]
+        return tuple(
+            Harmonic(
+                name=pair.amplitude.rpartition(".")[0],
+                orders=turns / self.electrical_periods,
+                period_deg=360.0 / turns,
+                of_phase=pair.of_phase,
+            )
+            for pair, turns in cycles
+        )
+
     def kernel_values(self, changed: Mapping[str, float] | None = None) -> FloatArray:
         """Return the kernel's parameters, (n,), in the plant's order and SI units.
 
@@ -68,6 +131,27 @@ class Mechanism:
             if q.tied_to:
                 columns[q.tied_to] += columns.pop(q.name)
         return columns
+
+    def contradictions(self) -> Iterator[tuple[str, str]]:
+        """Yield each parameter whose value cannot be beside those of others, with what is wrong and the remedy."""
+        declared, value = self.plant.declarations, self.value
+        for name, other in self.plant.related("above").items():
+            if value(name) < value(other):
+                never = f"{declared[name].meaning} is never below {declared[other].meaning}"
+                least = f"{value(other):.9g}"
+                yield name, f"{value(name):.9g} is below {other} = {least}; {never}: start at {least} or above"
+        for name, other in self.plant.related("beyond").items():
+            if value(name) <= value(other):
+                yield name, f"{value(name):.9g} is not above {other} = {value(other):.9g}; exchange them"
+        parts = self.plant.related("part_of")
+        for whole in dict.fromkeys(parts.values()):
+            together = sum(value(name) for name, other in parts.items() if other == whole)
+            if value(whole) <= together:
+                off = f"{value(whole):.9g} is not above the modes' {together:.9g}"
+                yield whole, f"{off}; it is the inertia of the whole load, its modes included"
+        for name, d in declared.items():
+            if d.even and value(name) % 2.0:
+                yield name, f"found {value(name):.9g}; {d.key} come in pairs, write an even whole number"
 
     def with_values(self, values: Mapping[str, float]) -> Mechanism:
         """Return the same mechanism with some parameters at other values."""

@@ -7,85 +7,60 @@ from dataclasses import replace
 
 from sympy import Expr, Integer
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant import friction, test_stand
+from mechid.plant.base import Bodies, base_on_modes, driven_base
 from mechid.plant.block import Block
-from mechid.plant.drive import current_drive, measured_drive, voltage_drive
-from mechid.plant.drive_train import COMMANDED, load, rotor
+from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
+from mechid.plant.drive_train import COMMANDED, INERTIA, load, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
 from mechid.plant.gear import LAWS as GEAR_LAWS
 from mechid.plant.gear import gear
 from mechid.plant.housing import FORMS, housing, rigid_housing
-from mechid.plant.layout import STEPPER_GEAR_MASS, Layout
-from mechid.plant.stepper import current_fed, detent, motor_torque, windings
+from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
+from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
 """Blocks, wiring that names do not settle, and quantities that can be measured."""
-Drive = Callable[[], Block]
-VOLTAGES: Mapping[str, Drive] = {
-    "voltage": voltage_drive,
-    "measured_voltage": lambda: measured_drive((("voltage_phase_a", "u_A"), ("voltage_phase_b", "u_B")), "stepper"),
-}
-CURRENTS: Mapping[str, Drive] = {
-    "current": current_drive,
-    "measured_current": lambda: measured_drive((("current_phase_a", "i_A"), ("current_phase_b", "i_B")), "stepper"),
-}
-SCALES: Mapping[str, tuple[str | None, str | None]] = {
-    "voltage": ("k_m*U/R", "k_m*k_v/R"),
-    "current": ("k_m*I_peak", None),
-}
-"""Holding torque and electrical damping of a motor in the file's symbols, by drive."""
-CHOICES: Mapping[str, tuple[str, ...]] = {
-    "stepper": (*VOLTAGES, *CURRENTS),
-    "friction": tuple(friction.LAWS),
-    "gear": tuple(GEAR_LAWS),
-    "housing": FORMS,
-    "transducer": tuple(test_stand.TRANSDUCERS),
-}
-"""Tables that choose among blocks of the library, and their choices."""
-OPTIONAL_TABLES = (
-    "stepper.imbalance",
-    "output_friction",
-    "housing",
-    "transducer",
-    "charge_amplifier",
-    "anti_alias",
-)
-"""Tables without which there is no such block."""
 MOTOR_QUANTITIES = {"rotor_angle": "rotor.alpha", "rotor_rate": "rotor.omega"}
+BASE_TORQUE, LINE_TORQUE = "transducer.T_base", "torque_below_cut_off"
+LINE_ORDER = 8
+"""Of the filter before which lines are sampled: the steepest."""
 OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.omega_gear"}
 
 
 def _geared_stepper(layout: Layout) -> Parts:
     """Return the paper's mechanism: stepper, rotor, gear, load, housing, test stand."""
-    drive = layout.law("stepper", (*VOLTAGES, *CURRENTS))
+    drive = layout.law("stepper", (*VOLTAGES, *CURRENTS), "drive")
     motor, currents = _stepper(layout, drive)
-    stand, wiring, torque = _stand(layout)
+    stand, wiring, torques = _stand(layout)
     law = layout.law("gear", tuple(GEAR_LAWS))
     blocks = [
         *motor,
-        rotor(),
+        rotor(turns=layout.turns),
         *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](_site(drive)),
         gear(law, layout.whole_orders("gear.kinematic_error")),
         *_loaded(layout),
+        *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
         *stand,
     ]
-    return blocks, wiring, {"torque": torque, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
+    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
 
 
 def _ungeared_stepper(layout: Layout) -> Parts:
     """Return a stepper, by default on a current drive, with its load on its own shaft."""
-    drive = layout.law("stepper", (*CURRENTS, *VOLTAGES))
+    drive = layout.law("stepper", (*CURRENTS, *VOLTAGES), "drive")
     motor, currents = _stepper(layout, drive)
-    stand, wiring, torque = _stand(layout, loaded=False)
+    stand, wiring, torques = _stand(layout, loaded=False)
     laws = friction.UNGEARED_LAWS
     blocks = [
         *motor,
-        rotor(geared=False),
+        rotor(geared=False, inertia=replace(INERTIA, role=Role.LOAD_INERTIA), turns=layout.turns),
         *laws[layout.law("friction", tuple(laws))](_site(drive)),
+        *_base(layout, {"rotor": "free"}),
         *stand,
     ]
-    return blocks, wiring, {"torque": torque, **MOTOR_QUANTITIES, **currents}
+    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **currents}
 
 
 def _two_mass(layout: Layout) -> Parts:
@@ -94,7 +69,7 @@ def _two_mass(layout: Layout) -> Parts:
     inertia = Declaration(key="motor.inertia", symbol="J_rot", unit="kg m2", meaning="inertia of the motor's side",
                           lower=0.0, source="the drive")  # fmt: skip
     law = layout.law("gear", tuple(GEAR_LAWS))
-    stand, wiring, torque = _stand(layout)
+    stand, wiring, torques = _stand(layout)
     blocks = [
         measured_drive((("torque", "T_mot"),), "drive", _offset("N m")),
         rotor(start=Integer(0), inertia=inertia),
@@ -103,7 +78,7 @@ def _two_mass(layout: Layout) -> Parts:
         *_loaded(layout, Integer(0)),
         *stand,
     ]
-    return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, "torque": torque}
+    return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **torques}
 
 
 def _direct(quantity: str) -> Callable[[Layout], Parts]:
@@ -167,7 +142,7 @@ def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
     holding, _ = SCALES.get(drive, (None, None))
     detents = [detent(k, order, holding) for k, order in enumerate(layout.orders.get("stepper.detent", ()))]
     currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
-    return [*phases, *detents, motor_torque(len(detents))], currents
+    return [*phases, *detents, motor_torque(len(detents), holding)], currents
 
 
 def _site(drive: str) -> Site:
@@ -178,15 +153,29 @@ def _site(drive: str) -> Site:
 def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     """Return the load, and the friction on it where there is any."""
     rubbed = OUTPUT.table in layout.tables
-    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=start)
+    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=start, turns=layout.turns)
     return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
 
 
-def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[str, str], str]:
-    """Return housing, transducer and what is behind it; their wiring; and where the recorded torque comes out."""
-    form = layout.law("housing", FORMS) if "housing" in layout.tables else None
+def _base(layout: Layout, bodies: Bodies) -> list[Block]:
+    """Return the base where it moves."""
+    if layout.flying is None or layout.flying.base is Base.HELD:
+        return []
+    return [driven_base(bodies) if layout.flying.base is Base.DRIVEN else base_on_modes(layout.flying.modes, bodies)]
+
+
+def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[str, str], dict[str, str]]:
+    """Return housing, transducer and what is behind it; their wiring; and where which torque comes out.
+
+    In flight there is none of these: the torque is that on the base, and beside it stands the same below a cut-off,
+    of which lines can be read without aliases.
+    """
+    if layout.flying is not None:
+        blocks = [rigid_housing(), test_stand.base_torque(loaded=loaded), test_stand.anti_alias(LINE_ORDER)]
+        return blocks, {"anti_alias.T": BASE_TORQUE}, {"torque": BASE_TORQUE, LINE_TORQUE: "anti_alias.T"}
+    form = layout.law("housing", FORMS, "form") if "housing" in layout.tables else None
     blocks = [housing(form) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
-    wiring, last = {}, "transducer.T_base"
+    wiring, last = {}, BASE_TORQUE
     stages: list[Block] = []
     if "transducer" in layout.tables:
         stages.append(test_stand.TRANSDUCERS[layout.law("transducer", tuple(test_stand.TRANSDUCERS))]())
@@ -198,7 +187,7 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
     for stage in stages:
         wiring[f"{stage.name}.T"] = last
         last = f"{stage.name}.T"
-    return [*blocks, *stages], wiring, last
+    return [*blocks, *stages], wiring, {"torque": last}
 
 
 def _offset(unit: str) -> Declaration:

@@ -9,9 +9,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
 from mechid.plant.filter_chain import NO_FILTER, joined_filter
+from mechid.plant.layout import Layout
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -43,6 +44,8 @@ class Plant:
         The kernel's parameters, in order.
     offered : mapping of quantity to Expr
         All quantities that `measuring` can make outputs of.
+    layout : Layout or None
+        What it was assembled from; None of a plant that no assembly of the library is.
     """
 
     name: str
@@ -57,6 +60,7 @@ class Plant:
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
     offered: Mapping[str, sp.Expr]
+    layout: Layout | None = None
 
     def measuring(self, quantities: Sequence[str]) -> Plant:
         """Return the same plant with other outputs, of those `offered`; a filter that none of them sees is left out."""
@@ -95,10 +99,35 @@ class Plant:
                 phase=dotted_name(block, pair.phase),
                 cosine=pair.cosine,
                 sine=pair.sine,
+                cycles=pair.cycles,
+                of_phase=pair.of_phase,
             )
             for block in self.blocks
             for pair in block.polar
         )
+
+    def related(self, relation: str) -> dict[str, str]:
+        """Return who is so related to whom, {dotted name: the other's}, where the plant has both.
+
+        `relation` is a field of `Declaration` that names another parameter: above, beyond, part_of or tied_to.
+        """
+        pairs = {
+            dotted_name(block, d.key): dotted_name(block, other)
+            for block in self.blocks
+            for d in block.declarations
+            if (other := getattr(d, relation)) is not None
+        }
+        return {name: other for name, other in pairs.items() if other in self.declarations}
+
+    def having(self, role: Role) -> tuple[str, ...]:
+        """Return the dotted names of the parameters of a role."""
+        return tuple(name for name, d in self.declarations.items() if d.role is role)
+
+    @cached_property
+    def turned(self) -> dict[sp.Symbol, sp.Expr]:
+        """How far each state that the start angle moves is moved by it: d(initial)/d(theta_0)."""
+        slopes = {s: sp.diff(e, START_ANGLE) for s, e in zip(self.states, self.initial, strict=True)}
+        return {s: slope for s, slope in slopes.items() if slope != 0}
 
     @cached_property
     def most_guards(self) -> int:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from sympy import Expr, Integer, Symbol, cos, pi, sin, symbols
+from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block, PolarPair
@@ -14,6 +15,13 @@ alpha, omega = symbols("alpha omega")
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
 PHASES = {"A": 1, "B": -1}
 """The phases, and the sign with which an imbalance enters each."""
+WHOLE_ORDER = 1e-9
+"""How near a whole number, relative to it, the periods per electrical period are taken for it."""
+SCALES: Mapping[str, tuple[str | None, str | None]] = {
+    "voltage": ("k_m*U/R", "k_m*k_v/R"),
+    "current": ("k_m*I_peak", None),
+}
+"""Holding torque and electrical damping of a motor in the file's symbols, by drive."""
 
 
 def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
@@ -97,7 +105,9 @@ def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
     return {name: {x: 1 + sign * r for x, sign in PHASES.items()} for name, r in own.items()}
 
 
-_POLES = Declaration(key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0, structural=True)
+_POLES = Declaration(
+    key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0, structural=True, even=True
+)
 _TORQUE_CONSTANT = Declaration(key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0)
 _PHASE_SHIFT = Declaration(
     key="phase_shift_deg", symbol="phi_shift", unit="deg", default=90.0,
@@ -113,7 +123,8 @@ def _electrical() -> tuple[Declaration, ...]:
         Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0),
         _TORQUE_CONSTANT,
         Declaration(
-            key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0
+            key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0,
+            tied_to="torque_constant",
         ),
         _PHASE_SHIFT,
     )  # fmt: skip
@@ -173,8 +184,15 @@ def _harmonic_coordinates(harmonics: Sequence[int]) -> dict[Symbol, Expr]:
 def _harmonic_pairs(harmonics: Sequence[int]) -> tuple[PolarPair, ...]:
     tables = [f"stepper.torque_harmonic.{index}" for index in range(len(harmonics))]
     return tuple(
-        PolarPair(amplitude=f"{table}.amplitude", phase=f"{table}.phase_deg", cosine=c, sine=s)
-        for table, (c, s) in zip(tables, _parts(harmonics), strict=True)
+        PolarPair(
+            amplitude=f"{table}.amplitude",
+            phase=f"{table}.phase_deg",
+            cosine=c,
+            sine=s,
+            cycles=_harmonic_symbols(index)[0] * p / 2,
+            of_phase=True,
+        )
+        for index, (table, (c, s)) in enumerate(zip(tables, _parts(harmonics), strict=True))
     )
 
 
@@ -220,14 +238,35 @@ def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Bl
             Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
         ),
         coordinates={a: K * cos(phi * pi / 180), b: K * sin(phi * pi / 180)},
-        polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b),),
+        polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b, cycles=360 / period),),
         inputs=(alpha,),
         outputs={f"T_D{k}": a * sin(angle) + b * cos(angle)},
     )
 
 
-def motor_torque(detents: int) -> Block:
-    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_; N m."""
+def detent_order(poles: float, period_deg: float) -> int | None:
+    """Return a detent's periods per electrical period, None where that is no whole number.
+
+    An electrical period is 720/poles degrees of the rotor.
+
+    Examples
+    --------
+    >>> detent_order(100, 1.8), detent_order(100, 3.6), detent_order(100, 2.5)
+    (4, 2, None)
+    """
+    order = (720.0 / poles) / period_deg
+    whole = round(order)
+    return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
+
+
+HOLDING = "holding torque"
+
+
+def motor_torque(detents: int, holding: str | None = None) -> Block:
+    """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_; N m.
+
+    `holding` is the torque of one phase at rest in the file's symbols, where it is known.
+    """
     T_coils, T_mot = symbols("T_coils T_mot")
     T_D = symbols(f"T_D1:{detents + 1}")
     return Block(
@@ -236,4 +275,5 @@ def motor_torque(detents: int) -> Block:
         inputs=(T_coils, *T_D),
         terms={T_mot: T_coils - sum(T_D)},
         outputs={"T_mot": T_mot},
+        scales={HOLDING: parse_expr(holding)} if holding else {},
     )

@@ -8,6 +8,7 @@ from sympy import Expr, Matrix, Symbol, pi, sin, sqrt, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block, LinearSystem
+from mechid.plant.housing import FAST
 
 GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
@@ -35,7 +36,7 @@ def transducer_gain(name: str = "sensor") -> Block:
 def transducer_resonance(name: str = "sensor") -> Block:
     """Transducer on its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
     w, declaration = Symbol("omega_t"), Declaration(
-        key="frequency", symbol="omega_t", unit="rad/s", lower=0.0, source=GAUTSCHI,
+        key="frequency", symbol="omega_t", unit="rad/s", lower=0.0, source=GAUTSCHI, hertz_below=FAST,
         meaning="resonance of the transducer with what stands on it",
     )  # fmt: skip
     return _resonance(name, (declaration,), {}, w)
@@ -112,7 +113,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     declarations = (
         Declaration(key="order", symbol="n_a", unit="1", lower=1.0, upper=float(MOST_ORDER), structural=True,
                     default=4.0, source=BUTTERWORTH, meaning="order of the Butterworth filter"),
-        Declaration(key="frequency", symbol=w.name, unit="rad/s", lower=0.0, source=BUTTERWORTH,
+        Declaration(key="frequency", symbol=w.name, unit="rad/s", lower=0.0, source=BUTTERWORTH, hertz_below=FAST,
                     meaning="cut-off of the anti-alias filter"),
     )  # fmt: skip
     return Block(
@@ -122,6 +123,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
         inputs=(T,),
         outputs={"T": source if source is not None else T},
         filter=LinearSystem(states=tuple(x), inputs=(T,), A=A, B=B),
+        swinging=dict.fromkeys(x, ""),
         reference=BUTTERWORTH,
     )
 

@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.information import record_information
-from mechid.analysis.resonances import resonances
 from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.report.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.report.digits import plain
 from mechid.report.quantities import torque_alone
 from mechid.report.summary import noise_ratio, summary_data
+from mechid.simulation.resonances import resonances
 
 
 def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> dict[str, Any]:

@@ -80,9 +80,10 @@ def _over_value(p: Mapping[str, Any], sigma: float | None) -> float:
 
 def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
     axes = figure.subplots(1, 3, sharey=True, gridspec_kw={"wspace": 0.08})
+    supply = "current" if any(r["changed"] == "current" for r in data["step_loss"]) else "voltage"
     kinds = (
         ("load inertia", "factor on the load's inertia", 1.0),
-        ("voltage", "factor on the voltage", 1.0),
+        (supply, f"factor on the {supply}", 1.0),
         ("friction torque", "friction torque added, N m", 0.0),
     )
     for ax, (changed, label, unchanged) in zip(axes, kinds, strict=True):

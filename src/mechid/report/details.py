@@ -10,11 +10,11 @@ import numpy as np
 
 from mechid.analysis.information import Information
 from mechid.analysis.prediction import as_fitted
-from mechid.analysis.resonances import Resonance
 from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.report.digits import digits
 from mechid.report.overview import command_words
+from mechid.simulation.resonances import Resonance
 
 
 def correlation_data(fit: Fit) -> dict[str, Any]:

@@ -30,6 +30,8 @@ class Estimate:
         Standard errors of those that have one.
     summary : mapping
         The report's verdict: grade, headline, questions with answers.
+    angles : frozenset of str
+        Names of the parameters that are angles in degrees.
     records : tuple of CampaignRecord
         As the fit took them.
     """
@@ -38,6 +40,7 @@ class Estimate:
     values: Mapping[str, float]
     sigmas: Mapping[str, float]
     summary: Mapping[str, Any]
+    angles: frozenset[str] = frozenset()
     records: tuple[CampaignRecord, ...] = ()
 
     def away(self, name: str, value: float) -> float | None:
@@ -45,7 +48,7 @@ class Estimate:
         if name not in self.sigmas:
             return None
         off = value - self.values[name]
-        if name.endswith("_deg"):
+        if name in self.angles:
             off = (off + 180.0) % 360.0 - 180.0
         return off / self.sigmas[name]
 
@@ -58,6 +61,7 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         values={name: p.value for name, p in fit.parameters.items()},
         sigmas={name: p.std_error for name, p in fit.parameters.items() if p.std_error},
         summary=report_contents(data, campaign, fit)["summary"],
+        angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
         records=tuple(as_fitted(record, fit) for record in campaign.records),
     )
 

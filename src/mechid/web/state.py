@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
-from mechid.identification.output_error.space import COULOMB, STATIC
 from mechid.parameter import Parameter
 from mechid.web.knobs import Knob, knobs, mechanism_at, turned_to
 
@@ -26,18 +25,20 @@ class Setting:
 class State:
     """The present setting and those before it, the latest last.
 
-    `grip` tells turns of one and the same grip at a knob, which are undone together.
+    `grip` tells turns of one and the same grip at a knob, which are undone together; `above` holds for each knob that
+    never lies below another one the name of that.
     """
 
     knobs: Mapping[str, Knob]
     now: Setting
     past: tuple[Setting, ...] = ()
     grip: str = field(default="")
+    above: Mapping[str, str] = field(default_factory=dict)
 
     def turned(self, name: str, value: float, grip: str = "") -> State:
         """Return the state with a knob at another value, within its ends.
 
-        Static friction is never below Coulomb friction: one takes the other with it.
+        Where one never lies below another, as static friction above Coulomb friction, one takes the other with it.
 
         Raises
         ------
@@ -48,10 +49,11 @@ class State:
         if not value - value == 0.0:
             raise UsageError(f"{name}: {value} is no number to set it to")
         values = {**self.now.values, name: knob.within(value)}
-        if {STATIC, COULOMB} <= values.keys() and values[STATIC] < values[COULOMB]:
-            other = STATIC if name == COULOMB else COULOMB
-            values[other] = self.knobs[other].within(values[name])
-            values[name] = min(values[name], values[STATIC]) if name == COULOMB else max(values[name], values[COULOMB])
+        for upper, lower in self.above.items():
+            if name in (upper, lower) and {upper, lower} <= values.keys() and values[upper] < values[lower]:
+                other = upper if name == lower else lower
+                values[other] = self.knobs[other].within(values[name])
+                values[name] = min(values[name], values[upper]) if name == lower else max(values[name], values[lower])
         return self._at(Setting(values, self.now.free), grip)
 
     def with_free(self, name: str, *, is_free: bool) -> State:
@@ -69,14 +71,14 @@ class State:
         """Return the state before the last change; the first one stays."""
         if not self.past:
             return self
-        return State(self.knobs, self.past[-1], self.past[:-1])
+        return replace(self, now=self.past[-1], past=self.past[:-1], grip="")
 
     def _at(self, setting: Setting, grip: str = "") -> State:
         if setting == self.now:
             return self
         goes_on = grip and grip == self.grip
         past = self.past if goes_on else (*self.past, self.now)[-MOST_UNDONE:]
-        return State(self.knobs, setting, past, grip)
+        return replace(self, now=setting, past=past, grip=grip)
 
     def _knob(self, name: str) -> Knob:
         if name not in self.knobs:
@@ -88,7 +90,8 @@ def first_state(campaign: Campaign) -> State:
     """Return the state of the campaign's files."""
     turned = knobs(campaign)
     free = frozenset(q.name for q in campaign.free)
-    return State(turned, Setting({name: knob.parameter.value for name, knob in turned.items()}, free))
+    setting = Setting({name: knob.parameter.value for name, knob in turned.items()}, free)
+    return State(turned, setting, above=campaign.mechanism.plant.related("above"))
 
 
 def campaign_at(campaign: Campaign, state: State) -> Campaign:

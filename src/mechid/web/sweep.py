@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.analysis.resonances import Resonance, resonances
 from mechid.plant.mechanism import Mechanism
 from mechid.report.curves import ORDERS, WINDOW_S, WINDOWS
 from mechid.signal import spectrogram
+from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 
 FloatArray = NDArray[np.float64]

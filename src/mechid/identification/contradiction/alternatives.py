@@ -60,13 +60,9 @@ def _samples_of(target: Target, steps: float) -> int:
     return bisect_left(range(base.samples), steps, key=travelled)
 
 
-def detent_orders(mechanism: Mechanism) -> tuple[float, ...]:
-    """Return the periods of each detent in one electrical turn; none where no motor has any."""
-    if "stepper.poles" not in mechanism.parameters:
-        return ()
-    period_deg = 720.0 / mechanism.value("stepper.poles")
-    pairs = mechanism.plant.polar_pairs
-    return tuple(period_deg / mechanism.value(p.amplitude.replace("amplitude", "period_deg")) for p in pairs)
+def harmonic_orders(mechanism: Mechanism) -> tuple[float, ...]:
+    """Return the periods of each harmonic of the rotor's angle in one electrical turn; none without a stepper."""
+    return tuple(h.orders for h in mechanism.harmonics)
 
 
 def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
@@ -130,7 +126,7 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
     target : Target
         The record to be judged.
     """
-    orders = detent_orders(problem.space.mechanism)
+    orders = harmonic_orders(problem.space.mechanism)
     start = target.beginning(first_moments(target))
     here = np.asarray(q[: problem.space.size])
     known = replace(start, time_offset_bounds=None)

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import argrelmax
 
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
-from mechid.identification.contradiction.alternatives import detent_orders
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import WINDOW_S
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
+from mechid.simulation.resonances import resonances
 from mechid.simulation.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
@@ -96,41 +94,28 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     if not tellable.any():
         return ""
     width_hz = target.base.sample_rate_hz / r.size
-    own_hz = _resonance_hz(problem, q)
+    swinging = resonances(problem.space.at(q[: problem.space.size]))
     least = max(STANDS_OUT * float(np.median(amplitude[tellable])), SHARE * float(amplitude[tellable].max()))
     peaks = [k for k in argrelmax(amplitude)[0] if tellable[k] and amplitude[k] > least]
     said: dict[str, str] = {}
     for k in sorted(peaks, key=lambda k: -amplitude[k])[:2]:
-        is_own = abs(frequency[k] - own_hz) < 2.0 * width_hz
-        owner = ", which is near the resonance of load and gear" if is_own else ""
+        near = next((r.name for r in swinging if abs(frequency[k] - r.frequency_hz) < 2.0 * width_hz), "")
+        owner = f", which is near the resonance of the {near}" if near else ""
         owner = owner or _owner(problem, float(frequency[k]) / rate, width_hz / rate)
         said.setdefault(owner or str(k), f"{frequency[k] / rate:.3g} times the step rate{owner}")
     at_s = target.base.start_s + horizon / target.base.sample_rate_hz
     return f"the misfit around {at_s:.4g} s oscillates at {' and at '.join(said.values())}" if said else ""
 
 
-def _resonance_hz(problem: Problem, q: FloatArray) -> float:
-    """Return the frequency of the load on the gear's spring, rotor held, Hz; 0 where the plant has no such parts."""
-    mechanism = problem.space.at(q[: problem.space.size])
-    stiffness, inertia = "gear.stiffness", "load.inertia"
-    if not {stiffness, inertia} <= set(mechanism.parameters):
-        return 0.0
-    return math.sqrt(mechanism.value(stiffness) / mechanism.value(inertia)) / (2.0 * math.pi)
-
-
 def _owner(problem: Problem, order: float, width: float) -> str:
-    """Return which detent has that multiple of the step rate, of the model or not, or nothing."""
-    own = [n / FULL_STEPS_A_CYCLE for n in detent_orders(problem.space.mechanism)]
-    for one in own:
-        if abs(order - one) < width:
-            steps = " and of the steps" if one == 1.0 else ""
-            return f", the period of its detent of {_period_deg(problem, one):.4g} deg{steps}"
-    nearest = max(round(order * FULL_STEPS_A_CYCLE), 1) / FULL_STEPS_A_CYCLE
-    if abs(order - nearest) < width and nearest < 1.0:
-        return f", the period of a detent of {_period_deg(problem, nearest):.4g} deg, which the model has not"
+    """Return which harmonic has that multiple of the step rate, a detent that the model has not, or nothing."""
+    mechanism = problem.space.mechanism
+    for own in mechanism.harmonics:
+        if abs(order - own.orders / FULL_STEPS_A_CYCLE) < width:
+            steps = " and of the steps" if own.orders == FULL_STEPS_A_CYCLE else ""
+            return f", the period of its {own.words} of {own.period_deg:.4g} deg{steps}"
+    nearest = max(round(order * FULL_STEPS_A_CYCLE), 1)
+    if mechanism.electrical_periods and abs(order - nearest / FULL_STEPS_A_CYCLE) < width and nearest < 4:
+        period_deg = 360.0 / mechanism.electrical_periods / nearest
+        return f", the period of a detent of {period_deg:.4g} deg, which the model has not"
     return ""
-
-
-def _period_deg(problem: Problem, order: float) -> float:
-    """Return the rotor angle in which a multiple of the step rate has one period."""
-    return 180.0 / problem.space.mechanism.value("stepper.poles") / order

@@ -33,7 +33,7 @@ def refuse_free_voltage(campaign: Campaign) -> None:
 def ambiguity_notes(campaign: Campaign) -> tuple[str, ...]:
     """Say what no record of this kind can tell."""
     parameters = campaign.mechanism.parameters
-    frame = (_frame(campaign),) if "stepper.poles" in parameters else ()
+    frame = (_frame(campaign),) if campaign.mechanism.electrical_periods else ()
     if VOLTAGE not in parameters or _sees_current(campaign):
         return frame
     voltage = (
@@ -51,16 +51,12 @@ def _sees_current(campaign: Campaign) -> bool:
 def _frame(campaign: Campaign) -> str:
     """Say which turns, reversals and moves give the same records."""
     mechanism = campaign.mechanism
-    period = 720.0 / mechanism.value("stepper.poles")
-    orders = [
-        period / mechanism.value(p.amplitude.replace("amplitude", "period_deg"))
-        for p in mechanism.plant.polar_pairs
-        if p.amplitude.startswith("stepper.detent.")
-    ]
-    turned = " and ".join(f"-{order:g} delta" for order in orders)
-    phases = f" with the detent phases turned by {turned}" if orders else ""
+    turning = [h for h in mechanism.harmonics if not h.of_phase]
+    turned = " and ".join(f"{h.name} by -{h.orders:g} delta" for h in turning)
+    phases = f" with the phases turned, of {turned}" if turning else ""
+    stepped = "" if len(turning) == len(mechanism.harmonics) else "; with harmonics of the torque constant likewise"
     return (
         f"The start angle and direction of record {campaign.records[0].name} fix the frame: the same records come from "
-        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg), from all signs "
-        "reversed with those of the phases, and from a move by whole teeth."
+        f"all start angles turned by delta{phases} (square waveform: delta in steps of 90 deg{stepped}), from all "
+        "signs reversed with those of the phases, and from a move by whole teeth."
     )

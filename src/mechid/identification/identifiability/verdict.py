@@ -11,20 +11,18 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.output_error.space import STATIC
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
 Reason = tuple[Status, str]
 
 LEAST_EXCESS = 1e-7
-"""N m; static friction this little above Coulomb friction is Coulomb friction."""
+"""In SI units; a parameter this little above the one it never lies below is at its least, as static friction."""
 NOTHING = 1e-3
 """What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing."""
 IN_NO_STAGE = "in no stage of the campaign file that was worked on"
 FAILED = "the simulation fails here"
 ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"
-AS_COULOMB = "static friction is at its least, which is Coulomb friction"
 UNSEEN = "no record sees it; add a record that does, or give it as a known number"
 LEFT = f"its value is where the search left it; {UNSEEN}"
 
@@ -58,8 +56,7 @@ def judge(
     reasons: dict[str, Reason] = {}
     for j, name in enumerate(problem.names):
         if on[j] and (seen[j] or not unchanged):
-            is_least = name == STATIC and q[j] <= LEAST_EXCESS
-            reasons[name] = (Status.AT_BOUND, AS_COULOMB if is_least else ON_BOUND)
+            reasons[name] = (Status.AT_BOUND, _at_least(problem, name, q[j]) or ON_BOUND)
         elif not seen[j]:
             reasons[name] = (Status.FROZEN, unseen)
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
@@ -67,6 +64,15 @@ def judge(
     held = _free_names(campaign) - {*problem.names, *partners}
     reasons |= {name: (Status.FROZEN, dependent.get(name, IN_NO_STAGE)) for name in held}
     return Verdict(back if unchanged else q, seen & ~on, reasons)
+
+
+def _at_least(problem: Problem, name: str, excess: float) -> str:
+    """Say that a parameter is at its least where that is another one, as static friction at Coulomb friction."""
+    plant = problem.space.mechanism.plant
+    below = plant.related("above").get(name)
+    if below is None or excess > LEAST_EXCESS:
+        return ""
+    return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
 
 
 def seen_coordinates(problem: Problem, triangle: Triangle) -> NDArray[np.bool_]:

@@ -1,8 +1,8 @@
 """Search coordinates: what the optimiser moves, and how that moves kernel and file values.
 
 Positive parameters are searched by their logarithm, a detent with free amplitude and phase by its
-cosine and sine part (at zero amplitude the phase is not dead), static friction by its excess over
-Coulomb friction. Everything else as it is.
+cosine and sine part (at zero amplitude the phase is not dead), a parameter that never lies below another,
+as static friction above Coulomb friction, by its excess over that one. Everything else as it is.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
-STATIC, COULOMB = "friction.static", "friction.coulomb"
 LEAST_AMPLITUDE = 1e-12
 """N m; below it a detent's phase has no derivative worth the name."""
 
@@ -29,7 +28,7 @@ class Coordinate:
     """One number the optimiser moves: its name, kind and bounds in its own scale.
 
     Kinds: ``log`` (of the parameter), ``linear``, ``cosine`` and ``sine`` (of an amplitude-phase
-    pair, `partner` the phase), ``excess`` (of static over Coulomb friction).
+    pair, `partner` the phase), ``excess`` (over another parameter, `below`).
     """
 
     name: str
@@ -37,6 +36,7 @@ class Coordinate:
     lower: float
     upper: float
     partner: str = ""
+    below: str = ""
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,25 @@ class SearchSpace:
             and (f := parameters[pair.phase]).is_free and f.is_periodic
         }  # fmt: skip
 
+    @cached_property
+    def _below(self) -> dict[str, str]:
+        """Parameter to the one below which it never lies."""
+        return self.mechanism.plant.related("above")
+
+    @cached_property
+    def _above(self) -> dict[str, str]:
+        """The same the other way: parameter to the one that never lies below it."""
+        return {lower: upper for upper, lower in self._below.items()}
+
     def _plain(self, q: Parameter) -> Coordinate:
-        if q.name == STATIC and COULOMB in self.mechanism.parameters:
-            coulomb = self.mechanism.parameters[COULOMB]
-            least = coulomb.min if coulomb.is_free else coulomb.value
-            most = coulomb.max if coulomb.is_free else coulomb.value
-            return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12))
-        if q.name == COULOMB and STATIC in self.mechanism.parameters:
-            static = self.mechanism.parameters[STATIC]
-            above = math.inf if static.tied_to else static.max if static.is_free else static.value
+        if q.name in self._below:
+            lower = self.mechanism.parameters[self._below[q.name]]
+            least = lower.min if lower.is_free else lower.value
+            most = lower.max if lower.is_free else lower.value
+            return Coordinate(q.name, "excess", max(0.0, q.min - most), max(q.max - least, 1e-12), below=lower.name)
+        if q.name in self._above:
+            upper = self.mechanism.parameters[self._above[q.name]]
+            above = math.inf if upper.tied_to else upper.max if upper.is_free else upper.value
             most = min(q.max, above)
             return Coordinate(q.name, "linear", q.min, max(most, q.min + 1e-12))
         if q.is_periodic:
@@ -140,7 +150,7 @@ class SearchSpace:
         if c.kind == "log":
             return math.log(max(value, 1e-300))
         if c.kind == "excess":
-            return value - values[COULOMB]
+            return value - values[c.below]
         if c.kind == "cosine":
             return value * math.cos(math.radians(values[c.partner]))
         if c.kind == "sine":
@@ -158,17 +168,15 @@ class SearchSpace:
                 out[c.name], out[c.partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
             else:
                 out[c.name] = self._within_bounds(c.name, math.exp(x)) if c.kind == "log" else float(x)
-        if STATIC in out and COULOMB in self.mechanism.parameters:
-            total = out[STATIC] + out.get(COULOMB, self.mechanism.value(COULOMB))
-            out[STATIC] = self._within_bounds(STATIC, total)
+        for upper, lower in self._below.items():
+            if upper in out:
+                out[upper] = self._within_bounds(upper, out[upper] + out.get(lower, self.mechanism.value(lower)))
         return out
 
-    def _carries_static(self, q: FloatArray) -> float:
-        """Return 1 where static friction moves with its excess and with Coulomb friction, 0 where it cannot."""
-        static = self.mechanism.parameters.get(STATIC)
-        if static is None or COULOMB not in self.mechanism.parameters:
-            return 0.0
-        return float(static.is_free and static.min < self.values(q)[STATIC] < static.max)
+    def _carried(self, q: FloatArray) -> dict[str, float]:
+        """Return 1 for each parameter that moves with its excess and with what is below it, 0 where it cannot."""
+        values, known = self.values(q), self.mechanism.parameters
+        return {n: float(known[n].min < values[n] < known[n].max) for n in self._below if known[n].is_free}
 
     def _within_bounds(self, name: str, value: float) -> float:
         """Clip a value that the way through a coordinate may have carried past its bounds."""
@@ -191,7 +199,7 @@ class SearchSpace:
         by_file = mechanism.kernel_jacobian()
         order = {s: i for i, s in enumerate(mechanism.plant.parameters)}
         pairs = {p.amplitude: p for p in mechanism.plant.polar_pairs}
-        out, carries = np.zeros((len(order), self.size + len(moved))), self._carries_static(q)
+        out, carried = np.zeros((len(order), self.size + len(moved))), self._carried(q)
         for j, name in enumerate(moved, self.size):
             out[:, j] = by_file[name]
         for j, (c, x) in enumerate(zip(self.coordinates, q, strict=True)):
@@ -201,18 +209,18 @@ class SearchSpace:
                 pair = pairs[c.name]
                 out[order[pair.cosine if c.kind == "cosine" else pair.sine], j] = 1.0
             elif c.kind == "excess":
-                out[:, j] = by_file[STATIC] * carries
+                out[:, j] = by_file[c.name] * carried[c.name]
             else:
                 out[:, j] = by_file[c.name] * (math.exp(x) if c.kind == "log" else 1.0)
-                if c.name == COULOMB and carries:
-                    out[:, j] += by_file[STATIC] * carries
+                if carried.get(self._above.get(c.name, "")):
+                    out[:, j] += by_file[self._above[c.name]]
         return out
 
     def value_jacobian(self, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
         """Return the names of the free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
         values = self.values(q)
         names = tuple(p.name for p in self.mechanism.free)
-        out, carries = np.zeros((len(names), self.size)), self._carries_static(q)
+        out, carried = np.zeros((len(names), self.size)), self._carried(q)
         for j, c in enumerate(self.coordinates):
             i = names.index(c.name)
             if c.kind in ("cosine", "sine"):
@@ -223,9 +231,9 @@ class SearchSpace:
                 out[i, j] = toward
                 out[names.index(c.partner), j] = math.degrees(across / max(amplitude, LEAST_AMPLITUDE))
             elif c.kind == "excess":
-                out[i, j] = carries
+                out[i, j] = carried[c.name]
             else:
                 out[i, j] = values[c.name] if c.kind == "log" else 1.0
-                if c.name == COULOMB and STATIC in names:
-                    out[names.index(STATIC), j] = carries
+                if self._above.get(c.name) in names:
+                    out[names.index(self._above[c.name]), j] = carried[self._above[c.name]]
         return names, out

@@ -1,0 +1,118 @@
+"""The tables of a mechanism file: what each is for, what it chooses among, and whether it flies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mechid.plant import friction, gear, housing, test_stand
+from mechid.plant.drive import CURRENTS, VOLTAGES
+
+RECORDER = "it belongs to the test stand, which is no part of the mechanism"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Table:
+    """One table of the mechanism file.
+
+    Parameters
+    ----------
+    name : str
+        Dotted, e.g. ``"stepper.detent"``.
+    title : str
+        What a reader of the file is told of it.
+    option : str
+        Key by which it chooses its block.
+    choices : tuple of str
+        What it chooses among, the default first; none where there is no choice.
+    named : bool
+        Whether the choice counts as named also where the file leaves it out.
+    optional : bool
+        Without the table there is no such block.
+    own : bool
+        Whether its block may be of the user's own.
+    entry : str
+        Of a list, ``[[name]]``: what one entry is called; empty of a single table.
+    told_by : str
+        Key of a whole number or a period that shapes the equations: what tells the entries of a list apart.
+    order : int
+        Of `told_by` where the file leaves it out.
+    bench : str
+        Why it stays on the bench when the mechanism flies; empty where it flies.
+    of_record : bool
+        Whether records may have values of their own.
+    """
+
+    name: str
+    title: str
+    option: str = "law"
+    choices: tuple[str, ...] = ()
+    named: bool = False
+    optional: bool = False
+    own: bool = False
+    entry: str = ""
+    told_by: str = ""
+    order: int = 1
+    bench: str = ""
+    of_record: bool = False
+
+
+_ALL = (
+    Table(name="stepper", title="two-phase stepper motor and the voltage that drives it", option="drive",
+          choices=(*VOLTAGES, *CURRENTS)),
+    Table(name="stepper.detent", entry="harmonic", told_by="period_deg",
+          title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
+    Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
+          title="one harmonic of the torque constant over the electrical angle"),
+    Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
+    Table(name="friction", title="dry and viscous friction of the rotor", choices=tuple(friction.LAWS), own=True),
+    Table(name="gear", title="gear, a spring and a damper seen from the output", choices=tuple(gear.LAWS), own=True),
+    Table(name="gear.kinematic_error", entry="harmonic", told_by="order",
+          title="one harmonic of the gear's kinematic error over the input angle"),
+    Table(name="load", title="test mass on the output", own=True),
+    Table(name="load.mode", title="one flexible mode of the load", entry="mode"),
+    Table(name="output_friction", title="dry and viscous friction of the load", optional=True, own=True),
+    Table(name="motor", title="the motor's side"),
+    Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
+          choices=housing.FORMS, named=True, optional=True, own=True,
+          bench="its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"),
+    Table(name="transducer", title="the torque transducer", choices=tuple(test_stand.TRANSDUCERS), optional=True,
+          bench=RECORDER, of_record=True),
+    Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,
+          of_record=True),
+    Table(name="anti_alias", title="low-pass of the recorder", optional=True, told_by="order", order=4,
+          bench=RECORDER, of_record=True),
+    Table(name="drive", title="what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
+)  # fmt: skip
+
+TABLES: Mapping[str, Table] = {table.name: table for table in _ALL}
+"""By name."""
+LISTS = tuple(table.name for table in _ALL if table.entry)
+"""Tables that are lists, ``[[name]]``."""
+OPTIONAL = tuple(table.name for table in _ALL if table.optional)
+"""Tables without which there is no such block."""
+OWN = tuple(table.name for table in _ALL if table.own)
+"""Tables whose block may be of the user's own."""
+CHOICES: Mapping[str, tuple[str, ...]] = {table.name: table.choices for table in _ALL if table.choices}
+"""Tables that choose among blocks of the library, and their choices."""
+OF_RECORD = tuple(table.name for table in _ALL if table.of_record)
+"""Tables of which a record may have values of its own."""
+
+
+def table_of(name: str) -> str:
+    """Return the table that a parameter stands in, without the place in a list.
+
+    Examples
+    --------
+    >>> table_of("stepper.detent.0.amplitude"), table_of("gear.stiffness"), table_of("record.slow.time_offset_s")
+    ('stepper.detent', 'gear', 'record.slow')
+    """
+    table = name.rpartition(".")[0]
+    head, _, last = table.rpartition(".")
+    return head if last.isdigit() else table
+
+
+def bench_reason(name: str) -> str:
+    """Return why a parameter's table stays on the bench, empty where it flies."""
+    known = TABLES.get(table_of(name))
+    return known.bench if known else ""

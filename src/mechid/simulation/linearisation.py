@@ -1,0 +1,210 @@
+"""A plant linearised where it holds: exact matrices, their derivatives to the parameters, and frequency responses.
+
+At rest, about the mechanical equilibrium x* nearest to the commanded angle and with all inputs held,
+
+    x' = A (x - x*) + B (u - u*),   y = y* + C (x - x*) + D (u - u*).
+
+What a switch does there is chosen: friction holds, or is taken away (`Holding`). A, B, C, D are the derivatives of
+the symbolic equations; those to the parameters follow x* by the implicit function theorem.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, TypeAlias
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from mechid.command import Command, RateProfile
+from mechid.kernel.equilibrium import equilibrium
+from mechid.plant.plant import Plant
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+Holding: TypeAlias = Mapping[sp.Symbol, float]
+"""The value of each symbol by which switches tell their modes apart."""
+Compiled: TypeAlias = Callable[..., list[Any]]
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """A plant about a point at rest.
+
+    Attributes
+    ----------
+    plant : Plant
+    p : (n_p,)
+        The kernel's parameters.
+    x : (n,)
+        The equilibrium, states of the plant and then of its filter.
+    x_by_parameter : (n, n_p)
+    inputs : (m,)
+    holding : mapping of Symbol to float
+        What the switches do.
+    """
+
+    plant: Plant
+    p: FloatArray
+    x: FloatArray
+    x_by_parameter: FloatArray
+    inputs: FloatArray
+    holding: Holding
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, (n,)."""
+        return tuple(map(str, (*self.plant.states, *self.plant.filter.states)))
+
+    @cached_property
+    def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """A (n, n), B (n, m), C (n_y, n) and D (n_y, m)."""
+        found = _symbolic(self.plant).matrices(*self._arguments)
+        return tuple(np.array(matrix, dtype=np.float64) for matrix in found)  # type: ignore[return-value]
+
+    @cached_property
+    def by_parameter(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Derivatives of A, B, C and D to the kernel's parameters, each with one more axis of n_p in front."""
+        symbolic = _symbolic(self.plant)
+        direct = symbolic.by_parameter(*self._arguments)
+        moved = symbolic.by_state(*self._arguments)
+        out = []
+        for own, through in zip(direct, moved, strict=True):
+            along = np.tensordot(self.x_by_parameter.T, np.array(through, dtype=np.float64), axes=1)
+            out.append(np.array(own, dtype=np.float64) + along)
+        return tuple(out)  # type: ignore[return-value]
+
+    def response(self, frequency_hz: FloatArray) -> ComplexArray:
+        """Return C (i w - A)^-1 B + D, (f, n_y, m), of frequencies above 0."""
+        A, B, C, D = self.matrices
+        resolved = np.linalg.solve(1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A, B + 0j)
+        return np.asarray(C @ resolved + D, dtype=np.complex128)
+
+    def response_by_parameter(self, frequency_hz: FloatArray) -> ComplexArray:
+        """Return the response's derivative to the kernel's parameters, (n_p, f, n_y, m)."""
+        A, B, C, _ = self.matrices
+        dA, dB, dC, dD = self.by_parameter
+        M = 1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A
+        right = np.linalg.solve(M, B + 0j)
+        left = np.linalg.solve(np.swapaxes(M, 1, 2), C.T + 0j).swapaxes(1, 2)
+        return np.array([
+            c @ right + left @ (a @ right + b) + d for a, b, c, d in zip(dA, dB, dC, dD, strict=True)
+        ])  # fmt: skip
+
+    @property
+    def _arguments(self) -> tuple[Sequence[float], ...]:
+        modes = [self.holding[symbol] for symbol in _mode_symbols(self.plant)]
+        return (self.x.tolist(), self.inputs.tolist(), modes, self.p.tolist())
+
+
+def linearised(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, holding: Holding) -> Linearised:
+    """Return a plant linearised where it holds.
+
+    Parameters
+    ----------
+    plant : Plant
+    p : (n_p,)
+        The kernel's parameters, SI.
+    inputs : (m,)
+        Held, in the plant's order.
+    theta_0 : float
+        Commanded electrical angle, rad: the equilibrium nearest to it.
+    holding : mapping of Symbol to float
+        One of `holdings`.
+
+    Raises
+    ------
+    FitError
+        There is no equilibrium within reach.
+    """
+    x, x_p = equilibrium(plant, p, inputs, theta_0)
+    behind = len(plant.filter.states)  # a linear filter: where it stands moves no matrix
+    x, x_p = np.concatenate([x, np.zeros(behind)]), np.vstack([x_p, np.zeros((behind, p.size))])
+    return Linearised(plant, p, x, x_p, inputs, holding)
+
+
+def held_inputs(plant: Plant, command: Command | None = None) -> FloatArray:
+    """Return the inputs, (m,), that a command holds before its first step; a base or a measured channel rests."""
+    steps = sum(symbol.name in ("e_A", "e_B") for symbol in plant.inputs)
+    driver = command or Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
+    return np.concatenate([driver.excitation(0.0).initial[:steps], np.zeros(len(plant.inputs) - steps)])
+
+
+def holdings(plant: Plant) -> tuple[Holding, ...]:
+    """Return what the switches may do at rest: each holds as in its resting mode, or is taken away as if not there."""
+    each = [
+        [dict(switch.modes[switch.otherwise]), {**switch.modes[switch.otherwise], **switch.ideal}]
+        for switch in plant.switches
+    ]
+    joined = [{k: v for part in chosen for k, v in part.items()} for chosen in itertools.product(*each)]
+    return tuple(h for k, h in enumerate(joined) if h not in joined[:k])
+
+
+def rotor_held(plant: Plant) -> Holding:
+    """Return what the switches do where friction holds the rotor and all else is as if there were no switch."""
+    rate, out = plant.offered.get("rotor_rate"), {}
+    for switch in plant.switches:
+        out |= {**switch.modes[switch.otherwise], **switch.ideal}
+        if any(rate in guard.resets for guards in switch.guards.values() for guard in guards):
+            out |= switch.modes[switch.otherwise]
+    return out
+
+
+@dataclass(frozen=True)
+class _Symbolic:
+    """Compiled matrices of (states, inputs, modes, parameters), and their derivatives to parameters and states."""
+
+    arguments: tuple[tuple[sp.Symbol, ...], ...]
+    expressions: tuple[sp.Matrix, ...]
+
+    @cached_property
+    def matrices(self) -> Compiled:
+        return self._compiled([matrix.tolist() for matrix in self.expressions])
+
+    @cached_property
+    def by_parameter(self) -> Compiled:
+        return self._derivatives(self.arguments[3])
+
+    @cached_property
+    def by_state(self) -> Compiled:
+        return self._derivatives(self.arguments[0])
+
+    def _derivatives(self, symbols: Sequence[sp.Symbol]) -> Compiled:
+        return self._compiled([[matrix.diff(s).tolist() for s in symbols] for matrix in self.expressions])
+
+    def _compiled(self, expressions: object) -> Compiled:
+        function: Compiled = sp.lambdify(self.arguments, expressions, modules="math", cse=True)
+        return function
+
+
+@lru_cache(maxsize=32)
+def _symbolic(plant: Plant) -> _Symbolic:
+    states = (*plant.states, *plant.filter.states)
+    rates = sp.Matrix([*map(plant.expand, map(sp.sympify, plant.rates)), *_flow(plant)])
+    outputs = sp.Matrix([plant.expand(sp.sympify(e)) for e in plant.outputs.values()])
+    arguments = (states, plant.inputs, _mode_symbols(plant), plant.parameters)
+    matrices = (rates.jacobian(states), _jacobian(rates, plant.inputs), outputs.jacobian(states),
+                _jacobian(outputs, plant.inputs))  # fmt: skip
+    return _Symbolic(arguments, matrices)
+
+
+def _jacobian(of: sp.Matrix, by: Sequence[sp.Symbol]) -> sp.Matrix:
+    return of.jacobian(by) if by else sp.zeros(of.rows, 0)
+
+
+def _flow(plant: Plant) -> list[sp.Expr]:
+    system = plant.filter
+    flow = system.A * sp.Matrix(system.states) + system.B * sp.Matrix(system.inputs)
+    return [plant.expand(e) for e in flow]
+
+
+def _mode_symbols(plant: Plant) -> tuple[sp.Symbol, ...]:
+    return tuple(m for s in plant.switches for m in next(iter(s.modes.values())))
+
+
+def _angular(frequency_hz: FloatArray) -> FloatArray:
+    return np.asarray(2.0 * np.pi * np.asarray(frequency_hz), dtype=np.float64)

@@ -1,0 +1,71 @@
+"""The resonances of a mechanism, from its own equations: it is linearised where friction holds it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.plant import Plant
+from mechid.simulation.linearisation import Linearised, held_inputs, linearised, rotor_held
+
+FloatArray = NDArray[np.float64]
+
+LEAST_HZ = 1e-3
+"""What swings more slowly than this is a drift."""
+OVERDAMPED = 0.999
+"""A root with this damping ratio does not swing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resonance:
+    """A resonance: what swings, its undamped frequency in Hz, and its damping ratio."""
+
+    name: str
+    frequency_hz: float
+    damping: float = 0.0
+
+
+def resonances(mechanism: Mechanism) -> tuple[Resonance, ...]:
+    """Return what swings while friction holds the rotor and nothing else, the slowest first.
+
+    The load on the gear is the first, sqrt(K_s / J_m) / 2 pi, 46.9 Hz with the estimates of [Kornienko2013]_ (section
+    5.1), and with a housing that one's omega_0 / 2 pi. Each is named for the block whose states move most.
+
+    Raises
+    ------
+    FitError
+        It has no place to rest.
+    """
+    plant = mechanism.plant
+    about = linearised(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant))
+    words = _words(plant)
+    found = []
+    for value, shares in _roots(about):
+        size = float(abs(value))
+        if value.imag > 0.0 and size > 2.0 * math.pi * LEAST_HZ and -value.real < OVERDAMPED * size:
+            name = words[int(shares.argmax())]
+            found.append(Resonance(name=name, frequency_hz=size / (2.0 * math.pi), damping=-float(value.real) / size))
+    return tuple(sorted((r for r in found if r.name), key=lambda resonance: resonance.frequency_hz))
+
+
+def _roots(about: Linearised) -> Iterator[tuple[complex, FloatArray]]:
+    """Yield each eigenvalue with the share of each state in it, (n,): left times right eigenvector."""
+    values, right = np.linalg.eig(about.matrices[0])
+    left = np.linalg.pinv(right)
+    for k, value in enumerate(values):
+        yield complex(value), np.abs(left[k] * right[:, k])
+
+
+def _words(plant: Plant) -> list[str]:
+    """Return for each state, of the plant and then of its filter, what swings where it moves."""
+    words: dict[sp.Symbol, str] = {}
+    for block in plant.blocks:
+        own = (*block.rates, *(block.filter.states if block.filter else ()))
+        words |= dict.fromkeys(own, block.name) | dict(block.swinging)
+    return [words[state] for state in (*plant.states, *plant.filter.states)]
