@@ -33,7 +33,7 @@ def said(problem, name, misfit):
         (0.25, "times the step rate, the period of a detent of 7.2 deg, which the model has not"),
         (1.0, "times the step rate, the period of its detent of 1.8 deg and of the steps"),
         (2.3, "times the step rate"),
-        (0.51, "times the step rate, which is near the resonance of load and gear"),
+        (0.51, "times the step rate, which is near the resonance of the load on the gear"),
     ],
 )
 def test_the_misfit_is_told_in_multiples_of_the_step_rate(problem, order, words):

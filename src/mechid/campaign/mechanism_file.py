@@ -98,7 +98,6 @@ def _entries(table: Mapping[str, Any], structure: Structure, place: Place) -> It
     """Yield the file's parameters by dotted name, options left out; refuse what the plant does not know."""
     known = (*structure.plant.declarations, *structure.options)
     tables = {name[:at] for name in known for at in _dots(name)}
-    tables |= {name for name in LISTS if name.partition(".")[0] in tables}
     for name, entry in _flat(table, "", tables):
         if name in tables:
             raise place.key(name).error(f"{found(entry)}; write a table, [{name}]")
