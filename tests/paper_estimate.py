@@ -1,9 +1,12 @@
-"""An estimate.json with the paper's values, as tests of the budget need it; its sigmas are made up."""
+"""What identify leaves, with the paper's values, as tests of the budget need it; its sigmas are made up."""
 
+import hashlib
 import json
 
 import numpy as np
 
+from layouts import changed, mechanism_of, paper_table
+from mechid.campaign import mechanism_text
 from paper import ESTIMATED
 
 FREE = (
@@ -40,7 +43,42 @@ def estimate(fit_percent=100.0, relative=RELATIVE):
 
 
 def write_estimate_of_paper(folder, **options):
-    """Write it as estimate.json and return its path."""
+    """Write it as estimate.json, with its mechanism beside it, and return its path."""
+    table = changed(paper_table(), {"stepper": {"back_emf_constant": None}})
+    return write_estimate(folder, mechanism_of(table), estimate(**options))
+
+
+def write_estimate(folder, mechanism, content):
+    """Write a mechanism and the content of an estimate beside it, signed, as identify does; return the estimate's path."""
+    text = mechanism_text(mechanism)
+    (folder / "mechanism.toml").write_text(text, encoding="utf-8")
+    own = {
+        "mechanism_file": "mechanism.toml",
+        "mechanism_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        "quantities": [*mechanism.plant.outputs],
+        "plant": mechanism.plant.digest,
+    }
+    content["provenance"] = {**content.get("provenance", {}), **own}
     path = folder / "estimate.json"
-    path.write_text(json.dumps(estimate(**options)), encoding="utf-8")
+    path.write_text(json.dumps(content), encoding="utf-8")
     return path
+
+
+def estimate_of(mechanism, free, relative=RELATIVE):
+    """Return the content of an estimate of any mechanism; each of `free` has the relative sigma, none correlate."""
+    parameters = {
+        name: {
+            "value": mechanism.value(name),
+            "std_error": abs(mechanism.value(name)) * relative if name in free else None,
+            "status": "free" if name in free else "known",
+        }
+        for name in [*mechanism.parameters, *(name for name in free if name not in mechanism.parameters)]
+        if name in mechanism.parameters
+    }
+    return {
+        "format": "mechid-estimate/1",
+        "outcome": {"code": "converged", "message": ""},
+        "parameters": parameters,
+        "correlation": {"names": list(free), "matrix": np.eye(len(free)).tolist()},
+        "records": {},
+    }

@@ -13,7 +13,7 @@ from mechid.budget.attractors import steady_states
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import coupled_modes, largest_loop_gain
 from mechid.budget.findings import findings
-from mechid.budget.flying_mechanism import Estimate, on_base, read_flying
+from mechid.budget.flying_mechanism import Estimate, on_modes, read_flying
 from mechid.budget.line_of_sight import LineOfSight, Response, respond
 from mechid.budget.mode_budget import ModeBudget
 from mechid.budget.operating_mode import OperatingMode
@@ -24,7 +24,9 @@ from mechid.budget.requirement import Standing
 from mechid.budget.standing import Ensemble, make_ensemble, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
+from mechid.simulation.resonances import resonances
 from mechid.structure import Modes, Structure
 
 FloatArray = NDArray[np.float64]
@@ -120,9 +122,10 @@ class _Maker:
         levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
         worst = int(np.argmax([response.rms().max() for response in responses]))
         self.listener(f'mode "{mode.name}": two-way')
-        joined = coupled_modes(file.structure, file.coupled_below_hz)
-        two_way = self._joined(on_base(self.estimate.mechanism, joined), mode, found) if joined else ()
-        gain = largest_loop_gain(file.structure, self.estimate.mechanism, responses[worst].state.frequency_hz)
+        joined = self._joinable()
+        two_way = self._joined(on_modes(self.estimate.mechanism, joined), mode, found) if joined else ()
+        lines = responses[worst].state.frequency_hz
+        gain = largest_loop_gain(file.structure, self.estimate.mechanism, lines, mode.command)
         several = mode.rates.size > 1
         avoid = {
             r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
@@ -152,15 +155,21 @@ class _Maker:
         file, mechanism = self.file, self.estimate.mechanism
         self.listener(f'mode "{mode.name}": a profile of {mode.duration_s:.6g} s')
         course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode, self.names), file.structure)
-        joined, two_way = coupled_modes(file.structure, file.coupled_below_hz), None
+        joined, two_way = self._joinable(), None
         if joined:
-            moving = on_base(mechanism, joined)
+            moving = on_modes(mechanism, joined)
             two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
         frequency = np.linspace(1.0, mode.highest_hz, 2000)
-        gain = largest_loop_gain(file.structure, mechanism, frequency)
+        gain = largest_loop_gain(file.structure, mechanism, frequency, mode.command)
         levels = self._two_way_levels([two_way]) if two_way else {}
         made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
         return self._with_standings(made)
+
+    def _joinable(self) -> Modes | None:
+        """Return the structure's modes that are joined with the mechanism, None where there are none or it cannot be."""
+        if moving_base_objection(self.estimate.mechanism):
+            return None
+        return coupled_modes(self.file.structure, self.file.coupled_below_hz)
 
     def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, tuple[int, float]]:
         out = {}
@@ -218,7 +227,7 @@ def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> Opera
     if not mode.refined:
         return mode
     ends = (float(mode.rates[0]), float(mode.rates[-1]))
-    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), ends)
+    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), ends)
     near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
     inside = near[(near >= ends[0]) & (near <= ends[1])]
     return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
@@ -229,14 +238,12 @@ def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
     if not rates:
         return []
     around = (min(rates) * (1.0 - AROUND), max(rates) * (1.0 + AROUND))
-    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate, file), around)
+    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), around)
 
 
-def named_modes(structure: Structure, estimate: Estimate, file: BudgetFile) -> list[tuple[str, float]]:
-    """Return the modes that orders may meet: of gear and load on a stuck rotor, of the load, of the structure."""
-    v = estimate.mechanism.value
-    named = [("gear and load", float(np.sqrt(v("gear.stiffness") / v("load.inertia")) / (2.0 * np.pi)))]
-    named += [(f"load {k}", mode.frequency_hz) for k, mode in enumerate(file.flight.load_modes)]
+def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:
+    """Return the modes that orders may meet: of the mechanism with its rotor held, of the structure."""
+    named = [(r.name, r.frequency_hz) for r in resonances(estimate.mechanism)]
     if isinstance(structure.model, Modes):
         modes = structure.model
         named += [(f"structure {k}", float(f)) for k, f in enumerate(modes.frequency_hz) if not modes.rigid[k]]

@@ -2,7 +2,7 @@
 
 One-way, the torque of a held base goes through the transfer function. It suffices where the driving-point
 receptance R times the mechanism's dynamic stiffness K is small, since the torque on a moving base is
-T = T_held + K beta and beta = R T: |R K| << 1.
+T = T_held + K beta and beta = R T: |R K| << 1. K comes from the plant's own equations, its base driven.
 """
 
 from __future__ import annotations
@@ -10,7 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.command import Command
+from mechid.plant.base import ACCELERATION
+from mechid.plant.flight import moving_base_objection, on_base
+from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
+from mechid.simulation.linearisation import held_inputs, holdings, linearised
 from mechid.structure import Modes, Structure
 
 FloatArray = NDArray[np.float64]
@@ -20,39 +25,53 @@ SUFFICES = 0.05
 """|R K| up to which the one-way torque is taken for enough."""
 
 
-def dynamic_stiffness(mechanism: Mechanism, frequency_hz: FloatArray, *, stuck: bool) -> ComplexArray:
-    """Return torque on the base per base angle, (n,) N m/rad, of the mechanism linearised at holding.
+def dynamic_stiffness(mechanism: Mechanism, frequency_hz: FloatArray, command: Command | None = None) -> ComplexArray:
+    """Return torque on the base per base angle, (h, n) N m/rad, of the mechanism linearised where it holds.
 
-    The rotor is stuck, or held by the magnetic stiffness (p/2) k_m U/R of the coils and viscous friction; the
-    load is rigid.
+    Each row is for one way in which the switches may hold: friction sticks or slides, a gear is within its play or in
+    contact (`simulation.linearisation.holdings`); which of them holds in motion is not known beforehand.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        In flight, on a held base.
+    frequency_hz : (n,)
+        Above 0.
+    command : Command or None
+        Whose start the coils hold; None is a full step at angle 0.
+
+    Raises
+    ------
+    InputFileError
+        A block of the user's own does not say how it moves with its base.
+    FitError
+        There is no equilibrium near the commanded angle.
     """
-    v = {name: mechanism.value(name) for name in mechanism.parameters}
-    w = 2.0 * np.pi * frequency_hz
-    G, J, J_m = v["gear.ratio"], v["stepper.rotor_inertia"], v["load.inertia"]
-    gear = (v["gear.stiffness"] + 1j * w * v["gear.damping"]) / G**2
-    magnet = 0.5 * v["stepper.poles"] * v["stepper.torque_constant"] * v["stepper.peak_voltage"]
-    rotor = magnet / v["stepper.coil_resistance"] + 1j * w * v["friction.viscous"] - w**2 * J + gear
-    load = gear * G**2 - w**2 * J_m
-    if stuck:
-        a = np.zeros_like(w, dtype=np.complex128)
-        g = w**2 * J_m / load
-    else:
-        determinant = rotor * load - (gear * G) ** 2
-        a = (w**2 * J * load + gear * G * w**2 * J_m) / determinant
-        g = (rotor * w**2 * J_m + gear * G * w**2 * J) / determinant
-    return np.asarray(w**2 * (J * (1.0 + a) + J_m * (1.0 + g)), dtype=np.complex128)
+    driven = on_base(mechanism, Flying(base=Base.DRIVEN))
+    plant, p = driven.plant, driven.kernel_values()
+    inputs, at = held_inputs(plant, command), plant.inputs.index(ACCELERATION)
+    angle = command.start_angle_rad if command else 0.0
+    square = (2.0 * np.pi * frequency_hz) ** 2
+    rows = [linearised(plant, p, inputs, angle, how).response(frequency_hz)[:, 0, at] for how in holdings(plant)]
+    return np.asarray(-square * np.array(rows), dtype=np.complex128)
 
 
-def loop_gain(structure: Structure, mechanism: Mechanism, frequency_hz: FloatArray) -> FloatArray:
-    """Return |R K| at each frequency, (n,), the larger of stuck and held rotor; NaN where R is not known."""
+def loop_gain(
+    structure: Structure, mechanism: Mechanism, frequency_hz: FloatArray, command: Command | None = None
+) -> FloatArray:
+    """Return |R K| at each frequency, (n,), the largest of the ways to hold; NaN where R or K is not known."""
     receptance = structure.to_interface(frequency_hz)
-    gains = [np.abs(receptance * dynamic_stiffness(mechanism, frequency_hz, stuck=s)) for s in (True, False)]
-    return np.asarray(np.maximum(*gains), dtype=np.float64)
+    if moving_base_objection(mechanism):
+        return np.full(frequency_hz.size, np.nan)
+    gains = np.abs(receptance * dynamic_stiffness(mechanism, frequency_hz, command))
+    return np.asarray(gains.max(axis=0), dtype=np.float64)
 
 
-def largest_loop_gain(structure: Structure, mechanism: Mechanism, frequency_hz: FloatArray) -> float:
-    """Return the largest |R K| at frequencies (n,) in Hz, NaN where R is known at none."""
-    gains = loop_gain(structure, mechanism, frequency_hz)
+def largest_loop_gain(
+    structure: Structure, mechanism: Mechanism, frequency_hz: FloatArray, command: Command | None = None
+) -> float:
+    """Return the largest |R K| at frequencies (n,) in Hz, NaN where R or K is known at none."""
+    gains = loop_gain(structure, mechanism, frequency_hz, command)
     known = gains[np.isfinite(gains)]
     return float(known.max()) if known.size else float("nan")
 

@@ -11,6 +11,7 @@ from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.mode_budget import ModeBudget
 from mechid.budget.steadiness import told
+from mechid.plant.flight import moving_base_objection
 from mechid.structure import Modes
 
 TOLD_UNCOVERED, TOLD_UNSTEADY = 0.05, 0.05
@@ -22,6 +23,8 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     if estimate.outcome:
         yield f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more"
     yield from _free_body(file)
+    if objection := moving_base_objection(estimate.mechanism):
+        yield objection
     for made in modes:
         if made.responses:
             yield from _steady(file, made)

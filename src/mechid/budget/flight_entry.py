@@ -18,9 +18,12 @@ from mechid.campaign.place import (
 )
 from mechid.command.entry import is_table
 
-KEYS = ("load_inertia", "peak_voltage", "values", "uncertain", "spread", "load_mode")
+LOAD_INERTIA = "load.inertia"
+SHORT = {
+    "load_inertia": LOAD_INERTIA, "peak_voltage": "stepper.peak_voltage", "peak_current": "stepper.peak_current",
+}  # fmt: skip
+KEYS = (*SHORT, "values", "uncertain", "spread", "load_mode")
 LOAD_MODE_KEYS = ("frequency_hz", "damping", "inertia")
-SHORT = {"load_inertia": "load.inertia", "peak_voltage": "stepper.peak_voltage"}
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
             "uncertain": dict(file.flight.uncertain),
             "spread": dict(file.flight.spread),
             "load_modes": [vars(mode) for mode in file.flight.load_modes],
-            "left_on_bench": list(budget.estimate.removed),
+            "left_on_bench": dict(budget.estimate.left),
         },
         "modes": [_mode(budget, made) for made in budget.modes],
         "requirements": [_standing(budget, s) for s in budget.standings],
@@ -60,11 +60,11 @@ def budget_data(budget: Budget) -> dict[str, Any]:
              "frequency_hz": e.frequency_hz, "bandwidth_hz": e.bandwidth_hz}
             for e in file.errors
         ],
-        "named_modes": [{"name": n, "frequency_hz": f} for n, f in named_modes(file.structure, budget.estimate, file)],
+        "named_modes": [{"name": n, "frequency_hz": f} for n, f in named_modes(file.structure, budget.estimate)],
         "campbell_orders": list(CAMPBELL_ORDERS),
         "crossings": [vars(c) for c in budget.crossings],
         "coupling": _coupling(budget),
-        "notes": [f"left on the bench: {', '.join(removed)}"] if (removed := budget.estimate.removed) else [],
+        "notes": [f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items()],
         "warnings": list(budget.warnings),
     }  # fmt: skip
 

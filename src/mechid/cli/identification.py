@@ -18,9 +18,10 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit, FitOutcome
 from mechid.report import print_report, report_data, write_results
-from mechid.report.results import MECHANISM_NAME, REPORT_NAME
+from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on
 
 INTERRUPTED = 130
@@ -51,9 +52,10 @@ def identify_into(
     """
     fit, journal = _followed(campaign, folder, seed, workers, resume)
     validation = validate(campaign, fit)
-    data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
     mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
+    fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
+    data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
     files += [journal, *_report(data, campaign, fit, validation, folder)]
     print_report(data, console_on(), files)

@@ -17,7 +17,7 @@ from mechid.plant.plant import Plant
 from mechid.plant.tables import TABLES, bench_reason, table_of
 
 LOAD, MODE = "load", "load.mode"
-CUT_OFF, ORDER = "anti_alias.frequency", "anti_alias.order"
+CUT_OFF, ORDER = FILTER = ("anti_alias.frequency", "anti_alias.order")
 """Of the filter before which the lines of the torque are sampled, in place of one that the recorder may have had."""
 RECORD = "it belongs to one record"
 
@@ -71,19 +71,29 @@ def in_flight(
     InputFileError
         It cannot fly, or a value is missing or cannot be: one sentence with block and remedy.
     """
-    layout = mechanism.plant.layout
-    if layout is None:
-        raise InputFileError("the plant was assembled by hand, from no mechanism file; only those of a file fly")
-    _refuse_other_drives(mechanism)
+    plant = flying_plant(mechanism, None if load_modes is None else len(load_modes))
     modes = {} if load_modes is None else mode_values(MODE, ("frequency", "damping", "inertia"), load_modes)
     given = {**modes, **(values or {})}
-    plant = plant_of(flight_layout(layout, None if load_modes is None else len(load_modes)))
     kept = {name: q for name, q in mechanism.parameters.items() if not bench_reason(name)}
     kept = {name: q for name, q in kept.items() if load_modes is None or table_of(name) != MODE}
     flying = Mechanism(plant, _parameters(plant, kept, given), mechanism.options)
     for name, wrong in flying.contradictions():
         raise InputFileError(f"{name}: {wrong}")
     return flying
+
+
+def flying_plant(mechanism: Mechanism, load_modes: int | None = None) -> Plant:
+    """Return the plant of a mechanism in flight, on a held base, with so many flexible modes of its load.
+
+    Raises
+    ------
+    InputFileError
+        It cannot fly: one sentence with block and remedy.
+    """
+    if mechanism.plant.layout is None:
+        raise InputFileError("the plant was assembled by hand, from no mechanism file; only those of a file fly")
+    _refuse_other_drives(mechanism)
+    return plant_of(flight_layout(mechanism.plant.layout, load_modes))
 
 
 def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mechanism:
@@ -96,14 +106,23 @@ def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mec
     """
     layout = mechanism.plant.layout
     assert layout is not None
-    if LOAD in layout.own and flying.base is not Base.HELD:
-        raise InputFileError(
-            f"{LOAD}: the block of your own is written for a base at rest, so that nothing is worked out on a base "
-            "that moves; describe the load by load.inertia and [[load.mode]] of the library for that"
-        )
+    objection = moving_base_objection(mechanism)
+    if objection and flying.base is not Base.HELD:
+        raise InputFileError(objection)
     plant = plant_of(replace(layout, flying=flying))
     values = mode_values("base", ("frequency", "damping", "shape"), modes)
     return Mechanism(plant, _parameters(plant, mechanism.parameters, values), mechanism.options)
+
+
+def moving_base_objection(mechanism: Mechanism) -> str:
+    """Return why a mechanism cannot stand on a base that moves, in a sentence with the remedy; empty where it can."""
+    layout = mechanism.plant.layout
+    if layout is None or LOAD not in layout.own:
+        return ""
+    return (
+        f"{LOAD}: the block of your own is written for a base at rest, so that one-way is all there is; describe the load "
+        "by load.inertia and [[load.mode]] of the library to join it with the structure's modes"
+    )
 
 
 def below(mechanism: Mechanism, cut_off: float) -> Mechanism:
@@ -120,11 +139,10 @@ def mode_values(table: str, keys: Sequence[str], modes: ModeValues) -> dict[str,
 
 
 def left_on_bench(mechanism: Mechanism, names: Iterable[str]) -> dict[str, str]:
-    """Return those of some estimated parameters that do not fly, each with the reason."""
-    reasons = {name: bench_reason(name) for name in names}
-    return {
-        name: reason or RECORD for name, reason in reasons.items() if reason or name not in mechanism.plant.declarations
-    }
+    """Return what does not fly, each with the reason: tables of the mechanism, estimated parameters of records."""
+    tables = dict.fromkeys(map(table_of, mechanism.plant.declarations))
+    out = {f"[{table}]": TABLES[table].bench for table in tables if table in TABLES and TABLES[table].bench}
+    return out | {name: RECORD for name in names if name not in mechanism.plant.declarations}
 
 
 def _parameters(plant: Plant, kept: Mapping[str, Parameter], given: Mapping[str, float]) -> dict[str, Parameter]:

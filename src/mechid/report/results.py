@@ -12,6 +12,7 @@ from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
 from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
 from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.writing import write_together
 
@@ -53,19 +54,22 @@ def write_results(
     UsageError
         The folder cannot be written to.
     """
+    text = estimated_text(fit, synthetic=data["synthetic"])
+    fit = signed(fit, mechanism_name, text)
     texts = {
-        mechanism_name: mechanism_text(fit.mechanism, _comment(data)),
-        REPORT_NAME: json_text(data),
+        mechanism_name: text,
+        REPORT_NAME: json_text({**data, "provenance": fit.provenance}),
         ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
     return write_together(folder, texts)
 
 
-def _comment(data: Mapping[str, Any]) -> str:
+def estimated_text(fit: Fit, *, synthetic: bool) -> str:
+    """Return the text of the mechanism file with the estimated values."""
     lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
-    if data["synthetic"]:
+    if synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    return "\n".join([*lines, data["outcome"]["message"]])
+    return mechanism_text(fit.mechanism, "\n".join([*lines, fit.outcome.value]))
 
 
 def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:
