@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orbit import find_orbit
 from mechid.budget.period_map import PeriodMap
-from mechid.budget.steady_state import SteadyState, enough_substeps, periods_to_settle, steady_state
+from mechid.budget.steady_state import SteadyState, cut_off, enough_substeps, periods_to_settle, steady_state
 from mechid.identification.computation.parallel import mapped
+from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
@@ -38,7 +39,7 @@ class _AtRate:
     def tried(self, way: str, start: FloatArray | None) -> tuple[SteadyState, str]:
         """Return the steady state that a start leads to, one that is known where it is that, and the way."""
         if start is not None:
-            x = self.period.settled(start, periods_to_settle(self.period.mode, self.period.rate))
+            x = self.period.settled(start, periods_to_settle(self.period.mode, self.period.duration_s))
             for state in self.known:
                 if state.periods and _is_on(self.period, x, state):
                     return state, way
@@ -82,7 +83,8 @@ def steady_states(
         The mechanism diverged.
     """
     substeps = enough_substeps(mechanism, mode, names)
-    rates = [_AtRate(PeriodMap(mechanism, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
+    lined = below(mechanism, cut_off(mode))
+    rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:
         tried = mapped(lambda start: rates[start[0]].tried(*start[1:]), starts, workers)

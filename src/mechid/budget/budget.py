@@ -166,7 +166,7 @@ class _Maker:
         return self._with_standings(made)
 
     def _joinable(self) -> Modes | None:
-        """Return the structure's modes that are joined with the mechanism, None where there are none or it cannot be."""
+        """Return the structure's modes that are joined with the mechanism; None where none are, or it cannot be."""
         if moving_base_objection(self.estimate.mechanism):
             return None
         return coupled_modes(self.file.structure, self.file.coupled_below_hz)

@@ -13,9 +13,9 @@ from scipy.linalg import block_diag
 
 from mechid.budget.discrepancy import Discrepancy, read_discrepancy
 from mechid.budget.flight_entry import LOAD_INERTIA, Flight
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.fit import FitOutcome
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base

@@ -1,6 +1,6 @@
 """The motion that repeats, by shooting: Newton's method on the period map, and the multipliers of what it finds.
 
-With F the map over m periods and M = dF/dx at its fixed point x*, a deviation grows by M in the time m 2/r: the
+With F the map over m periods and M = dF/dx at its fixed point x*, a deviation grows by M in their time: the
 eigenvalues of M are the Floquet multipliers, and the motion is stable where all are inside the unit circle. The fixed
 point's derivative to the parameters is (I - M)^-1 F_p, also where transients take long.
 """
@@ -45,9 +45,11 @@ class Orbit:
     by_parameter : (n, p)
         Derivative of that state to the parameters.
     periods : int
-        It repeats after so many times 2/rate.
+        It repeats after so many periods of the equations.
     multipliers : (n,) complex
         Over that time, largest first; of a coordinate on which nothing depends, as a free base's angle, there is none.
+    size : (n,)
+        How much each state moves.
     turns : int
         Electrical periods that the rotor is off the command each time; 0 where it follows.
     """
@@ -56,6 +58,7 @@ class Orbit:
     by_parameter: FloatArray
     periods: int
     multipliers: ComplexArray
+    size: FloatArray
     turns: int
 
 
@@ -87,7 +90,7 @@ def _newton(period: PeriodMap, x: FloatArray, periods: int) -> Orbit | None:
             if not _tends(period, start, x, image, periods):
                 return None
             by_parameter = _solved(image, image.by_parameter)
-            return Orbit(x, by_parameter, periods, multipliers(image.by_state), turns)
+            return Orbit(x, by_parameter, periods, multipliers(image.by_state), image.size, turns)
         x = np.where((image.x == 0.0) & (x == 0.0), 0.0, x + step)
     return None
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.budget.lines import Lines, lines_of_repeating, lines_with_scatter
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orbit import MOST_PERIODS, Orbit, find_orbit
 from mechid.budget.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
 from mechid.errors import FitError
+from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, State
@@ -21,8 +24,10 @@ from mechid.simulation.trajectory import SimulationOutcome
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-LEAST_PERIODS, LEAST_S = 4, 0.5
-"""Of the stretch that is analysed or shown."""
+LEAST_S = 0.5
+"""Of the stretch of a motion that repeats which is shown."""
+ENDLESS_S = 4.0
+"""Of the stretch of one that does not: its lines and its power have a sampling error."""
 ROUNDS = 3
 """So often a motion is simulated for `settle_s` until it repeats, or is taken as one that does not."""
 
@@ -35,19 +40,28 @@ class SteadyState:
     ----------
     rate : float
         Full steps/s.
+    steps : int
+        Full steps after which the mechanism's equations are the same.
     periods : int
-        It repeats after so many times 2/rate; 0 where it does not.
+        It repeats after so many times those; 0 where it does not.
     orders : (n,) int
         The lines stand at these multiples of `fundamental_hz`.
     lines : (n,) complex
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
         Derivative of the lines to the parameters asked for.
+    floor : (n,)
+        What the lines may be off by, N m, and where one is below it, it is not known: sampling and integration, and of
+        a motion that does not repeat the scatter over its stretch.
     sample_rate_hz : float
+    samples_a_period : float
+        Of the finest samples that the lines were made from.
     torque : (N,)
         Of a stretch of the motion, N m.
     residual : (N,)
         What does not repeat, N m.
+    rms_error : float
+        Standard error of `rms`, N m: of a motion that does not repeat, over its stretch; else 0.
     x : (n_x,)
         State at the stretch's start.
     multipliers : (k,) complex
@@ -61,13 +75,17 @@ class SteadyState:
     """
 
     rate: float
+    steps: int
     periods: int
     orders: NDArray[np.int64]
     lines: ComplexArray
     gradient: ComplexArray
+    floor: FloatArray
     sample_rate_hz: float
+    samples_a_period: float
     torque: FloatArray
     residual: FloatArray
+    rms_error: float
     x: FloatArray
     multipliers: ComplexArray
     follows: bool
@@ -76,8 +94,8 @@ class SteadyState:
 
     @property
     def fundamental_hz(self) -> float:
-        """Of which all lines are multiples: half the rate, or a part of that in a motion of several periods."""
-        return 0.5 * self.rate / max(self.periods, 1)
+        """Of which all lines are multiples: half the rate where the mechanism repeats after two steps."""
+        return self.rate / (self.steps * max(self.periods, 1))
 
     @property
     def largest_multiplier(self) -> float:
@@ -88,7 +106,7 @@ class SteadyState:
     def decay_s(self) -> float:
         """Time in which the slowest transient falls to 1/e; NaN where the motion does not repeat."""
         largest = self.largest_multiplier
-        return -2.0 * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
+        return -self.steps * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
 
     @property
     def frequency_hz(self) -> FloatArray:
@@ -98,7 +116,7 @@ class SteadyState:
     @property
     def step_orders(self) -> FloatArray:
         """Of each line, (n,): its multiple of the step rate."""
-        return np.asarray(self.orders / (2.0 * max(self.periods, 1)), dtype=np.float64)
+        return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
 
     @property
     def rms(self) -> float:
@@ -123,7 +141,7 @@ def steady_state(
 
     The motion is simulated until it tends to one that repeats, which shooting then finds: however slowly the rest of
     the transient decays, it is gone. A motion that does not repeat, as any on a clock with a tick, is analysed over
-    whole periods of 2/rate; what lies on no line of those does not repeat.
+    whole periods of the equations; what lies on no line of those does not repeat.
 
     Parameters
     ----------
@@ -143,9 +161,9 @@ def steady_state(
     FitError
         The mechanism diverged.
     """
-    period = PeriodMap(mechanism, mode, rate, tuple(names), substeps)
-    settle = periods_to_settle(mode, rate)
-    if mode.command.clock_tick_s:
+    period = PeriodMap(below(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
+    settle = periods_to_settle(mode, period.duration_s)
+    if not period.repeats:
         return _not_repeating(period, start, settle)
     x = start
     for k in range(ROUNDS):
@@ -156,53 +174,46 @@ def steady_state(
     return _not_repeating(period, start, ROUNDS * settle)
 
 
-def periods_to_settle(mode: OperatingMode, rate: float) -> int:
-    """Return the periods of 2/rate that a mode takes until it counts as steady."""
-    return math.ceil(0.5 * mode.settle_s * rate)
+def cut_off(mode: OperatingMode) -> float:
+    """Return the cut-off of the filter before a mode's lines, rad/s: at the highest that counts."""
+    return 2.0 * math.pi * mode.highest_hz
+
+
+def periods_to_settle(mode: OperatingMode, duration_s: float) -> int:
+    """Return the periods of a duration that a mode takes until it counts as steady."""
+    return math.ceil(mode.settle_s / duration_s)
 
 
 def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     """Return the steady state of a motion that repeats, worked out over one time round."""
-    image = period(orbit.x, orbit.periods, orbit.by_parameter)
-    orders = _orders(period, orbit.periods)
-    times = math.ceil(_stretch(period) / orbit.periods)
-    torque = np.tile(image.torque, times)
+    found = lines_of_repeating(period, orbit)
+    times = math.ceil(LEAST_S / (period.duration_s * orbit.periods))
+    torque = np.tile(found.torque, max(times, 1))
     return SteadyState(
-        rate=period.rate, periods=orbit.periods, orders=orders,
-        lines=_lines(image.torque[:, None], 1, orders)[0][:, 0], gradient=_lines(image.gradient, 1, orders)[0],
-        sample_rate_hz=period.sample_rate_hz, torque=torque, residual=np.zeros(torque.size), x=orbit.x,
-        multipliers=orbit.multipliers, follows=orbit.turns == 0, size=image.size,
+        **_of_lines(period, found), periods=orbit.periods, torque=torque, residual=np.zeros(torque.size), rms_error=0.0,
+        x=orbit.x, multipliers=orbit.multipliers, follows=orbit.turns == 0, size=orbit.size,
     )  # fmt: skip
 
 
 def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
     """Return what a motion that does not repeat is over a stretch behind so many periods."""
-    periods = _stretch(period)
-    first, samples = skipped * period.samples, periods * period.samples
+    periods = math.ceil(ENDLESS_S / period.duration_s)
     at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
-    simulator = period.simulator(first + samples, period.lanes)
-    y, J = simulated(simulator, period.mechanism, period.names, period.substeps, at_rest)
-    orders = _orders(period, 1)
-    lines, residual = _lines(y[first:], periods, orders)
-    gradient, _ = _lines(J[first:], periods, orders)
+    found, residual, rms_error = lines_with_scatter(period, at_rest, skipped, periods)
     x = period.settled(start, skipped)
     on = period(x, periods)
     return SteadyState(
-        rate=period.rate, periods=0, orders=orders, lines=lines[:, 0], gradient=gradient,
-        sample_rate_hz=period.sample_rate_hz, torque=y[first:, 0].copy(), residual=residual[:, 0], x=x,
+        **_of_lines(period, found), periods=0, torque=found.torque, residual=residual, rms_error=rms_error, x=x,
         multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
     )  # fmt: skip
 
 
-def _stretch(period: PeriodMap) -> int:
-    """Return how many periods are analysed or shown."""
-    return max(LEAST_PERIODS, math.ceil(0.5 * LEAST_S * period.rate))
-
-
-def _orders(period: PeriodMap, periods: int) -> NDArray[np.int64]:
-    """Return the lines below the mode's highest frequency, as multiples of a motion's fundamental."""
-    highest = int(2.0 * periods * period.mode.highest_hz / period.rate)
-    return np.arange(1, min(highest, period.samples * periods // 2 - 1) + 1)
+def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
+    return {
+        "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
+        "gradient": found.gradient, "floor": found.floor, "sample_rate_hz": found.sample_rate_hz,
+        "samples_a_period": found.sample_rate_hz * period.duration_s,
+    }  # fmt: skip
 
 
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:
@@ -210,9 +221,9 @@ def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[s
 
     With the `names` of the derivatives that are wanted later the same kernel serves.
     """
-    period = PeriodMap(mechanism, mode, mode.highest_rate, tuple(names), 1)
+    period = PeriodMap(below(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
     simulator = period.simulator(round(0.2 * SAMPLE_RATE_HZ), period.lanes)
-    return simulate_accurately(simulator, mechanism.kernel_values()).substeps
+    return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps
 
 
 def simulated(
@@ -238,11 +249,3 @@ def simulated(
     if run.outcome is not SimulationOutcome.COMPLETE:
         raise FitError(f"at {max(simulator.command.rate.rates, key=abs):.6g} steps/s: {run.outcome.value}")
     return y, J
-
-
-def _lines(y: FloatArray, periods: int, orders: NDArray[np.int64]) -> tuple[ComplexArray, FloatArray]:
-    """Return the lines (n, m) of samples (N, m) over whole periods, and what does not repeat, without mean."""
-    spectrum = np.fft.rfft(y, axis=0)
-    lines = 2.0 / len(y) * spectrum[orders * periods]
-    spectrum[::periods] = 0.0
-    return lines, np.fft.irfft(spectrum, n=len(y), axis=0)

@@ -120,8 +120,8 @@ def moving_base_objection(mechanism: Mechanism) -> str:
     if layout is None or LOAD not in layout.own:
         return ""
     return (
-        f"{LOAD}: the block of your own is written for a base at rest, so that one-way is all there is; describe the load "
-        "by load.inertia and [[load.mode]] of the library to join it with the structure's modes"
+        f"{LOAD}: the block of your own is written for a base at rest, so that one-way is all there is; describe "
+        "the load by load.inertia and [[load.mode]] of the library to join it with the structure's modes"
     )
 
 

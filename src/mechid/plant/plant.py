@@ -44,6 +44,8 @@ class Plant:
         The kernel's parameters, in order.
     offered : mapping of quantity to Expr
         All quantities that `measuring` can make outputs of.
+    behind : LinearSystem
+        The filters of all blocks, whether an output sees them or not.
     layout : Layout or None
         What it was assembled from; None of a plant that no assembly of the library is.
     """
@@ -60,17 +62,18 @@ class Plant:
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
     offered: Mapping[str, sp.Expr]
+    behind: LinearSystem = NO_FILTER
     layout: Layout | None = None
 
     def measuring(self, quantities: Sequence[str]) -> Plant:
         """Return the same plant with other outputs, of those `offered`; a filter that none of them sees is left out."""
         outputs = {quantity: self.offered[quantity] for quantity in quantities}
         seen = set().union(*(sp.sympify(self.expand(e)).free_symbols for e in outputs.values()))
-        system = self.filter if seen & set(self.filter.states) else NO_FILTER
+        system = self.behind if seen & set(self.behind.states) else NO_FILTER
         found = _parameters(
             self.blocks, self.inputs, self.terms, (*self.rates, *self.initial), self.switches, system, outputs
         )
-        own = {s for s, _ in self.terms} | {*self.states, *self.filter.states}
+        own = {s for s, _ in self.terms} | {*self.states, *self.behind.states}
         return replace(self, outputs=outputs, filter=system, parameters=tuple(s for s in found if s not in own))
 
     @cached_property
@@ -221,6 +224,7 @@ def assemble(
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
+        behind=system,
         outputs=out,
         parameters=(),
         offered=offered,

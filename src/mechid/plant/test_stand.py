@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+import numpy as np
+from numpy.typing import NDArray
 from sympy import Expr, Matrix, Symbol, pi, sin, sqrt, symbols
 
 from mechid.parameter import Declaration
@@ -102,7 +104,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     source: Symbol | None = None
     for k in range(1, order // 2 + 1):
         first, second = 2 * k - 2, 2 * k - 1
-        zeta = sin(pi * (2 * k - 1) / (2 * order)).evalf(17)
+        zeta = sin(pi * (2 * k - 1) / (2 * order)).evalf(17)  # as in `anti_alias_response`
         A[first, second], A[second, first], A[second, second] = w, -w, -2 * zeta * w
         _feed(A, B, second, source, x, w)
         source = x[first]
@@ -126,6 +128,15 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
         swinging=dict.fromkeys(x, ""),
         reference=BUTTERWORTH,
     )
+
+
+def anti_alias_response(order: int, cut_off: float, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+    """Return what `anti_alias` of some order and cut-off, rad/s, lets through, (n,) complex."""
+    s = 2j * np.pi * np.asarray(frequency_hz, dtype=np.float64) / cut_off
+    out = np.ones_like(s) if order % 2 == 0 else 1.0 / (s + 1.0)
+    for k in range(1, order // 2 + 1):
+        out = out / (s**2 + 2.0 * np.sin(np.pi * (2 * k - 1) / (2 * order)) * s + 1.0)
+    return np.asarray(out, dtype=np.complex128)
 
 
 def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol, ...], w: Symbol) -> None:

@@ -146,7 +146,8 @@ def holdings(plant: Plant) -> tuple[Holding, ...]:
 
 def rotor_held(plant: Plant) -> Holding:
     """Return what the switches do where friction holds the rotor and all else is as if there were no switch."""
-    rate, out = plant.offered.get("rotor_rate"), {}
+    rate = plant.offered.get("rotor_rate")
+    out: dict[sp.Symbol, float] = {}
     for switch in plant.switches:
         out |= {**switch.modes[switch.otherwise], **switch.ideal}
         if any(rate in guard.resets for guards in switch.guards.values() for guard in guards):

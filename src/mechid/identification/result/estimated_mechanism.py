@@ -49,8 +49,8 @@ def read_estimated_mechanism(content: Mapping[str, Any], path: Path) -> Mechanis
         found = hashlib.sha256(file.read_bytes()).hexdigest()
     except OSError as error:
         raise InputFileError(
-            f"{file}: there is no such file; identify leaves it beside {path.name}, and the budget flies it: put it back, "
-            "or identify anew"
+            f"{file}: there is no such file; identify leaves it beside {path.name}, and the budget flies it: "
+            "put it back, or identify anew"
         ) from error
     if found != digest:
         raise InputFileError(f"{file}: is not the file that identify left beside {path.name}: {NEXT}")
@@ -59,7 +59,7 @@ def read_estimated_mechanism(content: Mapping[str, Any], path: Path) -> Mechanis
     mechanism = replace(mechanism, plant=mechanism.plant.measuring(measured or [*mechanism.plant.outputs]))
     if mechanism.plant.digest != provenance.get(PLANT):
         raise InputFileError(
-            f"{path.name}: provenance.{PLANT}: the equations of {name} are not those that were identified, as when a block of "
-            "your own or mechid has changed since; identify anew"
+            f"{path.name}: provenance.{PLANT}: the equations of {name} are not those that were identified, as "
+            "when a block of your own or mechid has changed since; identify anew"
         )
     return mechanism
