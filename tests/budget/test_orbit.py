@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from mechid.budget.attractors import steady_states
 from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import on_base, read_flying
+from mechid.budget.flying_mechanism import on_modes, read_flying
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orbit import find_orbit, multipliers
 from mechid.budget.orders import phasors
@@ -118,7 +118,7 @@ def test_on_a_free_base_with_a_mode_that_rings(flying):
     The lines are those of the last half second of twelve simulated ones.
     """
     modes = Modes(np.array([0.0, 35.0]), np.array([0.0, 0.005]), np.array([0.1, 0.5]), np.array([[0.1, 0.05]]))
-    mechanism = on_base(flying.mechanism, modes)
+    mechanism = on_modes(flying.mechanism, modes)
     state = steady_state(mechanism, mode(MICRO, 37.3), 37.3, (), SUBSTEPS)
     assert state.periods == 1
     assert state.multipliers.size == len(mechanism.plant.states) - 2

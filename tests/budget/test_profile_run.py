@@ -7,7 +7,7 @@ import pytest
 
 from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import on_base, read_flying
+from mechid.budget.flying_mechanism import on_modes, read_flying
 from mechid.budget.indices import Index
 from mechid.budget.levels import always, mixed_level
 from mechid.budget.line_of_sight import respond
@@ -115,7 +115,7 @@ def test_two_way_through_a_profile(flying, course):
     def joined(shape):
         modes = replace(MODES, interface=np.array([shape]))
         structure = replace(STRUCTURE, model=modes)
-        return run_profile(on_base(flying.mechanism, modes), driven, (), 2, structure).torque
+        return run_profile(on_modes(flying.mechanism, modes), driven, (), 2, structure).torque
 
     still = joined(1e-4)
     size = course.torque.std()

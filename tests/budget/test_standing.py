@@ -25,7 +25,7 @@ from mechid.budget.summation import Contribution, coverage_factor, moments, tota
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.structure import Modes, Structure
-from paper_estimate import estimate, write_estimate_of_paper
+from paper_estimate import write_estimate_of_paper
 
 APE = Index("APE")
 ONE = np.array([True])
@@ -44,9 +44,9 @@ def line(amplitude, rate=20.0, slopes=()):
     gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
     nothing = np.zeros(100)
     state = SteadyState(
-        rate=rate, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex), gradient=gradient,
-        sample_rate_hz=1000.0, torque=nothing, residual=nothing, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
-        size=np.zeros(0),
+        rate=rate, steps=2, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex),
+        gradient=gradient, floor=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing,
+        residual=nothing, rms_error=0.0, x=np.zeros(0), multipliers=np.zeros(0), follows=True, size=np.zeros(0),
     )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
@@ -162,20 +162,20 @@ def test_the_ecss_sum_of_a_line_with_other_sources(certain):
 
 def test_what_the_model_misses_of_each_line(tmp_path, certain):
     """Truth: the report's errors of the orders, where it is of the same fit; a line's level is off by as much."""
-    content = estimate(fit_percent=90.0) | {"provenance": {"seed": 1}}
+    path = write_estimate_of_paper(tmp_path, fit_percent=90.0)
+    provenance = json.loads(path.read_text(encoding="utf-8"))["provenance"]
     row = {"name": "sweep", "quantity": "torque", "order": 1.0, "amplitude_error_percent": 3.0,
            "phase_error_deg": np.degrees(0.04)}  # fmt: skip
     rows = [row, row | {"quantity": "rotor_rate", "amplitude_error_percent": 50.0}]
-    report = {"provenance": {"seed": 1}, "orders": rows}
-    for name, file in (("estimate.json", content), ("report.json", report)):
-        (tmp_path / name).write_text(json.dumps(file), encoding="utf-8")
+    report = {"provenance": provenance, "orders": rows}
+    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
     missed = read_flying(tmp_path / "estimate.json", Flight()).discrepancy
     assert missed.orders == pytest.approx({1.0: 0.05})
     np.testing.assert_allclose(missed.of_lines(np.array([0.5, 1.0])), [0.1, 0.05])
     off = standing(requirement(), "m", [(1.0, line(2.0))], replace(certain, discrepancy=missed), NOBODY).level
     assert off.sigma / off.value == pytest.approx(0.05, rel=0.15)
     assert off.shares[DISCREPANCY] == pytest.approx(1.0)
-    report["provenance"]["seed"] = 2
+    report["provenance"] = provenance | {"seed": 2}
     (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
     assert read_flying(tmp_path / "estimate.json", Flight()).discrepancy.orders == {}
 

@@ -54,7 +54,7 @@ def test_a_budget_from_file_to_file(run, folder):
     assert sum(exposure["variance_shares"].values()) == pytest.approx(1.0)
     assert exposure["variance_shares"]["model discrepancy"] > 0.0
     assert "avoid: mode" in result.stdout
-    assert "left on the bench: housing.gain" in result.stdout
+    assert "left on the bench: [housing]: its filter has no reaction" in result.stdout
 
 
 def test_several_steady_states_from_file_to_file(run, folder):

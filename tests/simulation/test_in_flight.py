@@ -9,27 +9,23 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from mechid.command import Command, RateProfile
-from mechid.parameter import Parameter
-from mechid.plant.flight import in_flight
-from mechid.plant.mechanism import Mechanism
+from layouts import LAYOUTS, changed, mechanism_of, paper_table
+from mechid.plant.flight import in_flight, on_base
+from mechid.plant.layout import Base, Flying
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from paper import ESTIMATED
 
 BASE = [(0.0, 0.0, 0.8), (2.0 * np.pi * 31.0, 0.01, 3.0), (2.0 * np.pi * 90.0, 0.02, -2.0)]
 """Frequency rad/s, damping, shape; light enough that the mechanism moves its base."""
 LOAD = [(2.0 * np.pi * 12.0, 0.01, 0.06)]
+"""Frequency rad/s, damping, participation; its square is the effective inertia."""
 RATE_HZ = 10_000.0
 
 
-def flying(base, load, changes=()):
+def flying(base, load, changes=None):
     """Return the paper's mechanism on these modes."""
-    plant = in_flight((4, 2), len(base), len(load))
-    values = dict(ESTIMATED) | dict(changes)
-    for which, modes in (("base", base), ("load", load)):
-        for k, mode in enumerate(modes):
-            values |= {f"{which}.{k}.{key}": v for key, v in zip(("frequency", "damping", "shape"), mode, strict=True)}
-    parameters = {n: Parameter(name=n, value=values[n], declaration=d) for n, d in plant.declarations.items()}
-    return Mechanism(plant, parameters, {})
+    held = in_flight(mechanism_of(changed(paper_table(), changes or {})), None, [(w, z, p**2) for w, z, p in load])
+    return on_base(held, Flying(base=Base.ON_MODES, modes=len(base)), base) if base else held
 
 
 class JointModel:

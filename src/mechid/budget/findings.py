@@ -10,6 +10,7 @@ from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.mode_budget import ModeBudget
+from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.steadiness import told
 from mechid.plant.flight import moving_base_objection
 from mechid.structure import Modes
@@ -26,6 +27,7 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     if objection := moving_base_objection(estimate.mechanism):
         yield objection
     for made in modes:
+        yield from _cut(made.mode)
         if made.responses:
             yield from _steady(file, made)
             yield from told(made)
@@ -33,6 +35,16 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
             joined = bool(made.two_way) or made.two_way_course is not None
             remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
             yield f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}: {remedy}'
+
+
+def _cut(mode: OperatingMode) -> Iterator[str]:
+    """Name the line of the microsteps where it is above what counts."""
+    if mode.microstep_hz > mode.highest_hz:
+        order = mode.command.steps_per_full_step
+        yield (
+            f'mode "{mode.name}": lines above highest_hz = {mode.highest_hz:.6g} are not counted, among them that of the '
+            f"microsteps, order {order}, which reaches {mode.microstep_hz:.6g} Hz"
+        )
 
 
 def _free_body(file: BudgetFile) -> Iterator[str]:

@@ -53,28 +53,37 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
 
 
 def _harmonics(budget: Budget) -> Iterator[str]:
-    """Yield the torque's lines: rate, order a full step, amplitude, phase, and the amplitude's sigma."""
-    yield "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm\n"
+    """Yield the torque's lines: rate, order a full step, amplitude, phase, the amplitude's sigma; two-way; floor.
+
+    Phases are those of Re(line e^(2 pi i f t)), t from the start of a motion's period, one-way and two-way alike.
+    """
+    yield (
+        "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
+        "two_way_phase_deg,floor_Nm,samples_a_period\n"
+    )
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             s = response.state
-            joined = np.abs(made.two_way_lines(k)[0]) if made.two_way else np.full(s.lines.size, np.nan)
-            rows = zip(s.step_orders, s.frequency_hz, s.lines, line_sigmas(budget, response), joined, strict=True)
-            for order, f, line, error, two_way in rows:
+            joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
+            sigmas = line_sigmas(budget, response)
+            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.floor, strict=True)
+            for order, f, line, error, two_way, floor in rows:
+                phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
                 yield (
                     f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
-                    f"{np.degrees(np.angle(line)):.4f},{error:.3e},{_number(two_way)}\n"
+                    f"{np.degrees(np.angle(line)):.4f},{error:.3e},{_number(abs(two_way))},{phase},{floor:.3e},"
+                    f"{s.samples_a_period:.9g}\n"
                 )
 
 
 def line_sigmas(budget: Budget, response: Response) -> FloatArray:
-    """Return the standard error of each torque line's amplitude, (n,) N m: covariance and what the model misses."""
+    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, floor."""
     s, estimate = response.state, budget.estimate
     unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
     slope = (unit[:, None] * s.gradient[:, : len(estimate.names)]).real
     own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
     missed = estimate.discrepancy.of_lines(s.step_orders) * np.abs(s.lines)
-    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2), dtype=np.float64)
+    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + s.floor**2), dtype=np.float64)
 
 
 def _number(value: float) -> str:
@@ -97,7 +106,8 @@ def _line_of_sight(budget: Budget) -> Iterator[str]:
 def _steady_states(budget: Budget) -> Iterator[str]:
     """Yield every steady state: how it was reached, after how many periods it repeats, how transients decay, RMS."""
     axes = ",".join(f"rms_{axis}_rad" for axis in budget.file.structure.line_of_sight)
-    yield f"mode,rate_steps_per_s,reached,periods,largest_multiplier,decay_s,follows,worst,torque_rms_Nm,{axes}\n"
+    columns = "reached,periods,largest_multiplier,decay_s,follows,worst,torque_rms_Nm"
+    yield f"mode,rate_steps_per_s,{columns},{axes},steps_a_period,torque_rms_error_Nm\n"
     for made in budget.modes:
         for worst, here in zip(made.responses, made.states, strict=True):
             for response in here:
@@ -105,7 +115,7 @@ def _steady_states(budget: Budget) -> Iterator[str]:
                 yield (
                     f"{made.mode.name},{s.rate:.9g},{' and '.join(s.reached)},{s.periods},"
                     f"{_number(s.largest_multiplier)},{_number(s.decay_s)},{int(s.follows)},{int(response is worst)},"
-                    f"{s.rms:.9e},{','.join(_number(v) for v in response.whole_rms())}\n"
+                    f"{s.rms:.9e},{','.join(_number(v) for v in response.whole_rms())},{s.steps},{s.rms_error:.3e}\n"
                 )
 
 

@@ -152,6 +152,8 @@ def _residual(y: FloatArray, rounds: int) -> FloatArray:
 
 def _smooth(differences: FloatArray) -> FloatArray:
     """Return a floor, (n,), from differences of single lines: their RMS over neighbours, with a margin."""
+    if not differences.size:
+        return differences
     width = 2 * NEIGHBOURS + 1
     squares = np.convolve(np.pad(differences**2, NEIGHBOURS, mode="edge"), np.full(width, 1.0 / width), mode="valid")
     return np.asarray(SAFETY * np.sqrt(squares), dtype=np.float64)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.operating_mode import HIGHEST_HZ, RMS_WINDOW_S, SETTLE_S, OperatingMode
+from mechid.budget.operating_mode import RMS_WINDOW_S, SETTLE_S, OperatingMode, usual_highest_hz
 from mechid.campaign.place import Place, above_zero, found, number, refuse_unknown_keys, required, tables, text
 from mechid.command import Command
 from mechid.command.entry import is_table, is_whole
@@ -74,9 +74,9 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
         duty = number(entry["duty"], place.key("duty"), "1")
         if not 0.0 <= duty <= 1.0:
             raise place.key("duty").error(f"found {duty:.9g}; write a share from 0 to 1")
-    highest_hz = _positive(entry, "highest_hz", HIGHEST_HZ, place, "Hz")
     if profile:
         driven = Command.from_table(command, str(place.key("command")), folder)
+        highest_hz = _highest_hz(entry, driven, float(np.abs(driven.rate.rates).max()), place)
         duration, window = _profile_times(entry, driven, place)
         return OperatingMode(
             name=name, command=driven, rates=np.zeros(0), highest_hz=highest_hz, duty=duty, duration_s=duration,
@@ -84,15 +84,20 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
         )  # fmt: skip
     rates = _rates(entry, command, place)
     steady = {k: v for k, v in command.items() if k not in RATE_KEYS} | {"rate": float(rates[0])}
+    stepped = Command.from_table(steady, str(place.key("command")), folder)
     return OperatingMode(
         name=name,
-        command=Command.from_table(steady, str(place.key("command")), folder),
+        command=stepped,
         rates=rates,
         refined="rate_range" in entry,
         settle_s=_positive(entry, "settle_s", SETTLE_S, place, "s"),
-        highest_hz=highest_hz,
+        highest_hz=_highest_hz(entry, stepped, float(rates.max()), place),
         duty=duty,
     )
+
+
+def _highest_hz(entry: Mapping[str, Any], command: Command, highest_rate: float, place: Place) -> float:
+    return _positive(entry, "highest_hz", usual_highest_hz(command, highest_rate), place, "Hz")
 
 
 def _profile_times(entry: Mapping[str, Any], command: Command, place: Place) -> tuple[float, float]:

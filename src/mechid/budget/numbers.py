@@ -108,6 +108,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
     return {
         "worst_rate": at.state.rate,
         "torque_rms_Nm": at.state.rms,
+        "torque_rms_error_Nm": at.state.rms_error,
         "line_of_sight_rms_rad": at.rms().tolist(),
         "line_of_sight_rms_two_way_rad": two_way,
         "unsteady": at.state.unsteady,
@@ -187,15 +188,20 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
         "frequency_hz": at.state.frequency_hz.tolist(),
         "order": at.state.step_orders.tolist(),
         "torque_Nm": np.abs(at.state.lines).tolist(),
+        "floor_Nm": at.state.floor.tolist(),
+        "samples_a_period": at.state.samples_a_period,
         "line_of_sight_rad": np.abs(at.phasors).T.tolist(),
         "line_of_sight_two_way_rad": np.abs(made.two_way_lines(made.worst)[1]).T.tolist() if made.two_way else None,
         "random": None,
     }
     if at.random is not None:
-        step = max(1, at.random.frequency_hz.size // SHOWN_SAMPLES)
+        frequency, density = at.random.frequency_hz[1:], at.random.density[1:]
+        each = max(1, math.ceil(frequency.size / SHOWN_SAMPLES))
+        whole = frequency.size // each * each
         out["random"] = {
-            "frequency_hz": at.random.frequency_hz[1::step].tolist(),
-            "density_rad2_per_hz": at.random.density[1::step].T.tolist(),
+            "frequency_hz": frequency[:whole].reshape(-1, each).mean(axis=1).tolist(),
+            "density_rad2_per_hz": density[:whole].reshape(-1, each, density.shape[1]).mean(axis=1).T.tolist(),
+            "sampling_error": 1.0 / math.sqrt(each),
         }
     return out
 

@@ -12,6 +12,10 @@ from mechid.command import Command
 FloatArray = NDArray[np.float64]
 
 SETTLE_S, HIGHEST_HZ, RMS_WINDOW_S = 1.0, 500.0, 1.0
+MOST_HZ = 2000.0
+"""Up to here the lines of the microsteps are kept without being asked for."""
+BESIDE_MICROSTEPS = 2
+"""Orders above that of the microsteps that are kept with it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +34,7 @@ class OperatingMode:
     settle_s : float
         Time from the start until a steady motion counts as such.
     highest_hz : float
-        Lines above are left out.
+        Lines above are left out; `usual_highest_hz` where the file does not say.
     duration_s : float
         Of a profile, from the start at rest; 0 of a steady mode.
     rms_window_s : float
@@ -50,6 +54,11 @@ class OperatingMode:
     duty: float | None = None
 
     @property
+    def microstep_hz(self) -> float:
+        """Frequency at which the voltages are switched at the highest rate: a line stands there."""
+        return self.command.steps_per_full_step * self.highest_rate
+
+    @property
     def is_profile(self) -> bool:
         """Whether the rate changes while it is run."""
         return self.rates.size == 0
@@ -58,3 +67,19 @@ class OperatingMode:
     def highest_rate(self) -> float:
         """Largest magnitude of the rate, full steps/s."""
         return float(np.abs(self.command.rate.rates if self.is_profile else self.rates).max())
+
+
+def usual_highest_hz(command: Command, highest_rate: float) -> float:
+    """Return up to which frequency lines count where nothing is said: those of the microsteps and beside them too.
+
+    Examples
+    --------
+    >>> from mechid.command import RateProfile
+    >>> still = RateProfile.constant(0.0)
+    >>> usual_highest_hz(Command(stepping="micro", microsteps=16, rate=still), 47.5)
+    855.0
+    >>> usual_highest_hz(Command(stepping="full", microsteps=1, rate=still), 92.0)
+    500.0
+    """
+    wanted = (command.steps_per_full_step + BESIDE_MICROSTEPS) * highest_rate
+    return min(max(HIGHEST_HZ, wanted), MOST_HZ)
