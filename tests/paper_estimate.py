@@ -49,7 +49,7 @@ def write_estimate_of_paper(folder, **options):
 
 
 def write_estimate(folder, mechanism, content):
-    """Write a mechanism and the content of an estimate beside it, signed, as identify does; return the estimate's path."""
+    """Write a mechanism and the content of an estimate beside it, signed as by identify; return the estimate's path."""
     text = mechanism_text(mechanism)
     (folder / "mechanism.toml").write_text(text, encoding="utf-8")
     own = {

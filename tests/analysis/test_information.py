@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from mechid.analysis.information import record_information
-from mechid.simulation.resonances import resonances
 from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.simulation.resonances import resonances
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
 
 FREE = ("gear.stiffness", "gear.damping")

@@ -45,7 +45,7 @@ def line(amplitude, rate=20.0, slopes=()):
     nothing = np.zeros(100)
     state = SteadyState(
         rate=rate, steps=2, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex),
-        gradient=gradient, floor=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing,
+        gradient=gradient, error=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing,
         residual=nothing, rms_error=0.0, x=np.zeros(0), multipliers=np.zeros(0), follows=True, size=np.zeros(0),
     )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)

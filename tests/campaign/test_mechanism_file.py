@@ -8,9 +8,9 @@ import pytest
 from mechid.campaign import mechanism_from_table, read_mechanism
 from mechid.campaign.mechanism_file import mechanism_warnings
 from mechid.campaign.mechanism_structure import divisors
-from mechid.plant.stepper import detent_order
 from mechid.errors import InputFileError
 from mechid.parameter import Status
+from mechid.plant.stepper import detent_order
 
 
 @pytest.fixture

@@ -141,6 +141,28 @@ def test_a_profile_from_file_to_file(run, folder):
     assert {row["mode"] for row in data["requirements"]} == {"scan"}
 
 
+def test_lines_of_the_microsteps_are_kept_or_named(run, tmp_path):
+    """Truth: 16 microsteps at 47.5 steps/s switch at 760 Hz; the motion's own line of it is not small."""
+    write_estimate_of_paper(tmp_path)
+    text = SMALL.replace("rates = [20.0, 47.5]", "rates = [47.5]")
+    (tmp_path / "budget.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "structure.toml").write_text(STRUCTURE, encoding="utf-8")
+    result = run("budget", tmp_path / "budget.toml", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.stderr
+    rows = list(csv.DictReader((tmp_path / "out" / "harmonics.csv").read_text(encoding="utf-8").splitlines()))
+    orders = {float(r["order"]): r for r in rows}
+    assert {15.5, 16.0, 16.5, 17.0} <= orders.keys()
+    assert float(orders[16.0]["frequency_Hz"]) == pytest.approx(760.0)
+    for r in rows:
+        assert float(r["floor_Nm"]) == pytest.approx(1e4 * float(r["error_Nm"]), rel=1e-2)
+        assert float(r["sigma_Nm"]) >= 0.999 * float(r["error_Nm"])
+        assert bool(r["two_way_phase_deg"]) == bool(r["two_way_amplitude_Nm"])
+    assert "microsteps" not in result.stdout
+    (tmp_path / "budget.toml").write_text(text.replace("rates = ", "highest_hz = 500.0\nrates = "), encoding="utf-8")
+    cut = run("budget", tmp_path / "budget.toml", "--out", tmp_path / "out")
+    assert "that of the microsteps, order 16, which reaches 760 Hz" in " ".join(cut.stdout.split())
+
+
 @pytest.mark.slow
 def test_the_example_runs_as_it_is(run, tmp_path):
     """Truth: the file as the demo writes it, without a change; every mode stands against every requirement."""

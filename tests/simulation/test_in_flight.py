@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from layouts import changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile
-from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.plant.flight import in_flight, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run

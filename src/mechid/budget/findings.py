@@ -42,8 +42,8 @@ def _cut(mode: OperatingMode) -> Iterator[str]:
     if mode.microstep_hz > mode.highest_hz:
         order = mode.command.steps_per_full_step
         yield (
-            f'mode "{mode.name}": lines above highest_hz = {mode.highest_hz:.6g} are not counted, among them that of the '
-            f"microsteps, order {order}, which reaches {mode.microstep_hz:.6g} Hz"
+            f'mode "{mode.name}": lines above highest_hz = {mode.highest_hz:.6g} are not counted, among them '
+            f"that of the microsteps, order {order}, which reaches {mode.microstep_hz:.6g} Hz"
         )
 
 

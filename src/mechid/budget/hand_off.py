@@ -53,37 +53,37 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
 
 
 def _harmonics(budget: Budget) -> Iterator[str]:
-    """Yield the torque's lines: rate, order a full step, amplitude, phase, the amplitude's sigma; two-way; floor.
+    """Yield the torque's lines: rate, order a full step, amplitude, phase, sigma; two-way; their numerical error.
 
     Phases are those of Re(line e^(2 pi i f t)), t from the start of a motion's period, one-way and two-way alike.
     """
     yield (
         "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
-        "two_way_phase_deg,floor_Nm,samples_a_period\n"
+        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period\n"
     )
     for made in budget.modes:
         for k, response in enumerate(made.responses):
             s = response.state
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
             sigmas = line_sigmas(budget, response)
-            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.floor, strict=True)
-            for order, f, line, error, two_way, floor in rows:
+            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, strict=True)
+            for order, f, line, sigma, two_way, error, floor in rows:
                 phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
                 yield (
                     f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
-                    f"{np.degrees(np.angle(line)):.4f},{error:.3e},{_number(abs(two_way))},{phase},{floor:.3e},"
+                    f"{np.degrees(np.angle(line)):.4f},{sigma:.3e},{_number(abs(two_way))},{phase},{error:.3e},{floor:.3e},"
                     f"{s.samples_a_period:.9g}\n"
                 )
 
 
 def line_sigmas(budget: Budget, response: Response) -> FloatArray:
-    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, floor."""
+    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, error."""
     s, estimate = response.state, budget.estimate
     unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
     slope = (unit[:, None] * s.gradient[:, : len(estimate.names)]).real
     own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
     missed = estimate.discrepancy.of_lines(s.step_orders) * np.abs(s.lines)
-    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + s.floor**2), dtype=np.float64)
+    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + s.error**2), dtype=np.float64)
 
 
 def _number(value: float) -> str:

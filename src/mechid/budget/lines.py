@@ -1,4 +1,4 @@
-"""The lines of a flying torque without aliases: behind a steep filter whose response is divided out, with a floor.
+"""The lines of a flying torque without aliases: behind a steep filter whose response is divided out, with their error.
 
 Friction makes the torque jump, so that its lines fall off only as 1/f and samples of it fold them back: at 10 kHz a
 line of 460 Hz is off by parts in a hundred. Here the torque passes a Butterworth filter of order 8 in closed form,
@@ -6,7 +6,7 @@ across steps and switches as the plant's other linear parts, before it is sample
 cut-off what folds back to a line has passed 1/9^8 of it. The lines are then divided by the filter's response.
 
 What sampling and integration leave is not assumed but worked out: the same motion at twice as many samples and steps.
-Where the lines differ by more than `FLOOR` of the largest, samples and steps are doubled again.
+Where the lines differ by more than `PROMISED` of the largest, samples and steps are doubled again.
 """
 
 from __future__ import annotations
@@ -27,13 +27,15 @@ from mechid.simulation.simulator import State
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-FLOOR = 1e-6
+PROMISED = 1e-8
 """Of the largest line: what lines may be off by before samples and steps are doubled."""
+RELATIVE = 1e-4
+"""What a line above the floor is right to."""
 MOST_DOUBLINGS = 3
 DECAYED = 25.0
 """Time constants after which what the filter began with is gone: 1e-11 of it."""
 SAFETY, NEIGHBOURS = 2.0, 4
-"""The floor is so many times the RMS difference over so many lines to both sides: of a single one it may be 0."""
+"""The error is so many times the RMS difference over so many lines to both sides: of a single one it may be 0."""
 KEPT = 1e-5
 """Of the largest line: smaller ones are left out between the multiples of half the step rate."""
 PIECES = 8
@@ -51,8 +53,8 @@ class Lines:
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
         Their derivatives to the parameters.
-    floor : (n,)
-        N m.
+    error : (n,)
+        What they may be off by, N m: sampling and integration, or the scatter of a motion that does not repeat.
     torque : (N,)
         The samples that they were made from, unfiltered, N m.
     sample_rate_hz : float
@@ -61,7 +63,7 @@ class Lines:
     orders: NDArray[np.int64]
     values: ComplexArray
     gradient: ComplexArray
-    floor: FloatArray
+    error: FloatArray
     torque: FloatArray
     sample_rate_hz: float
 
@@ -84,12 +86,12 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
         finer *= 2
         fine = period.stretch(plain, skipped, m, slopes=False, finer=finer)
         before, values = values, _lines(period, fine, 1, m, orders)[:, 0]
-        floor = _smooth(np.abs(values - before))
-        if floor.max(initial=0.0) <= FLOOR * np.abs(values).max(initial=0.0):
+        error = _smooth(np.abs(values - before))
+        if error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0):
             break
     kept = _kept(values, orders, period.steps * m)
     return Lines(
-        orders[kept], values[kept], found[kept, 1:], floor[kept], fine.torque, finer * period.sample_rate_hz
+        orders[kept], values[kept], found[kept, 1:], error[kept], fine.torque, finer * period.sample_rate_hz
     )  # fmt: skip
 
 
@@ -151,7 +153,7 @@ def _residual(y: FloatArray, rounds: int) -> FloatArray:
 
 
 def _smooth(differences: FloatArray) -> FloatArray:
-    """Return a floor, (n,), from differences of single lines: their RMS over neighbours, with a margin."""
+    """Return errors, (n,), from differences of single lines: their RMS over neighbours, with a margin."""
     if not differences.size:
         return differences
     width = 2 * NEIGHBOURS + 1

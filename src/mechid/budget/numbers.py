@@ -188,6 +188,7 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
         "frequency_hz": at.state.frequency_hz.tolist(),
         "order": at.state.step_orders.tolist(),
         "torque_Nm": np.abs(at.state.lines).tolist(),
+        "error_Nm": at.state.error.tolist(),
         "floor_Nm": at.state.floor.tolist(),
         "samples_a_period": at.state.samples_a_period,
         "line_of_sight_rad": np.abs(at.phasors).T.tolist(),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.lines import Lines, lines_of_repeating, lines_with_scatter
+from mechid.budget.lines import RELATIVE, Lines, lines_of_repeating, lines_with_scatter
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orbit import MOST_PERIODS, Orbit, find_orbit
 from mechid.budget.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
@@ -50,9 +50,9 @@ class SteadyState:
         Peak amplitude and phase, N m.
     gradient : (n, p) complex
         Derivative of the lines to the parameters asked for.
-    floor : (n,)
-        What the lines may be off by, N m, and where one is below it, it is not known: sampling and integration, and of
-        a motion that does not repeat the scatter over its stretch.
+    error : (n,)
+        What the lines may be off by, N m: sampling and integration, of a motion that does not repeat the scatter over
+        its stretch.
     sample_rate_hz : float
     samples_a_period : float
         Of the finest samples that the lines were made from.
@@ -80,7 +80,7 @@ class SteadyState:
     orders: NDArray[np.int64]
     lines: ComplexArray
     gradient: ComplexArray
-    floor: FloatArray
+    error: FloatArray
     sample_rate_hz: float
     samples_a_period: float
     torque: FloatArray
@@ -117,6 +117,11 @@ class SteadyState:
     def step_orders(self) -> FloatArray:
         """Of each line, (n,): its multiple of the step rate."""
         return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
+
+    @property
+    def floor(self) -> FloatArray:
+        """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m."""
+        return self.error / RELATIVE
 
     @property
     def rms(self) -> float:
@@ -211,7 +216,7 @@ def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) ->
 def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
     return {
         "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
-        "gradient": found.gradient, "floor": found.floor, "sample_rate_hz": found.sample_rate_hz,
+        "gradient": found.gradient, "error": found.error, "sample_rate_hz": found.sample_rate_hz,
         "samples_a_period": found.sample_rate_hz * period.duration_s,
     }  # fmt: skip
 

@@ -1,0 +1,52 @@
+"""After how many steps a mechanism may repeat, against what the periods of its parts say."""
+
+import numpy as np
+import pytest
+
+from layouts import LAYOUTS, changed, mechanism_of, paper_table
+from mechid.plant.flight import in_flight
+from mechid.simulation.repetition import repetition
+
+
+def detent(period_deg):
+    return {"stepper": {"detent": [{"period_deg": period_deg, "amplitude": 0.004}]}}
+
+
+def error(order):
+    return {"gear": {"kinematic_error": [{"order": order, "amplitude": 1e-4}]}}
+
+
+def harmonic(order):
+    return {"stepper": {"torque_harmonic": [{"order": order, "amplitude": 0.05}]}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "steps", "mirrored"),
+    [
+        ({}, 2, True),  # half an electrical period, currents reversed
+        (detent(1.8), 2, True), (detent(3.6), 2, True),
+        (detent(7.2), 4, False),  # one period in an electrical period: the other way round after half of it
+        (detent(14.4), 8, False), (detent(2.5), 50, True),
+        (detent(2.5001), 0, True),  # never within ten turns
+        (error(1), 200, False), (error(2), 100, False), (error(4), 50, True), (error(50), 4, False),
+        (harmonic(3), 2, True), (harmonic(2), 4, False),
+        (LAYOUTS["imbalance"], 4, False),  # a voltage offset does not turn with the currents
+        ({"stepper": {"imbalance": {"resistance": 0.02, "torque_constant": 0.03}}}, 2, True),
+        (LAYOUTS["lugre"], 2, True), (LAYOUTS["three switches"], 2, True), (LAYOUTS["load_dependent"], 2, True),
+        (LAYOUTS["flexible load"], 2, True),
+    ],
+)  # fmt: skip
+def test_steps_after_which_it_may_repeat(changes, steps, mirrored):
+    """Truth: 200 full steps a turn of 1.8 deg, four an electrical period; a part repeats in whole periods of its own."""
+    found = repetition(in_flight(mechanism_of(changed(paper_table(), changes))))
+    assert found.steps == steps
+    assert (found.sign.min() < 0.0) == (mirrored and "current" not in str(changes))
+    turned = (steps or 2) * np.pi / 100.0
+    assert found.turn[2] == pytest.approx(turned)
+    assert found.whole[2] == pytest.approx(turned * (2 if mirrored else 1))
+
+
+def test_no_longer_than_asked():
+    mechanism = in_flight(mechanism_of(changed(paper_table(), error(1))))
+    assert repetition(mechanism, 199.0).steps == 0
+    assert repetition(mechanism, 200.0).steps == 200
