@@ -136,11 +136,11 @@ def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
 
 def _follow_plan(trail: Trail, campaign: Campaign, seed: int, near: Mapping[str, float] | None) -> None:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
-    names = (*(p.name for p in campaign.mechanism.free), *trail.problem.names[trail.problem.space.size :])
+    names = (*(p.name for p in campaign.mechanism.free), *trail.problem.coordinates.own_names)
     growth = _search(trail, campaign, names, seed) if near is None else _vouched(trail, near)
     if growth is None:
         return
-    names = (*names, *(n for n in trail.problem.names[trail.problem.space.size :] if n not in names))
+    names = (*names, *(n for n in trail.problem.coordinates.own_names if n not in names))
     trail.at(growth.q, growth.horizons)
     left_out = any(t.left_out for t in trail.taken.values())
     trail.outcome = FitOutcome.CONVERGED if growth.complete and not left_out else FitOutcome.HORIZON
@@ -179,7 +179,7 @@ def _vouched(trail: Trail, near: Mapping[str, float]) -> Growth:
     Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
     the high-frequency floor is none.
     """
-    problem, q = trail.problem, trail.problem.point(near)
+    problem, q = trail.problem, trail.problem.coordinates.point(near)
     trail.problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
     return Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 

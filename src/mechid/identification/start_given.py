@@ -50,7 +50,7 @@ def identify_from(
     """
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
-    trail = Trail(problem, listener, 3, problem.point(values), problem.whole())
+    trail = Trail(problem, listener, 3, problem.coordinates.point(values), problem.whole())
     total = sum(t.samples for t in problem.targets)
 
     def tell(line: str) -> None:

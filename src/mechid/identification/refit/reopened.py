@@ -68,7 +68,7 @@ class Optimum:
 
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values of the parameters that the fit moved, at a point."""
-        return self.problem.values(q)
+        return self.problem.coordinates.values(q)
 
 
 def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> Optimum:
@@ -103,7 +103,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
 
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
     if not campaign.stages:
-        return problem, problem.point(values), problem.whole()
+        return problem, problem.coordinates.point(values), problem.whole()
     trail = Trail(problem, silent, len(campaign.stages), problem.start, problem.whole())
     begin(trail, campaign, campaign.stages, values)
     return trail.problem, trail.q, trail.windows

@@ -31,7 +31,7 @@ def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> No
         triangle = problem.joint(q, trail.windows)
         if not np.all(np.isfinite(triangle.jacobian)):
             break
-        counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
+        counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
         found = worst_dependence(problem, q, triangle, counted, campaign.options)
         if found is None:
             break

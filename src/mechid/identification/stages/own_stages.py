@@ -63,16 +63,12 @@ def begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Map
 
 
 def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
-    """Return a target whose time offset, and test stand of its own, is free only where it is named."""
-    record = campaign.record(target.name)
-    own = record.time_offset
-    bounds = (own.min, own.max) if own.name in names else None
-    stand = tuple(
+    """Return a target of whose own parameters those named alone are free."""
+    own = tuple(
         replace(q, value=values.get(q.name, q.value), status=q.status if q.name in names else Status.KNOWN)
-        for q in record.test_stand
+        for q in campaign.record(target.name).parameters
     )
-    offset = values.get(own.name, own.value)
-    return replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand)
+    return replace(target, own=own)
 
 
 def _window(target: Target, stage: Stage) -> Window:

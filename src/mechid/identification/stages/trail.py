@@ -73,7 +73,7 @@ class Trail:
     @property
     def values(self) -> dict[str, float]:
         """The file's values of all that is free, by name, where the search stands."""
-        return self.problem.values(self.q)
+        return self.problem.coordinates.values(self.q)
 
     def ending(self, seed: int, frozen: Sequence[Frozen] = ()) -> Ending:
         """Return where the search stands, for the conclusion."""
@@ -166,7 +166,7 @@ def _depends_on_steps(trail: Trail, solution: Solution) -> bool:
 
 def _refused(problem: Problem, solution: Solution) -> float:
     """Return by how much the derivatives promise that the cost falls yet, where the solver called it converged."""
-    return refused_gain(solution.triangle, ~problem.on_bound(solution.q)) if solution.converged else 0.0
+    return refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) if solution.converged else 0.0
 
 
 def cliff_warnings(name: str, problem: Problem, solution: Solution) -> list[str]:

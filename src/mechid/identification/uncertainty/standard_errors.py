@@ -12,7 +12,7 @@ from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
 from mechid.identification.result.ending import Ending
 from mechid.identification.search.doubts import SINGULAR
-from mechid.identification.uncertainty.consider import consider_covariance, file_slopes
+from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import uncertainty
 from mechid.identification.uncertainty.draws import Departure, departures, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
@@ -73,7 +73,7 @@ def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> Sta
     problem, q = ending.problem, verdict.q
     if not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
-    every, slopes = file_slopes(problem, q)
+    every, slopes = problem.coordinates.value_slopes(q)
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
     maps, windows = slopes[kept], ending.windows
     names = tuple(every[i] for i in kept)
