@@ -11,7 +11,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identifiability.dependence import in_words
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.ending import Frozen
+from mechid.identification.result.search_state import Frozen
 from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.parameter import Status

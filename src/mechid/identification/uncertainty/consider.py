@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.ending import Frozen
+from mechid.identification.result.search_state import Frozen
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
