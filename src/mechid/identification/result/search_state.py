@@ -68,7 +68,7 @@ class SearchState:
         return replace(self, q=q, windows=windows)
 
     def of(self, problem: Problem) -> Self:
-        """Return it with a problem that has the same coordinates."""
+        """Return it with another problem; where that has other coordinates, its point is to be set by `at`."""
         return replace(self, problem=problem)
 
     def ending(self, outcome: FitOutcome) -> Self:
