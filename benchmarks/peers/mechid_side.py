@@ -11,6 +11,7 @@ import numpy as np
 from mechid.campaign import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.output_error.problem import Problem as FitProblem
+from mechid.identification.output_error.reduced import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.plant.mechanism import Mechanism
@@ -59,7 +60,7 @@ def prepare_reduction(problem: Problem) -> Callable[[], object]:
     channel = TargetChannel("torque", np.zeros(problem.n_samples), 2e-3)
     target = Target("sweep", (channel,), base, command, excitation_over(command, base))
     fit = FitProblem(SearchSpace(mechanism), (target,), substeps=SUBSTEPS)
-    return partial(fit.channel_triangles, target, fit.start, (0, problem.n_samples))
+    return partial(channel_triangles, fit.model, target, fit.start, (0, problem.n_samples))
 
 
 def command_of(problem: Problem) -> Command:

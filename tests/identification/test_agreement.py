@@ -8,11 +8,11 @@ import pytest
 
 from mechid.analysis.validation import validate
 from mechid.command import RateProfile
-from mechid.identification import identify as identification
 from mechid.identification.contradiction.alternatives import turns_deg
 from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.stages import growth
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
 
 FACTORS = {"gear.stiffness": 1.25, "gear.damping": 0.6, "stepper.torque_constant": 0.9}
@@ -112,7 +112,7 @@ def test_records_that_agree_are_not_compared(monkeypatch):
     def refused(*_, **__):
         raise AssertionError("the records agree")
 
-    monkeypatch.setattr(identification, "agreement", refused)
+    monkeypatch.setattr(growth, "agreement", refused)
     fit = identify(made(), workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
     assert {r.taken for r in fit.records.values()} == {DECLARED}

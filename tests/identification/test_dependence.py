@@ -11,9 +11,9 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identifiability.dependence import in_words
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.ending import Frozen
+from mechid.identification.result.search_state import Frozen
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.consider import consider_covariance, file_slopes
+from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.parameter import Status
 from synthetic import NOISE_NM, bench, displaced, truth
 
@@ -161,14 +161,14 @@ def test_the_consider_covariance_is_that_of_the_dense_matrices():
     made = bench(displaced(truth(), dict.fromkeys(names, 1.0)), truth(), "full_46", seed=53, seconds=SHORT_S)
     problem = make_problem(made, 1)
     q, windows, target = problem.start, problem.whole(), problem.targets[0]
-    every, slopes = file_slopes(problem, q)
+    every, slopes = problem.coordinates.value_slopes(q)
     assert every == names
     white = slopes @ covariance(problem.joint(q, windows)) @ slopes.T
     found = consider_covariance(problem, q, windows, [Frozen(held, 0.0, sigma, "")], names, white)
 
     def torque(values):
         at = replace(problem, space=SearchSpace(made.mechanism.with_values(values)))
-        return at.predict(target, at.start, target.samples)[0]
+        return at.model.predict(target, at.start, target.samples)[0]
 
     columns, phi = [], np.vander(np.linspace(-1.0, 1.0, target.samples), 2)
     for name in (*names, held):

@@ -30,7 +30,7 @@ def test_a_smooth_cost_departs_nowhere():
 
 
 def switches(problem, target, q):
-    run = problem.run(target, q, target.samples, jacobian=True, events=500)
+    run = problem.model.run(target, q, target.samples, jacobian=True, events=500)
     for _ in run.blocks():
         pass
     return run.switching

@@ -85,7 +85,7 @@ def whitened(draws, seconds):
     for rng in np.random.default_rng(73).spawn(draws):
         noisy = measuring(target, torque + coloured(rng, torque.size))
         here = Problem(space, (noisy,), substeps=2)
-        here = released(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"), [])
+        here, _ = released(here, here.start, here.whole(), IdentifyOptions(colour="prefilter"))
         solution = solve(here, here.start, here.whole())
         every = np.ones(here.size, dtype=bool)
         u = uncertainty(here, solution.q, here.whole(), solution.triangle, every)

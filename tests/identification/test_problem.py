@@ -10,6 +10,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.signal.autoregression import Autoregression
+from mechid.simulation.interruption import interrupted_by
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import SENSITIVE
 from synthetic import COMMANDS, displaced, measured, measuring, record, truth, with_leading
@@ -46,12 +47,13 @@ def dense(problem, target, q, window):
     moved = np.flatnonzero(np.any(chain != 0.0, axis=1))
     lanes = [(int(i),) for i in moved]
     simulator = Simulator(space.mechanism.plant, target.command, target.base, lanes, DELAY["max"], len(SENSITIVE))
-    offset = problem.time_offset(target, q)
+    offset = problem.coordinates.time_offset(target, q)
     run = simulate_run(simulator.run(space.kernel(own), time_offset_s=offset, substeps=problem.substeps))
     J = np.zeros((target.samples, problem.size))
     J[:, : space.size] = run.jacobian["torque"] @ chain[moved]
-    if target.name in problem.delayed_targets:
-        J[:, space.size + problem.delayed_targets.index(target.name)] = -run.rate["torque"]
+    delay = f"record.{target.name}.time_offset_s"
+    if delay in problem.coordinates.names:
+        J[:, problem.coordinates.names.index(delay)] = -run.rate["torque"]
     rows = np.column_stack([run.torque - target.leading.measured, J])[slice(*window)] / target.leading.sigma
     phi = np.vander(np.arange(len(rows), dtype=float), target.leading.linear)
     rows = rows - phi @ np.linalg.lstsq(phi, rows, rcond=None)[0] if target.leading.linear else rows
@@ -155,9 +157,9 @@ def test_offset_and_drift_change_nothing(problem):
 def test_a_shorter_window_is_the_beginning_of_the_whole(problem):
     """Truth: causality, bit for bit: a run of the first samples is that of all, cut off."""
     for target in problem.targets:
-        (whole,) = problem.predict(target, problem.start, target.samples)
+        (whole,) = problem.model.predict(target, problem.start, target.samples)
         for stop in (1, 700, 1024, 1025, 2500):
-            np.testing.assert_array_equal(problem.predict(target, problem.start, stop)[0], whole[:stop])
+            np.testing.assert_array_equal(problem.model.predict(target, problem.start, stop)[0], whole[:stop])
 
 
 def test_a_detent_beyond_its_disc_goes_on_by_amplitude_and_phase(problem):
@@ -186,8 +188,8 @@ def test_what_stands_on_a_bound_is_known():
         record("full_46", measured(mechanism, COMMANDS["full_46"], rng, seconds=0.1), COMMANDS["full_46"])
     )
     problem = Problem(SearchSpace(mechanism), (target,))
-    names = np.array(problem.names)
-    assert not problem.on_bound(problem.start).any()
+    names = np.array(problem.coordinates.names)
+    assert not problem.coordinates.on_bound(problem.start).any()
     cases = {
         "gear.stiffness": {"gear.stiffness": 5000.0}, "stepper.coil_resistance": {"stepper.coil_resistance": 5.0},
         "stepper.detent.1.amplitude": {"stepper.detent.1.amplitude": 0.1},
@@ -196,7 +198,23 @@ def test_what_stands_on_a_bound_is_known():
     known = {p.name: p.value for p in mechanism.parameters.values()}
     for name, moved in cases.items():
         q = problem.space.from_values({**known, **moved})
-        assert set(names[problem.on_bound(q)]) == {name}
+        assert set(names[problem.coordinates.on_bound(q)]) == {name}
     polar, q = problem.in_polar(frozenset({"stepper.detent.1.amplitude"}), problem.start)
     q = polar.space.from_values({**known, "stepper.detent.1.phase_deg": -180.0})
-    assert not polar.on_bound(q).any()
+    assert not polar.coordinates.on_bound(q).any()
+
+
+def test_a_triangle_is_kept_for_its_own_problem_point_and_window(problem):
+    """Truth: the blocks of samples that are simulated: none where the last one is asked for again."""
+    problem, asked = replace(problem), []
+    target, q = problem.targets[1], problem.start
+    with interrupted_by(lambda: asked.append(1)):
+        kept = problem.triangle(target, q, (0, 300))
+        once = len(asked)
+        assert problem.triangle(target, q.copy(), (0, 300)) is kept
+        assert len(asked) == once > 0
+        louder = with_leading(target, sigma=2.0 * target.leading.sigma)
+        for other in (problem, replace(problem, targets=(louder,))):
+            assert other.triangle(louder, q, (0, 300)).norm == pytest.approx(0.5 * kept.norm, rel=1e-12)
+        assert len(asked) == 3 * once
+        assert problem.triangle(target, q, (0, 301)).samples == 301

@@ -13,7 +13,9 @@ from mechid.analysis.information import record_information
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.errors import InputFileError
+from mechid.identification.contradiction.alternatives import first_moments, judge
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.output_error.declaration import DECLARED
 from mechid.report.overview import campaign_data
 from paper import constant
 from runs import base, run_twin
@@ -100,26 +102,36 @@ def test_derivatives_to_a_record_s_own_stand_are_those_of_its_own_samples(folder
     """Truth: differences of the prediction; the samples of other records do not move."""
     problem = make_problem(load_campaign(folder), 1)
     q, whole = problem.start, problem.whole()
-    own = [j for j, name in enumerate(problem.names) if name.startswith("record.") and "time_offset" not in name]
+    names = problem.coordinates.names
+    own = [j for j, name in enumerate(names) if name.startswith("record.") and "time_offset" not in name]
     assert len(own) == 4
     for target in problem.targets:
         J = np.zeros((target.samples, problem.size))
-        for block in problem.run(target, q, target.samples, jacobian=True).blocks():
-            J[block.start : block.stop] = problem.jacobian_block(
-                target, target.leading, block, block.stop - block.start
-            )
+        for block in problem.model.run(target, q, target.samples, jacobian=True).blocks():
+            J[block.start : block.stop] = problem.coordinates.block_slopes(target, 0, block, block.stop - block.start)
         assert whole[target.name] == (0, target.samples)
-        for j in (*own, problem.names.index("charge_amplifier.time_constant")):
+        for j in (*own, names.index("charge_amplifier.time_constant")):
             step = np.zeros(problem.size)
             step[j] = 1e-5 * max(abs(q[j]), 1e-3)
-            ahead, behind = (problem.predict(target, q + s * step, target.samples)[0] for s in (1, -1))
+            ahead, behind = (problem.model.predict(target, q + s * step, target.samples)[0] for s in (1, -1))
             slope = (ahead - behind) / (2.0 * step[j])
             size = np.linalg.norm(slope)
-            moves = problem.names[j].startswith(f"record.{target.name}.") or (
-                not problem.names[j].startswith("record.") and target.name != "full_46"
+            moves = names[j].startswith(f"record.{target.name}.") or (
+                not names[j].startswith("record.") and target.name != "full_46"
             )
             assert (size > 0.0) == moves
             assert np.linalg.norm(J[:, j] - slope) <= 1e-5 * size
+
+
+def test_a_record_with_a_stand_of_its_own_is_judged_by_the_others(folder):
+    """Truth: its cost as declared is that of the problem at the same point, over the same first moments."""
+    problem = make_problem(load_campaign(folder), 1)
+    target = problem.targets[1]
+    start = target.beginning(first_moments(target))
+    declared = judge(problem, problem.start, target)[0]
+    alone = replace(problem, targets=(target,))
+    assert declared.taken == DECLARED
+    assert declared.cost == pytest.approx(alone.norm(start, alone.start, (0, start.samples)) ** 2, rel=1e-12)
 
 
 def test_known_values_of_a_record_hold_for_it_alone(tmp_path):

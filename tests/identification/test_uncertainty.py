@@ -147,7 +147,7 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
     for j in range(problem.size):
         h = np.zeros(problem.size)
         h[j] = 1e-6
-        J[:, j] = (problem.predict(target, q + h, n)[0] - problem.predict(target, q - h, n)[0]) / 2e-6
+        J[:, j] = (problem.model.predict(target, q + h, n)[0] - problem.model.predict(target, q - h, n)[0]) / 2e-6
     phi = np.vander(np.linspace(-1.0, 1.0, n), 2)
     J -= phi @ np.linalg.lstsq(phi, J, rcond=None)[0]
     impulse = lfilter([u.colour["full_46"][0].sigma], u.colour["full_46"][0].coefficients, np.eye(1, 2000)[0])

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduced import channel_triangles
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.result.fit import Fit, RecordFit
@@ -63,8 +64,9 @@ def record_information(campaign: Campaign, fit: Fit) -> Information | None:
     q = problem.start
     whole = problem.whole()
     with np.errstate(all="ignore"):
-        triangles = [problem.channel_triangles(t, q, whole[t.name]) for t in problem.targets]
-    names, to_search = _to_search(problem, q)
+        triangles = [channel_triangles(problem.model, t, q, whole[t.name]) for t in problem.targets]
+    names, slopes = problem.coordinates.value_slopes(q)
+    to_search = np.linalg.inv(slopes)
     parts = [
         Part(target.name, quantity, triangle.jacobian @ to_search)
         for target, own in zip(problem.targets, triangles, strict=True)
@@ -93,12 +95,8 @@ def _problem(campaign: Campaign, fit: Fit) -> Problem:
     targets = []
     taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
     for record in taken:
-        target, delay = target_of(record), fit.parameters.get(record.time_offset.name)
-        bounds = target.time_offset_bounds if delay and delay.status == Status.FREE else None
-        offset = delay.value if delay else target.time_offset_s
-        target = _as_left(target, fit.records[record.name])
-        stand = tuple(_as_found(q, fit) for q in target.stand)
-        targets.append(replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand))
+        target = _as_left(target_of(record), fit.records[record.name])
+        targets.append(replace(target, own=tuple(_as_found(q, fit) for q in target.own)))
     substeps = fit.provenance.get("substeps")
     return Problem(
         SearchSpace(mechanism),
@@ -119,15 +117,6 @@ def _as_found(parameter: Parameter, fit: Fit) -> Parameter:
 def _as_left(target: Target, own: RecordFit) -> Target:
     """Return a target whose noise is what the fit leaves of its channels."""
     return target.each(lambda channel: replace(channel, sigma=own.residual_of(channel.quantity)))
-
-
-def _to_search(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the parameters' names, and d(search coordinates)/d(values of the file)."""
-    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = problem.names[problem.space.size :]
-    whole = np.eye(problem.size)
-    whole[: len(names), : len(names)] = slopes
-    return (*names, *delays), np.asarray(np.linalg.inv(whole), dtype=np.float64)
 
 
 def _judged(names: tuple[str, ...], outputs: tuple[str, ...], parts: list[Part]) -> Information | None:

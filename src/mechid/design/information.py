@@ -45,12 +45,11 @@ def informations(
 
     def work(k: int) -> None:
         nonlocal done
-        target = records[k].target()
-        problem = Problem(space, (target,))
-        offset = [target.time_offset_s] if target.time_offset_bounds else []
+        problem = Problem(space, (records[k].target(),))
+        own = problem.start[space.size :]
         for s, q in enumerate(points):
             with np.errstate(all="ignore"):
-                out[s, k] = _information(problem, np.concatenate([q, offset]))
+                out[s, k] = _information(problem, np.concatenate([q, own]))
         done += 1
         told(done, len(records))
 

@@ -11,7 +11,13 @@ import numpy as np
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
-from mechid.identification.output_error.target import Target, TargetChannel, noise_sigma
+from mechid.identification.output_error.target import (
+    Target,
+    TargetChannel,
+    latest_of,
+    noise_sigma,
+    time_offset_of,
+)
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
@@ -55,15 +61,14 @@ class PlannedRecord:
     def target(self) -> Target:
         """Return it as the identification would match it; what would be measured does not matter, it is zero."""
         value, *bounds = self.time_offset or (0.0,)
-        latest_s = max(map(abs, self.time_offset or (0.0,)))
+        offset = time_offset_of(self.name, value, bounds)
         return Target(
             name=self.name,
             channels=(TargetChannel(TORQUE, np.broadcast_to(0.0, (self.base.samples,)), self.sigma, self.linear),),
             base=self.base,
             command=self.command,
-            excitation=excitation_over(self.command, self.base, latest_s),
-            time_offset_s=value,
-            time_offset_bounds=(bounds[0], bounds[1]) if bounds else None,
+            excitation=excitation_over(self.command, self.base, latest_of(offset)),
+            own=(offset,),
         )
 
 

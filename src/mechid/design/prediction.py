@@ -15,7 +15,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, combined, of_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.solve import covariance
-from mechid.identification.uncertainty.consider import file_slopes
 
 FloatArray = NDArray[np.float64]
 UNSEEN = "no record sees it"
@@ -95,19 +94,20 @@ def predicted_errors(problem: Problem, q: FloatArray, before: FloatArray | None 
     triangle = combined(parts or [of_rows(np.zeros(1), np.zeros((1, problem.size)))])
     if not np.all(np.isfinite(triangle.jacobian)):
         raise ArithmeticError("a record cannot be simulated at the values of the mechanism file")
-    on, seen = problem.on_bound(q), seen_coordinates(problem, triangle)
+    on, seen = problem.coordinates.on_bound(q), seen_coordinates(problem, triangle)
     counted = seen & ~on
     inverse = np.zeros((problem.size, problem.size))
     J = triangle.jacobian[:, counted]
     inverse[np.ix_(counted, counted)] = covariance(Triangle(triangle.norm, J, triangle.samples))
-    names, slopes = file_slopes(problem, q)
+    names, slopes = problem.coordinates.value_slopes(q)
     found = _values(problem, q, names)
     return PredictedErrors(names, found, slopes @ inverse @ slopes.T, _reasons(problem, found, names, seen, on))
 
 
 def _values(problem: Problem, q: FloatArray, names: Sequence[str]) -> FloatArray:
-    size = problem.space.size
-    found = problem.space.values(q[:size]) | dict(zip(problem.names[size:], q[size:].tolist(), strict=True))
+    at = problem.coordinates
+    own = dict(zip(at.own_names, at.of_records(q).tolist(), strict=True))
+    found = problem.space.values(at.of_mechanism(q)) | own
     return np.array([found[name] for name in names])
 
 
@@ -116,7 +116,7 @@ def _reasons(
 ) -> dict[str, str]:
     """Say which parameters have no standard error."""
     reasons: dict[str, str] = {}
-    for name, is_seen, is_on in zip(problem.names, seen, on, strict=True):
+    for name, is_seen, is_on in zip(problem.coordinates.names, seen, on, strict=True):
         if not is_seen or is_on:
             reasons[name] = ON_BOUND if is_on else UNSEEN
     for c in problem.space.coordinates:

@@ -80,8 +80,8 @@ def record_set(
 
 def _errors(here: Standpoint, records: Sequence[PlannedRecord], workers: int) -> PredictedErrors:
     problem = planned_problem(here.space, records, priors=here.priors, workers=workers)
-    offsets = [t.time_offset_s for t in problem.targets if t.time_offset_bounds]
-    return predicted_errors(problem, np.concatenate([here.points[0], offsets]), here.known)
+    own = problem.start[here.space.size :]
+    return predicted_errors(problem, np.concatenate([here.points[0], own]), here.known)
 
 
 def _spread(here: Standpoint, total: FloatArray) -> dict[str, tuple[float, float]]:

@@ -59,7 +59,7 @@ def departing_share(
     drawn = np.clip(looked[:, None] + steps.transpose(0, 2, 1), space.lower, space.upper)
 
     def share(k: int) -> float:
-        problem = Problem(space, (replace(records[k].target(), time_offset_bounds=None),))
+        problem = Problem(space, (records[k].target().settled,))
         off = [_departing(problem, q, drawn[s], information[s, k]) for s, q in enumerate(looked)]
         return float(np.mean(off))
 
@@ -76,7 +76,7 @@ def _root(information: FloatArray, size: FloatArray) -> FloatArray:
 def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: FloatArray) -> float:
     """Return the share of draws at which the cost of the torque at `q` is not what the information on `q` promises."""
     (target,) = problem.targets
-    (torque,) = problem.predict(target, q, target.samples)
+    (torque,) = problem.model.predict(target, q, target.samples)
     there = replace(target, channels=(replace(target.leading, measured=torque),))
     costs = np.array([problem.norm(there, x, (0, target.samples)) ** 2 for x in draws])
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)

@@ -18,9 +18,9 @@ from mechid.identification.identifiability.verdict import Verdict, judge
 from mechid.identification.output_error.declaration import DECLARED, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.ending import Ending
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.search_state import SearchState
 from mechid.identification.uncertainty.standard_errors import StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -30,15 +30,15 @@ MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
 
-def conclude(campaign: Campaign, ending: Ending) -> Fit:
-    """Return the fit of a search that has ended, whatever its outcome."""
-    problem, windows, taken = ending.problem, ending.windows, ending.taken
+def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
+    """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
+    problem, windows, taken = state.problem, state.windows, state.taken
     campaign = taken_campaign(campaign, taken)
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
-        triangle = problem.joint(ending.q, windows)
-    verdict = judge(campaign, problem, ending.q, windows, triangle, {f.name: f.reason for f in ending.frozen})
+        triangle = problem.joint(state.q, windows)
+    verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
-    errors = standard_errors(ending, triangle, verdict)
+    errors = standard_errors(state, seed, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
@@ -53,11 +53,11 @@ def conclude(campaign: Campaign, ending: Ending) -> Fit:
             for r in campaign.records
             if r.data is not None
         },
-        stages=ending.stages,
-        outcome=ending.outcome,
-        warnings=(*campaign.warnings, *ending.warnings, *errors.warnings, *own),
+        stages=state.stages,
+        outcome=state.outcome,
+        warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
         notes=ambiguity_notes(campaign),
-        provenance=_provenance(campaign, ending),
+        provenance=_provenance(campaign, state, seed, seconds),
     )
 
 
@@ -83,8 +83,8 @@ def _estimates(
         out[name] = _estimate(before, mechanism.value(name), start, verdict, errors)
     for record in campaign.estimated:
         target = next(t for t in problem.targets if t.name == record.name)
-        values = {record.time_offset.name: problem.time_offset(target, verdict.q)}
-        own = problem.own_values(target, verdict.q)
+        values = {record.time_offset.name: problem.coordinates.time_offset(target, verdict.q)}
+        own = problem.coordinates.own_values(target, verdict.q)
         values |= {p.name: own[mechanism_name(p.name)] for p in record.test_stand}
         out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
@@ -141,13 +141,13 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
     ]
 
 
-def _provenance(campaign: Campaign, ending: Ending) -> dict[str, object]:
+def _provenance(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> dict[str, object]:
     return {
         "versions": {name: version(name) for name in PACKAGES} | {"python": platform.python_version()},
         "inputs_sha256": file_digests(campaign),
         "records": {r.name: r.data.provenance for r in campaign.records if r.data is not None},
-        "seed": ending.seed,
-        "substeps": ending.problem.substeps,
-        "wall_time_s": ending.seconds,
-        "plant": ending.problem.space.mechanism.plant.digest,
+        "seed": seed,
+        "substeps": state.problem.substeps,
+        "wall_time_s": seconds,
+        "plant": state.problem.space.mechanism.plant.digest,
     }

@@ -13,8 +13,9 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import grow
-from mechid.identification.stages.trail import Trail
+from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]
 
@@ -50,22 +51,23 @@ def identify_from(
     """
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
-    trail = Trail(problem, listener, 3, problem.point(values), problem.whole())
+    state = SearchState(problem, problem.coordinates.point(values), problem.whole())
+    watch = Watch(state, listener, 3)
     total = sum(t.samples for t in problem.targets)
 
     def tell(line: str) -> None:
-        trail.tell("gated growth", line, problem.total_norm(trail.q, trail.windows) ** 2)
+        watch.tell("gated growth", line, problem.total_norm(watch.latest.q, state.windows) ** 2)
 
     def told(q: FloatArray, gates: Mapping[str, int]) -> None:
-        trail.at(q)
+        watch.note(state.at(q))
         tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
 
     tell("begins")
-    trail.at(grow(problem, trail.q, np.random.default_rng(seed), told).q)
-    spent = trail.clock() - trail.began
+    grown = state.at(grow(problem, state.q, np.random.default_rng(seed), told).q)
+    spent = watch.seconds
 
     def told_of_the_rest(progress: Progress) -> None:
         number = min(progress.number + 1, 3)
         listener(replace(progress, number=number, total=3, elapsed_s=spent + progress.elapsed_s))
 
-    return identify(planned, seed=seed, workers=workers, listener=told_of_the_rest, near=trail.values)
+    return identify(planned, seed=seed, workers=workers, listener=told_of_the_rest, near=grown.values)

@@ -16,6 +16,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.report.curves import ORDERS, rate_over
 from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
+from mechid.signal.remainder import Remainder
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Run, Simulator, TimeBase
@@ -195,7 +196,7 @@ class Scene:
         modelled = np.empty(n)
         for block in self._run(mechanism, stretch, None).blocks():
             modelled[block.start : block.stop] = block.y[:, self._output]
-        residual = self.channel.measured[:n] - modelled
+        residual = Remainder(self.channel.measured[:n], model=modelled)[:]
         line = fit_line(residual, self.channel.linear) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)
         residual -= removed

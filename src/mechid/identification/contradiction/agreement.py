@@ -136,9 +136,9 @@ def explains(problem: Problem, start: Candidate) -> bool:
 
 def carried(problem: Problem, q: FloatArray, to: Problem) -> FloatArray:
     """Return the point of another problem with the same mechanism, what is new of its records at its start."""
-    size = problem.space.size
-    known = dict(zip(problem.names[size:], q[size:].tolist(), strict=True))
-    return np.concatenate([q[:size], to.records_point(known)])
+    at = problem.coordinates
+    known = dict(zip(at.own_names, at.of_records(q).tolist(), strict=True))
+    return np.concatenate([at.of_mechanism(q), to.coordinates.records_point(known)])
 
 
 def _rest(
@@ -189,7 +189,7 @@ def _first_look(problem: Problem, seed: int) -> tuple[list[FloatArray], FloatArr
 
 
 def _points(problem: Problem, seed: int) -> list[FloatArray]:
-    tail = problem.start[problem.space.size :]
+    tail = problem.coordinates.of_records(problem.start)
     return [np.concatenate([row, tail]) for row in sample_box(problem.space, POINTS, seed)]
 
 

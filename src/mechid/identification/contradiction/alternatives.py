@@ -19,6 +19,7 @@ from scipy.optimize import minimize_scalar
 from mechid.command import Command, MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.declaration import Taken, taken_target
+from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import followed
@@ -54,7 +55,7 @@ def _samples_of(target: Target, steps: float) -> int:
     base = target.base
 
     def travelled(k: int) -> float:
-        time = base.start_s + np.array([k]) / base.sample_rate_hz - target.time_offset_s
+        time = base.start_s + np.array([k]) / base.sample_rate_hz - target.time_offset.value
         return float(steps_travelled(target.command.rate, time)[0])
 
     return bisect_left(range(base.samples), steps, key=travelled)
@@ -129,7 +130,7 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
     orders = harmonic_orders(problem.space.mechanism)
     start = target.beginning(first_moments(target))
     here = np.asarray(q[: problem.space.size])
-    known = replace(start, time_offset_bounds=None)
+    known = start.settled
     options = variants(target.command, orders)
     costs = _costs(problem, here, known, options)
     declared = _judged(problem, here, known, options[0], costs[0])
@@ -163,7 +164,7 @@ def _costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Ta
 def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost: float) -> Judged:
     own = taken_target(target, replace(taken, time_offset_s=None))
     if taken.time_offset_s is not None:
-        own = replace(own, time_offset_s=taken.time_offset_s[0])
+        own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
     return Judged(taken, cost, followed(alone, own, q) >= own.samples)
 
@@ -178,12 +179,12 @@ def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
 
     def cost(offset_s: float) -> float:
         moved = taken_target(target, Taken(time_offset_s=(offset_s, offset_s, offset_s)))
-        alone = replace(problem, targets=(replace(moved, time_offset_bounds=None),))
+        alone = replace(problem, targets=(moved.settled,))
         return float(min(alone.norm(alone.targets[0], q, (0, target.samples)) ** 2, 1e300))
 
-    about = target.time_offset_s + shift * tick
+    about = target.time_offset.value + shift * tick
     fine = minimize_scalar(cost, bounds=(about - tick, about + tick), method="bounded", options={"xatol": 1e-3 * tick})
-    limits = target.time_offset_s - reach * tick, target.time_offset_s + reach * tick
+    limits = target.time_offset.value - reach * tick, target.time_offset.value + reach * tick
     if not limits[0] < fine.x < limits[1]:
         return None
     return _judged(problem, q, target, Taken(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
@@ -197,8 +198,8 @@ def _reach(target: Target) -> int:
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:
     """Return by how many samples the model's leading channel, moved, fits best; before its beginning it rests."""
     longer = replace(target, base=replace(target.base, samples=target.samples + reach))
-    y = replace(problem, targets=(longer,)).predict(longer, q, longer.samples)[0]
+    y = replace(problem, targets=(longer,)).model.predict(longer, q, longer.samples)[0]
     y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
-    n = target.samples
-    spread = [float(np.var(y[reach - k : reach - k + n] - target.leading.measured)) for k in range(-reach, reach + 1)]
+    n, measured = target.samples, target.leading.measured
+    spread = [float(np.var(residual(y[reach - k : reach - k + n], measured))) for k in range(-reach, reach + 1)]
     return int(np.argmin(spread)) - reach

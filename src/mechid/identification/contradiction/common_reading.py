@@ -60,6 +60,5 @@ def _readings(problem: Problem) -> list[tuple[str, Problem]]:
 def _of_other_waveform(target: Target) -> Target:
     other = next(w for w in WAVEFORMS if w != target.command.waveform)
     command = replace(target.command, waveform=other)
-    bounds = target.time_offset_bounds or (target.time_offset_s,)
-    excitation = excitation_over(command, target.base, max(map(abs, bounds)))
+    excitation = excitation_over(command, target.base, target.latest_s)
     return replace(target, command=command, excitation=excitation)

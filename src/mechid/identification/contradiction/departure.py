@@ -8,13 +8,13 @@ from scipy.signal import argrelmax
 
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
+from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import WINDOW_S
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
-from mechid.simulation.simulator import Simulator
 
 FloatArray = NDArray[np.float64]
 FULL_STEPS_A_CYCLE = 4.0
@@ -35,7 +35,7 @@ def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> 
     Told are the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
     and the detents. It is a reading of what is left over near there, no test of a hypothesis.
     """
-    base, offset_s = target.base, problem.time_offset(target, q)
+    base, offset_s = target.base, problem.coordinates.time_offset(target, q)
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
     rate = _rate(target, at_s)
     driven = isinstance(target.command, MeasuredCommand)
@@ -56,17 +56,12 @@ def _rate(target: Target, at_s: float) -> float:
 
 def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
-    base, offset_s = target.base, problem.time_offset(target, q)
+    base, offset_s = target.base, problem.coordinates.time_offset(target, q)
     past = horizon + round(WINDOW_S * base.sample_rate_hz)
-    plant = problem.space.mechanism.plant
-    simulator = Simulator(
-        plant, target.command, base.first(past), capacity=problem.space.size, known_edges=target.excitation
-    )
-    p = problem.space.kernel(q[: problem.space.size], problem.own_values(target, q))
-    run = simulator.run(p, time_offset_s=offset_s, substeps=problem.substeps, events=EVENTS)
+    run = problem.model.run(target, q, past, events=EVENTS)
     for _ in run.blocks():
         pass
-    switching = run.switching
+    plant, switching = problem.space.mechanism.plant, run.switching
     at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
     near = np.flatnonzero(np.abs(switching.time - at_s) < WINDOW_S)
     if not near.size:
@@ -84,7 +79,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
     reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
-    r = problem.misfit(target, q, window)[0]
+    r = misfit_series(problem.model, target, q, window)[0]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)

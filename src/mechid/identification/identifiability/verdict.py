@@ -48,20 +48,20 @@ def judge(
 
     `dependent` says by name why a parameter has been held for a dependence.
     """
-    on, lost = problem.on_bound(q), not np.isfinite(triangle.norm)
+    on, lost = problem.coordinates.on_bound(q), not np.isfinite(triangle.norm)
     seen = seen_coordinates(problem, triangle)
     back = _back(campaign, problem, q, ~seen)
     unchanged = not lost and _same(problem.total_norm(back, windows), triangle.norm)
     unseen = FAILED if lost else UNSEEN if unchanged else LEFT
     reasons: dict[str, Reason] = {}
-    for j, name in enumerate(problem.names):
+    for j, name in enumerate(problem.coordinates.names):
         if on[j] and (seen[j] or not unchanged):
             reasons[name] = (Status.AT_BOUND, _at_least(problem, name, q[j]) or ON_BOUND)
         elif not seen[j]:
             reasons[name] = (Status.FROZEN, unseen)
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
     reasons |= {phase: reasons[amplitude] for phase, amplitude in partners.items() if amplitude in reasons}
-    held = _free_names(campaign) - {*problem.names, *partners}
+    held = _free_names(campaign) - {*problem.coordinates.names, *partners}
     reasons |= {name: (Status.FROZEN, dependent.get(name, IN_NO_STAGE)) for name in held}
     return Verdict(back if unchanged else q, seen & ~on, reasons)
 
@@ -77,7 +77,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
 
 def seen_coordinates(problem: Problem, triangle: Triangle) -> NDArray[np.bool_]:
     """Return the coordinates, (n,), whose whole range changes anything of the records."""
-    effect = np.linalg.norm(triangle.jacobian, axis=0) * (problem.upper - problem.lower)
+    effect = np.linalg.norm(triangle.jacobian, axis=0) * problem.coordinates.span
     return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
 
 
@@ -99,4 +99,4 @@ def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: NDArray[n
     hidden = {c.name for c, is_unseen in zip(problem.space.coordinates, unseen, strict=False) if is_unseen}
     here = problem.space.from_values({**values, **{n: v for n, v in found.items() if n not in hidden}})
     own = {q.name: q.value for record in campaign.records for q in record.parameters}
-    return np.where(unseen, np.concatenate([here, problem.records_point(own)]), q)
+    return np.where(unseen, np.concatenate([here, problem.coordinates.records_point(own)]), q)

@@ -59,7 +59,7 @@ def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
         return ()
     problem = Problem(SearchSpace(campaign.mechanism), targets)
     seen = seen_coordinates(problem)
-    visible = {name for name, is_seen in zip(problem.names, seen, strict=True) if is_seen}
+    visible = {name for name, is_seen in zip(problem.coordinates.names, seen, strict=True) if is_seen}
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
     own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
     asked = [q.name for q in campaign.free if q in campaign.mechanism.free or q.name in own]
@@ -73,9 +73,9 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
     there, at further points of the box in which the search starts.
     """
     seen = np.zeros(problem.size, dtype=bool)
-    offsets = problem.start[problem.space.size :]
+    own = problem.coordinates.of_records(problem.start)
     for point in sample_box(problem.space, POINTS, seed):
-        q = np.concatenate([point, offsets])
+        q = np.concatenate([point, own])
         for target in problem.targets:
             if seen.all():
                 return seen
@@ -85,12 +85,13 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
 
 def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
     """Return which coordinates change any sample that was simulated, (n,)."""
-    span = problem.upper - problem.lower
+    span = problem.coordinates.span
     stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)
     moved = np.zeros(problem.size, dtype=bool)
-    for block in problem.run(target, q, stop, jacobian=True).blocks():
+    for block in problem.model.run(target, q, stop, jacobian=True).blocks():
         for channel in target.channels:
-            finite = np.isfinite(block.y[:, problem.output(channel.quantity)])
-            J = problem.jacobian_block(target, channel, block, block.stop - block.start)[finite]
+            j = problem.model.output(channel.quantity)
+            finite = np.isfinite(block.y[:, j])
+            J = problem.coordinates.block_slopes(target, j, block, block.stop - block.start)[finite]
             moved |= np.any(np.isfinite(J) & (np.abs(J) * (span / channel.sigma) > NOTHING), axis=0)
     return moved

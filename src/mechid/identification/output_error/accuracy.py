@@ -33,9 +33,9 @@ def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:
 
 def _relative_error(coarse: Problem, fine: Problem, target: Target, q: FloatArray, stop: int) -> float:
     """Return the RMS difference of two runs over the RMS of the finer one, of the worst channel, block by block."""
-    outputs = [coarse.output(quantity) for quantity in target.quantities]
+    outputs = [coarse.model.output(quantity) for quantity in target.quantities]
     error, size = np.zeros(len(outputs)), np.zeros(len(outputs))
-    blocks = zip(coarse.run(target, q, stop).blocks(), fine.run(target, q, stop).blocks(), strict=True)
+    blocks = zip(coarse.model.run(target, q, stop).blocks(), fine.model.run(target, q, stop).blocks(), strict=True)
     for rough, exact in blocks:
         for k, j in enumerate(outputs):
             error[k] += np.sum((rough.y[:, j] - exact.y[:, j]) ** 2)

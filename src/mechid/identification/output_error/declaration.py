@@ -10,7 +10,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, RateProfile
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.parameter import Status
+from mechid.parameter import Parameter, Status
 from mechid.simulation.simulator import excitation_over
 
 
@@ -84,18 +84,23 @@ def taken_command(command: Command, taken: Taken) -> Command:
     return command
 
 
+def taken_offset(declared: Parameter, taken: Taken) -> Parameter:
+    """Return a time offset as it was taken: to be estimated where that is so."""
+    if taken.time_offset_s is None:
+        return declared
+    value, least, most = taken.time_offset_s
+    return replace(declared, value=value, min=least, max=most, status=Status.FREE)
+
+
 def taken_target(target: Target, taken: Taken) -> Target:
     """Return what is to be matched as it was taken."""
     command = taken_command(target.command, taken)
-    start, *bounds = taken.time_offset_s or (target.time_offset_s, *(target.time_offset_bounds or ()))
-    latest_s = max(map(abs, (start, *bounds)))
+    own = target.with_time_offset(taken_offset(target.time_offset, taken)) if taken.time_offset_s else target
     return replace(
-        target,
+        own,
         channels=target.channels if taken.polarity > 0 else (_reversed(target.leading), *target.channels[1:]),
         command=command,
-        excitation=excitation_over(command, target.base, latest_s),
-        time_offset_s=start,
-        time_offset_bounds=(bounds[0], bounds[1]) if bounds else None,
+        excitation=excitation_over(command, target.base, own.latest_s),
     )
 
 
@@ -108,8 +113,7 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
     if taken == DECLARED:
         return record
     if taken.time_offset_s is not None:
-        value, least, most = taken.time_offset_s
-        own = replace(record.time_offset, value=value, min=least, max=most, status=Status.FREE)
+        own = taken_offset(record.time_offset, taken)
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
     if taken.polarity < 0 and record.data is not None:
         channels = tuple(

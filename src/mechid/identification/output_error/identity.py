@@ -22,17 +22,17 @@ def identity(problem: Problem) -> list[object]:
 
 
 def target_digest(target: Target) -> str:
-    """Return a digest of samples, their clock and weight, the step edges, offset, drift and delay."""
+    """Return a digest of samples, their clock and weight, the step edges, offset, drift and what is its own."""
     total = hashlib.sha256()
     edges = target.excitation
     samples = [array for c in target.channels for array in (c.measured, c.rejected)]
     for array in (*samples, edges.initial, edges.times, edges.values):
         total.update(np.ascontiguousarray(array, dtype=np.float64).tobytes())
-    base, bounds = target.base, target.time_offset_bounds
+    base = target.base
     command = [target.command.start_angle_deg, target.command.start]
     channels = list(map(_weight, target.channels))
-    stand = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.stand]
-    known = [base.sample_rate_hz, base.start_s, channels, target.time_offset_s, bounds, command, stand]
+    own = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.own]
+    known = [base.sample_rate_hz, base.start_s, channels, command, own]
     total.update(digest(known).encode())
     return total.hexdigest()
 

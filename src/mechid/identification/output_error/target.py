@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
+from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
 from mechid.command import Command, Excitation
-from mechid.parameter import Parameter
+from mechid.parameter import Parameter, Status
 from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
 from mechid.signal.series import no_samples
@@ -93,12 +94,8 @@ class Target:
     command : Command
     excitation : Excitation
         Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
-    time_offset_s : float
-        Known time offset, s; where it is free, its start.
-    time_offset_bounds : (float, float) or None
-        Bounds where it is free.
-    stand : tuple of Parameter
-        Its own parameters of the test stand, known and free.
+    own : tuple of Parameter
+        What is the record's own, known and free: its time offset, values of its test stand.
     """
 
     name: str
@@ -106,9 +103,7 @@ class Target:
     base: TimeBase
     command: Command
     excitation: Excitation
-    time_offset_s: float = 0.0
-    time_offset_bounds: tuple[float, float] | None = None
-    stand: tuple[Parameter, ...] = ()
+    own: tuple[Parameter, ...] = ()
 
     @property
     def samples(self) -> int:
@@ -125,10 +120,34 @@ class Target:
         """What its channels measure."""
         return tuple(channel.quantity for channel in self.channels)
 
-    @cached_property
+    @property
     def moved(self) -> tuple[Parameter, ...]:
-        """Its own parameters of the test stand that are free."""
-        return tuple(q for q in self.stand if q.is_free)
+        """Its own parameters that are free."""
+        return tuple(q for q in self.own if q.is_free)
+
+    @property
+    def time_offset(self) -> Parameter:
+        """Record time in s at which its command starts; 0 where none is its own."""
+        return next(filter(is_time_offset, self.own), time_offset_of(self.name, 0.0))
+
+    @property
+    def latest_s(self) -> float:
+        """The largest |time offset| that it may come to, s."""
+        return latest_of(self.time_offset)
+
+    def with_time_offset(self, offset: Parameter) -> Target:
+        """Return the target with another time offset."""
+        return replace(self, own=(offset, *(q for q in self.own if not is_time_offset(q))))
+
+    def holding(self, values: Mapping[str, float]) -> Target:
+        """Return the target with those of its own parameters known that have a value here, by dotted name."""
+        held = (replace(q, value=values[q.name], status=Status.KNOWN) if q.name in values else q for q in self.own)
+        return replace(self, own=tuple(held))
+
+    @property
+    def settled(self) -> Target:
+        """The target with all of its own parameters known, at their values."""
+        return self.holding({q.name: q.value for q in self.own})
 
     def each(self, change: Callable[[TargetChannel], TargetChannel]) -> Target:
         """Return the target with every channel changed; the same one where none is."""
@@ -146,19 +165,32 @@ def target_of(record: CampaignRecord) -> Target:
     """Return a record as a target, each channel with the noise of its high-frequency floor."""
     data = record.data
     assert data is not None
-    delay = record.time_offset
-    latest_s = max(abs(delay.min), abs(delay.max)) if delay.is_free else abs(delay.value)
     base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
     return Target(
         name=record.name,
         channels=tuple(channel_of(record, match) for match in record.estimated),
         base=base,
         command=record.command,
-        excitation=excitation_over(record.command, base, latest_s),
-        time_offset_s=delay.value,
-        time_offset_bounds=(delay.min, delay.max) if delay.is_free else None,
-        stand=record.test_stand,
+        excitation=excitation_over(record.command, base, latest_of(record.time_offset)),
+        own=record.parameters,
     )
+
+
+def is_time_offset(parameter: Parameter) -> bool:
+    """Tell whether a parameter of a record's own is its time offset."""
+    return parameter.declaration.key == TIME_OFFSET.key
+
+
+def latest_of(offset: Parameter) -> float:
+    """Return the largest |time offset| in reach of a known or free one, s."""
+    return max(abs(offset.min), abs(offset.max)) if offset.is_free else abs(offset.value)
+
+
+def time_offset_of(record: str, value: float, bounds: Sequence[float] = ()) -> Parameter:
+    """Return a record's time offset, s; with a lower and an upper bound it is free."""
+    name, status = record_parameter_name(record, TIME_OFFSET.key), Status.FREE if bounds else Status.KNOWN
+    least, most = bounds or (-math.inf, math.inf)
+    return Parameter(name=name, value=value, declaration=TIME_OFFSET, min=least, max=most, status=status)
 
 
 def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:

@@ -1,21 +1,16 @@
-"""The columns of a target's least-squares problem, block by block, weighted as they count."""
+"""The columns of a record's least-squares problem, block by block, weighted as they count."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.output_error.misfit import Misfit, Piece
+from mechid.identification.output_error.target import TargetChannel
 from mechid.kernel.compiled import aligned
-from mechid.simulation.simulator import Block
-from mechid.simulation.trajectory import SimulationOutcome
-
-if TYPE_CHECKING:
-    from mechid.identification.output_error.problem import Problem
 
 FloatArray = NDArray[np.float64]
 BETWEEN = 40
@@ -23,51 +18,39 @@ BETWEEN = 40
 
 
 class WeightedRows:
-    """Blocks of the columns of [Phi r J] of a target's channels as rows, prefiltered, without what does not count.
+    """Blocks of the columns of [Phi r J] of a misfit's channels as rows, prefiltered, without what does not count.
 
     Iteration gives (k, rows, n): n samples of channel k in rows[:, :n], which the next block overwrites. Offset and
     drift are filtered too. The first samples of a window, as many as the prefilter remembers, rejected ones and as
     many that follow these are zero: behind each gap the whitening starts anew. Nothing is divided by sigma.
     """
 
-    def __init__(
-        self, problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], *, jacobian: bool
-    ) -> None:
-        self.problem, self.target, self.window, self.jacobian = problem, target, window, jacobian
-        self.widths = [c.linear + 1 + (problem.size if jacobian else 0) for c in target.channels]
-        self.run = problem.run(target, q, window[1], jacobian=jacobian)
-
-    @property
-    def succeeded(self) -> bool:
-        """Whether the simulation came to the window's end; known after the iteration."""
-        return self.run.outcome is SimulationOutcome.COMPLETE
+    def __init__(self, misfit: Misfit) -> None:
+        self.misfit, self.window = misfit, misfit.window
+        self.widths = [c.linear + 1 + misfit.width for c in misfit.target.channels]
 
     def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
-        channels = self.target.channels
+        channels = self.misfit.target.channels
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
-        apart = self.run.block + BETWEEN
+        apart = self.misfit.run.block + BETWEEN
         buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
-        for block in self.run.blocks():
-            first = max(block.start, self.window[0])
-            if first >= block.stop:
-                continue
-            n = block.stop - first
+        for piece in self.misfit:
+            n = piece.samples
             for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
-                self._write(rows, channel, block, first, n)
+                self._write(rows, k, piece)
                 if channel.prefilter is not None:
                     taps = channel.prefilter.coefficients
                     rows[:, :n], memories[k] = lfilter(taps, [1.0], rows[:, :n], axis=1, zi=memories[k])
-                self._drop(rows, channel, first, n)
+                self._drop(rows, channel, piece.first, n)
                 yield k, rows, n
 
-    def _write(self, rows: FloatArray, channel: TargetChannel, block: Block, first: int, n: int) -> None:
-        """Write the last n samples of a block as rows."""
-        problem, linear = self.problem, channel.linear
-        problem.linear_rows(rows, linear, self.window, first, n)
-        y = block.y[-n:, problem.output(channel.quantity)]
-        rows[linear, :n] = y - channel.measured[first : block.stop]
-        if self.jacobian:
-            problem.write_jacobian(rows[linear + 1 :], self.target, channel, block, n)
+    def _write(self, rows: FloatArray, k: int, piece: Piece) -> None:
+        """Write the samples of a piece as rows."""
+        n, linear = piece.samples, self.misfit.target.channels[k].linear
+        write_line(rows, linear, self.window, piece.first, n)
+        piece.write_residual(k, rows[linear, :n])
+        if self.misfit.width:
+            piece.write_slopes(k, rows[linear + 1 :])
 
     def _drop(self, rows: FloatArray, channel: TargetChannel, first: int, n: int) -> None:
         """Set to zero what does not count of the samples from `first` on."""
@@ -77,3 +60,12 @@ class WeightedRows:
             near = channel.rejected_within((first - order, first + n)) - order
             spoilt = (near[:, np.newaxis] + np.arange(order + 1)).ravel()
             rows[:, spoilt[(spoilt >= 0) & (spoilt < n)]] = 0.0
+
+
+def write_line(rows: FloatArray, linear: int, window: tuple[int, int], first: int, n: int) -> None:
+    """Write what is projected out, offset and drift over the window from -1 to 1, as rows."""
+    if linear > 0:
+        rows[0, :n] = 1.0
+    if linear > 1:
+        middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
+        rows[1, :n] = (np.arange(first, first + n) - middle) / half

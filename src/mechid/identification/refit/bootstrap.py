@@ -149,11 +149,11 @@ def _world(optimum: Optimum) -> _World:
     used = [t for t in problem.targets if t.name in windows]
     noise = {t.name: _noises(problem, t, q, windows[t.name]) for t in used}
     triangle = combined(problem.triangles(q, windows))
-    counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
+    counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
     robust = uncertainty(problem, q, windows, optimum.triangle, counted).robust[np.ix_(counted, counted)]
     values, vectors = np.linalg.eigh(robust)
     root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
-    signals = {t.name: problem.predict(t, q, t.samples) for t in used}
+    signals = {t.name: problem.model.predict(t, q, t.samples) for t in used}
     return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root)
 
 
@@ -169,7 +169,7 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
     """Return the refit of one draw, from the estimate."""
     rng = np.random.default_rng((seed, number))
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
-    here = world.problem.values(optimum.q)
+    here = world.problem.coordinates.values(optimum.q)
     priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
               for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
     problem = replace(world.problem, targets=targets, priors=priors)
@@ -179,11 +179,11 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
         outcome = DrawOutcome.FAILED
     elif not solution.converged:
         outcome = DrawOutcome.NOT_CONVERGED
-    elif refused_gain(solution.triangle, ~problem.on_bound(solution.q)) > REFUSED:
+    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
         outcome = DrawOutcome.CLIFF
     elif _distance(world, solution.q - optimum.q) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
         outcome = DrawOutcome.ELSEWHERE
-    return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.values(solution.q)}
+    return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 
 
 def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:

@@ -27,7 +27,6 @@ from mechid.identification.refit.reopened import Optimum
 from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
-from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]
 QUANTILE = float(chi2.ppf(0.95, 1))
@@ -213,31 +212,22 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
     names = [p.name for p in problem.space.mechanism.free if p.name != name]
     if name in problem.space.mechanism.parameters:
         return without(problem, q, names, {name: value})
-    at = problem.names.index(name)
-    targets = tuple(
-        replace(t, time_offset_s=value, time_offset_bounds=None)
-        if name == f"record.{t.name}.time_offset_s"
-        else replace(t, stand=tuple(_known(p, value) if p.name == name else p for p in t.stand))
-        for t in problem.targets
-    )
+    at = problem.coordinates.names.index(name)
+    targets = tuple(t.holding({name: value}) for t in problem.targets)
     return replace(problem, targets=targets), np.delete(q, at)
-
-
-def _known(parameter: Parameter, value: float) -> Parameter:
-    return replace(parameter, value=value, status=Status.KNOWN)
 
 
 def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArray]) -> dict[str, object]:
     problem, q = held(optimum, name, value)
     if not problem.size:
         return {"cost": problem.total_norm(q, optimum.windows) ** 2, "q": q, "note": ""}
-    inside = [np.clip(q, problem.lower, problem.upper) for q in starts]
+    inside = [problem.coordinates.clip(q) for q in starts]
     costs = [problem.total_norm(q, optimum.windows) for q in inside]
     solution = solve(problem, inside[int(np.argmin(costs))], optimum.windows)
     note = ""
     if not solution.converged:
         note = "not converged"
-    elif refused_gain(solution.triangle, ~problem.on_bound(solution.q)) > REFUSED:
+    elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
         note = "stopped at a cliff"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 

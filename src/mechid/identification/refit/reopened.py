@@ -11,17 +11,16 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
-from mechid.identification.computation.progress import silent
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
-from mechid.identification.stages.trail import Trail
 from mechid.identification.uncertainty.noise import released, without_outliers
 from mechid.parameter import Status
 
@@ -68,7 +67,7 @@ class Optimum:
 
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values of the parameters that the fit moved, at a point."""
-        return self.problem.values(q)
+        return self.problem.coordinates.values(q)
 
 
 def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> Optimum:
@@ -92,7 +91,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
     if options.spikes == "reject" and not campaign.stages:
         problem = without_outliers(problem, q, windows)
-    problem = released(problem, q, windows, options, [])
+    problem, _ = released(problem, q, windows, options)
     if options.priors == "search":
         problem = replace(problem, priors={})
     solution = solve(problem, q, windows)
@@ -103,10 +102,9 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
 
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
     if not campaign.stages:
-        return problem, problem.point(values), problem.whole()
-    trail = Trail(problem, silent, len(campaign.stages), problem.start, problem.whole())
-    begin(trail, campaign, campaign.stages, values)
-    return trail.problem, trail.q, trail.windows
+        return problem, problem.coordinates.point(values), problem.whole()
+    state = begin(SearchState(problem, problem.start, problem.whole()), campaign, campaign.stages, values)
+    return state.problem, state.q, state.windows
 
 
 def _as_moved(

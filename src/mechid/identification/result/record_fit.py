@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
+from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
 from mechid.identification.result.fit import ChannelFit, RecordFit
@@ -58,7 +59,7 @@ def _channels(
     matches = {match.quantity: match for match in record.matches}
     return {
         (name := channel.quantity): _channel(record.use, matches[name], floors[name], whole, channel, r, window)
-        for channel, r in zip(whole.channels, problem.misfit(whole, q, window), strict=True)
+        for channel, r in zip(whole.channels, misfit_series(problem.model, whole, q, window), strict=True)
     }
 
 
@@ -86,13 +87,13 @@ def _channel(
 
 
 def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple[float, Line | None]:
-    """Return the RMS of measured minus model, and the line that was taken from it; NaN, None for a failed run."""
+    """Return the RMS of the misfit, and offset and drift of measured over model; NaN, None for a failed run."""
     if not np.all(np.isfinite(r)):
         return math.nan, None
     line = fit_line(r, channel.linear, rejected)
     line.take_from(r)
     r[rejected] = 0.0
-    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), line
+    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), Line(-line.offset, -line.slope)
 
 
 def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:

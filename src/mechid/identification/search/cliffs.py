@@ -109,7 +109,7 @@ def _draws(problem: Problem, q: FloatArray, triangles: list[Triangle], rng: np.r
         for width in WIDTHS
         for _ in range(DRAWS)
     ]
-    return np.asarray(np.clip(points, problem.lower, problem.upper), dtype=np.float64)
+    return problem.coordinates.clip(np.asarray(points))
 
 
 def _promise(triangle: Triangle, step: FloatArray) -> float:

@@ -19,6 +19,7 @@ from scipy.stats import chi2
 
 from mechid.identification.computation.journal import Journal
 from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.solve import Solution, solve
@@ -91,20 +92,18 @@ def horizon(
     """
     window = gate_window(target)
     traces = [_Trace(channel, np.empty(target.samples), most) for channel in target.channels]
-    outputs = [problem.output(quantity) for quantity in target.quantities]
     tested = 0
-    for block in problem.run(target, q, target.samples, block=SHORT).blocks():
-        rows = slice(block.start, block.stop)
-        for trace, j in zip(traces, outputs, strict=True):
-            trace.residual[rows] = (block.y[:, j] - trace.channel.measured[rows]) / trace.channel.sigma
-        if not all(np.isfinite(trace.residual[block.stop - 1]) for trace in traces):
+    for piece in Misfit(problem.model, target, q, (0, target.samples), block=SHORT):
+        for k, trace in enumerate(traces):
+            trace.take(piece, k)
+        if not all(np.isfinite(trace.residual[piece.stop - 1]) for trace in traces):
             break
-        if block.stop < gate and block.stop < target.samples:
+        if piece.stop < gate and piece.stop < target.samples:
             continue
         if not tested:
             for trace in traces:
-                trace.begin(min(gate, block.stop))
-        whole = (block.stop - tested) // window
+                trace.begin(min(gate, piece.stop))
+        whole = (piece.stop - tested) // window
         good = min(trace.follows(tested, whole, window) for trace in traces)
         tested += good * window
         if good < whole:
@@ -122,6 +121,12 @@ class _Trace:
     residual: FloatArray
     most: float
     lines: list[Line] = field(default_factory=list)
+
+    def take(self, piece: Piece, k: int) -> None:
+        """Add what is left of the channel, which is the k-th, over a piece."""
+        here = self.residual[piece.first : piece.stop]
+        piece.write_residual(k, here)
+        here /= self.channel.sigma
 
     def begin(self, samples: int) -> None:
         """Fit what is projected out, without drift and with it where that may be."""
@@ -249,8 +254,7 @@ def _escape(
     root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
     draws = [
-        np.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T, problem.lower, problem.upper)
-        for scale in SCALES
+        problem.coordinates.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T) for scale in SCALES
     ]
 
     def longer(moved: FloatArray) -> tuple[FloatArray, Horizons] | None:
@@ -291,7 +295,7 @@ def _gain_beyond(problem: Problem, targets: list[Target], gates: Horizons, q: Fl
 
 def _posterior_root(problem: Problem, q: FloatArray, gates: Horizons) -> FloatArray:
     """Return a square root of the covariance at `q`, (n, n); what the gates do not show varies over its range."""
-    span = problem.upper - problem.lower
+    span = problem.coordinates.span
     J = problem.joint(q, {name: (0, n) for name, n in gates.items()}).jacobian * span
     _, s, Vt = np.linalg.svd(np.nan_to_num(J), full_matrices=False)
     return np.asarray(span[:, None] * Vt.T / np.sqrt(s**2 + 1.0), dtype=np.float64)

@@ -21,6 +21,7 @@ from scipy.stats import qmc
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
 from mechid.identification.output_error.space import Coordinate, SearchSpace
@@ -131,12 +132,12 @@ def _first_energy(target: Target) -> float:
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
     stop = _first_samples(target)
-    series = []
-    for channel, y in zip(target.channels, problem.predict(target, q, stop), strict=True):
-        r = (y - channel.measured[:stop]) / channel.sigma
-        r = r - np.median(r) if channel.linear else r
+    series = misfit_series(problem.model, target, q, (0, stop))
+    for channel, r in zip(target.channels, series, strict=True):
+        np.divide(r, channel.sigma, out=r)
+        if channel.linear:
+            np.subtract(r, np.median(r), out=r)
         r[channel.rejected_within((0, stop))] = 0.0
-        series.append(r)
     return series[0] if len(series) == 1 else np.concatenate(series)
 
 
@@ -182,11 +183,10 @@ def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     stop = _first_samples(target)
     whole = np.empty((1 + problem.size, len(target.channels) * stop))
     parts = np.split(whole, len(target.channels), axis=1)
-    for block in problem.run(target, q, stop, jacobian=True).blocks():
-        place = slice(block.start, block.stop)
-        for channel, rows in zip(target.channels, parts, strict=True):
-            rows[0, place] = block.y[:, problem.output(channel.quantity)] - channel.measured[place]
-            rows[1:, place] = problem.jacobian_block(target, channel, block, block.stop - block.start).T
+    for piece in Misfit(problem.model, target, q, (0, stop), jacobian=True):
+        for k, rows in enumerate(parts):
+            piece.write_residual(k, rows[0, piece.first : piece.stop])
+            piece.write_slopes(k, rows[1:, piece.first : piece.stop])
     for channel, rows in zip(target.channels, parts, strict=True):
         np.divide(rows, channel.sigma, out=rows)
         if channel.linear:
@@ -206,7 +206,7 @@ def multistart(
     """Return the best of all sampled points in order of robust cost, not yet refined."""
     noted, own = journal or Journal(), identity(problem)
     mechanism_points = sample_box(problem.space, POINTS, seed)
-    tail = problem.start[problem.space.size :]
+    tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
     cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
@@ -271,7 +271,7 @@ def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
         lambda q: math.sqrt(capped_cost(problem, q, targets=problem.targets)),
         lambda q: robust_triangle(problem, q),
         candidate.q,
-        (problem.lower, problem.upper),
+        (problem.coordinates.lower, problem.coordinates.upper),
         steps=steps,
         tolerance=1e-8,
     )

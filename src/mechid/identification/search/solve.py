@@ -60,7 +60,7 @@ def solve(
         accepted(x)
         return problem.joint(x, windows)
 
-    bounds = (problem.lower, problem.upper)
+    bounds = (problem.coordinates.lower, problem.coordinates.upper)
     return descend(norm, triangle, q, bounds, steps=steps, tolerance=tolerance, negligible=NEGLIGIBLE)
 
 

@@ -14,45 +14,47 @@ from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.ending import Frozen
 from mechid.identification.result.fit import FitOutcome
-from mechid.identification.stages.trail import Trail, joint_fit
+from mechid.identification.result.search_state import Frozen, SearchState
+from mechid.identification.stages.joint_fit import joint_fit
+from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]
 
 
-def freeze_dependent(trail: Trail, campaign: Campaign, held: list[Frozen]) -> None:
-    """Hold one parameter after another until no dependence ruins an estimate; each is noted in `held`.
+def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:
+    """Hold one parameter after another until no dependence ruins an estimate.
 
     With freezing switched off the first is told and nothing held. A parameter is held at the file's value.
     """
     for _ in campaign.mechanism.free:
-        problem, q = trail.problem, trail.q
-        triangle = problem.joint(q, trail.windows)
+        problem, q = state.problem, state.q
+        triangle = problem.joint(q, state.windows)
         if not np.all(np.isfinite(triangle.jacobian)):
             break
-        counted = seen_coordinates(problem, triangle) & ~problem.on_bound(q)
+        counted = seen_coordinates(problem, triangle) & ~problem.coordinates.on_bound(q)
         found = worst_dependence(problem, q, triangle, counted, campaign.options)
         if found is None:
             break
         if not campaign.options.freeze:
-            trail.warnings.append(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
-            break
-        held.append(_hold(trail, campaign, found, triangle))
+            return state.saying(f"{found.sentence}; nothing is frozen, as the campaign file wants it")
+        state = _hold(watch, state, campaign, found, triangle)
+    return state
 
 
-def _hold(trail: Trail, campaign: Campaign, found: Dependence, triangle: Triangle) -> Frozen:
+def _hold(watch: Watch, state: SearchState, campaign: Campaign, found: Dependence, triangle: Triangle) -> SearchState:
     """Refit without the parameter that the dependence gives up."""
-    before, was = trail.problem, trail.q
+    before, was = state.problem, state.q
     parameter = campaign.mechanism.parameters[found.held]
     names = [p.name for p in before.space.mechanism.free if p.name != found.held]
     values = _carried(before, was, triangle, found, parameter.value)
-    trail.problem, trail.q = without(before, was, names, {**values, found.held: parameter.value})
-    solution = joint_fit(trail, f"{found.held} held", tuple(names))
-    if not solution.converged:
-        trail.outcome = FitOutcome.NOT_CONVERGED
+    problem, q = without(before, was, names, {**values, found.held: parameter.value})
+    state = joint_fit(watch, watch.note(state.of(problem).at(q)), f"{found.held} held", tuple(names))
+    if not state.converged:
+        state = state.ending(FitOutcome.NOT_CONVERGED)
     reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
-    return Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, trail))
+    held = Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, state))
+    return watch.note(replace(state, frozen=(*state.frozen, held)))
 
 
 def _carried(
@@ -83,10 +85,10 @@ def without(
     return replace(problem, space=space), np.concatenate([space.start, q[problem.space.size :]])
 
 
-def _shifts(before: Problem, was: FloatArray, trail: Trail) -> str:
+def _shifts(before: Problem, was: FloatArray, state: SearchState) -> str:
     """Say how far the others have moved by it."""
     old = before.space.values(was[: before.space.size])
-    new = trail.problem.space.values(trail.q[: trail.problem.space.size])
+    new = state.problem.space.values(state.q[: state.problem.space.size])
     moved = [
         f"{name} by {100.0 * (new[name] / old[name] - 1.0):+.2g} %"
         for name in new

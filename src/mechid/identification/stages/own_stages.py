@@ -11,68 +11,79 @@ from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.fit import FitOutcome
-from mechid.identification.stages.trail import Trail, cliff_warnings, joint_fit
-from mechid.identification.uncertainty.noise import released
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.stages.joint_fit import cliff_warnings, joint_fit
+from mechid.identification.stages.release import with_noise_released, without_priors
+from mechid.identification.stages.watch import Watch
 from mechid.parameter import Status
 
 Window = tuple[int, int]
 
 
-def follow_stages(trail: Trail, campaign: Campaign) -> None:
+def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:
     """Work through the user's stages in order; each starts where the one before ended.
 
-    The trail ends, also when interrupted, with all parameters free that a stage has moved, and with all
+    The search ends, also when interrupted, with all parameters free that a stage has moved, and with all
     records and windows that were used.
     """
     begun: list[Stage] = []
     values: dict[str, float] = {}
     try:
-        for number, stage in enumerate(campaign.stages, 1):
+        for stage in campaign.stages:
             begun.append(stage)
-            if number == len(campaign.stages) and campaign.options.priors == "search":
-                trail.problem = replace(trail.problem, priors={})
-            begin(trail, campaign, [stage], values)
-            trail.problem = replace(trail.problem, substeps=enough_substeps(trail.problem, trail.q, trail.windows))
-            solution = joint_fit(trail, f"stage {number}", stage.free)
-            trail.warnings += cliff_warnings(f"stage {number}", trail.problem, solution)
-            if not solution.converged:
-                trail.warnings.append(f"stage {number} did not converge: {trail.stages[-1].note}")
-            if not math.isfinite(trail.stages[-1].cost):
-                return
-            values |= trail.values
-        trail.outcome = FitOutcome.STAGES_DONE
+            state = _fitted(watch, state, campaign, begun, values)
+            if not math.isfinite(state.stages[-1].cost):
+                break
+            values |= state.values
+        else:
+            state = watch.note(state.ending(FitOutcome.STAGES_DONE))
     finally:
-        begin(trail, campaign, begun, values | trail.values)
-    options = replace(campaign.options, colour="none")  # no fit follows
-    trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
+        found = watch.latest
+        state = watch.note(begin(found, campaign, begun, values | found.values))
+    if state.outcome is not FitOutcome.STAGES_DONE:
+        return state
+    return with_noise_released(watch, state, replace(campaign.options, colour="none"))  # no fit follows
 
 
-def begin(trail: Trail, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> None:
-    """Set the trail to the parameters, records and windows of some stages, and to values found before."""
+def _fitted(
+    watch: Watch, state: SearchState, campaign: Campaign, begun: Sequence[Stage], values: Mapping[str, float]
+) -> SearchState:
+    """Fit the last of the stages that have begun, from the values of those before."""
+    name, stage = f"stage {len(begun)}", begun[-1]
+    if len(begun) == len(campaign.stages) and campaign.options.priors == "search":
+        state = watch.note(without_priors(state))
+    state = watch.note(begin(state, campaign, [stage], values))
+    substeps = enough_substeps(state.problem, state.q, state.windows)
+    state = watch.note(state.of(replace(state.problem, substeps=substeps)))
+    state = joint_fit(watch, state, name, stage.free)
+    said = cliff_warnings(name, state)
+    if not state.converged:
+        said.append(f"{name} did not converge: {state.stages[-1].note}")
+    return watch.note(state.saying(*said))
+
+
+def begin(state: SearchState, campaign: Campaign, stages: Sequence[Stage], values: Mapping[str, float]) -> SearchState:
+    """Return the state at the parameters, records and windows of some stages, and at values found before."""
     names = tuple(name for stage in stages for name in stage.free)
     mechanism = campaign.mechanism
     mechanism = mechanism.with_values({n: v for n, v in values.items() if n in mechanism.parameters})
-    targets = tuple(_target(t, campaign, names, values) for t in trail.problem.targets)
-    trail.problem = replace(trail.problem, space=SearchSpace(mechanism.with_free(names)), targets=targets)
-    trail.q = trail.problem.start
-    trail.windows = {}
+    targets = tuple(_target(t, campaign, names, values) for t in state.problem.targets)
+    problem = replace(state.problem, space=SearchSpace(mechanism.with_free(names)), targets=targets)
+    windows = {}
     for target in targets:
-        windows = [_window(target, stage) for stage in stages if target.name in stage.records]
-        if windows:
-            trail.windows[target.name] = min(w[0] for w in windows), max(w[1] for w in windows)
+        own = [_window(target, stage) for stage in stages if target.name in stage.records]
+        if own:
+            windows[target.name] = min(w[0] for w in own), max(w[1] for w in own)
+    return replace(state, problem=problem, q=problem.start, windows=windows)
 
 
 def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
-    """Return a target whose time offset, and test stand of its own, is free only where it is named."""
-    record = campaign.record(target.name)
-    own = record.time_offset
-    bounds = (own.min, own.max) if own.name in names else None
-    stand = tuple(
+    """Return a target of whose own parameters those named alone are free."""
+    own = tuple(
         replace(q, value=values.get(q.name, q.value), status=q.status if q.name in names else Status.KNOWN)
-        for q in record.test_stand
+        for q in campaign.record(target.name).parameters
     )
-    offset = values.get(own.name, own.value)
-    return replace(target, time_offset_s=offset, time_offset_bounds=bounds, stand=stand)
+    return replace(target, own=own)
 
 
 def _window(target: Target, stage: Stage) -> Window:

@@ -7,34 +7,47 @@ from dataclasses import replace
 
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.search.solve import Solution
-from mechid.identification.stages.trail import Trail, joint_fit
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.stages.joint_fit import joint_fit
+from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import released, whitened_again, without_outliers
 
 REPETITIONS = 2
 
 
-def fit_with_noise_released(trail: Trail, options: IdentifyOptions, names: tuple[str, ...]) -> Solution:
-    """Fit with each record's residual as its noise, where the trail stands, and leave the trail there."""
+def fit_with_noise_released(
+    watch: Watch, state: SearchState, options: IdentifyOptions, names: tuple[str, ...]
+) -> SearchState:
+    """Fit with each record's residual as its noise, from where the search stands."""
     rejects = options.spikes == "reject"
     if rejects:
-        trail.problem = without_outliers(trail.problem, trail.q, trail.windows)
-    trail.problem = released(trail.problem, trail.q, trail.windows, options, trail.warnings)
+        state = watch.note(state.of(without_outliers(state.problem, state.q, state.windows)))
+    state = with_noise_released(watch, state, options)
     if options.priors == "search":
-        trail.problem = replace(trail.problem, priors={})
-    solution = joint_fit(trail, "noise released", names)
-    solution = _fitted_again(trail, solution, names, "whitened again", whitened_again)
-    return _fitted_again(trail, solution, names, "spikes rejected", without_outliers) if rejects else solution
+        state = watch.note(without_priors(state))
+    state = joint_fit(watch, state, "noise released", names)
+    state = _fitted_again(watch, state, names, "whitened again", whitened_again)
+    return _fitted_again(watch, state, names, "spikes rejected", without_outliers) if rejects else state
+
+
+def with_noise_released(watch: Watch, state: SearchState, options: IdentifyOptions) -> SearchState:
+    """Return the state with each record's residual as its noise; what is a misfit is said."""
+    problem, said = released(state.problem, state.q, state.windows, options)
+    return watch.note(state.of(problem).saying(*said))
+
+
+def without_priors(state: SearchState) -> SearchState:
+    """Return the state with the records alone to count."""
+    return state.of(replace(state.problem, priors={}))
 
 
 def _fitted_again(
-    trail: Trail, solution: Solution, names: tuple[str, ...], stage: str, seen_anew: Callable[..., Problem]
-) -> Solution:
+    watch: Watch, state: SearchState, names: tuple[str, ...], stage: str, seen_anew: Callable[..., Problem]
+) -> SearchState:
     """Fit again with the noise as what the fit leaves shows it, until that stays the same."""
     for _ in range(REPETITIONS):
-        problem = seen_anew(trail.problem, trail.q, trail.windows)
-        if problem is trail.problem:
+        problem = seen_anew(state.problem, state.q, state.windows)
+        if problem is state.problem:
             break
-        trail.problem = problem
-        solution = joint_fit(trail, stage, names)
-    return solution
+        state = joint_fit(watch, watch.note(state.of(problem)), stage, names)
+    return state

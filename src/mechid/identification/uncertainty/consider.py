@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.result.ending import Frozen
+from mechid.identification.result.search_state import Frozen
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
@@ -46,16 +46,6 @@ def consider_covariance(
     return total
 
 
-def file_slopes(problem: Problem, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the names of all free parameters, (m,), and d(value)/dq, (m, n), time offsets included."""
-    names, slopes = problem.space.value_jacobian(q[: problem.space.size])
-    delays = problem.names[problem.space.size :]
-    whole = np.zeros((len(names) + len(delays), problem.size))
-    whole[: len(names), : problem.space.size] = slopes
-    whole[len(names) :, problem.space.size :] = np.eye(len(delays))
-    return (*names, *delays), whole
-
-
 def _moved_by(
     problem: Problem, q: FloatArray, windows: Windows, held: str, names: Sequence[str], white: FloatArray
 ) -> FloatArray:
@@ -66,7 +56,7 @@ def _moved_by(
     freed = replace(mechanism.parameters[held], status=Status.FREE)
     wider = replace(problem, space=SearchSpace(mechanism.with_parameters({held: freed}), polar))
     here = np.concatenate([wider.space.start, q[problem.space.size :]])
-    every, slopes = file_slopes(wider, here)
+    every, slopes = wider.coordinates.value_slopes(here)
     by_file = wider.joint(here, windows).jacobian @ np.linalg.pinv(slopes)
     J, J_c = by_file[:, [every.index(n) for n in names]], by_file[:, every.index(held)]
     return np.asarray(-white @ (J.T @ J_c), dtype=np.float64)

@@ -15,7 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
+from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.reduced import reduced
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.output_error.weighted_rows import WeightedRows
@@ -49,7 +51,7 @@ def uncertainty(
     inverse = np.zeros((problem.size, problem.size))
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
     colour = {t.name: _colours(problem, t, q, windows[t.name]) for t in used}
-    _, known = problem.prior_rows(q)
+    _, known = problem.coordinates.prior_rows(q)
     score = known.T @ known
     for t in used:
         score += _score_variance(problem, t, q, windows[t.name], colour[t.name])
@@ -57,8 +59,8 @@ def uncertainty(
 
 
 def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[FloatArray, ...]:
-    """Return measured minus model minus offset and drift of each channel, (n,) over a window; 0 at rejected samples."""
-    series = problem.misfit(target, q, window)
+    """Return the misfit of each channel less offset and drift, (n,) over a window; 0 at rejected samples."""
+    series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         rejected = channel.rejected_within(window)
         fit_line(r, channel.linear, rejected).take_from(r)
@@ -104,14 +106,14 @@ def _score_variance(
     Coloured noise: by filtering J through 1/A. Rounding: its error stands still while the channel does, so it is one
     for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits.
     """
-    triangles, _ = problem.reduced(target, q, window, jacobian=True)
+    triangles, _ = reduced(problem.model, target, q, window, jacobian=True)
     if not any(own.order or c.rounded for own, c in zip(colour, target.channels, strict=True)):
         return sum(map(_white_score, triangles, target.channels, colour), np.zeros((problem.size, problem.size)))
     projections = [_projection(R, c.linear) for R, c in zip(triangles, target.channels, strict=True)]
     memories = [np.zeros((own.order, problem.size)) for own in colour]
     totals = np.zeros((len(colour), problem.size, problem.size))
     visits = [Visits(c.measured[slice(*window)], problem.size) if c.rounded else None for c in target.channels]
-    for k, rows, n in WeightedRows(problem, target, q, window, jacobian=True):
+    for k, rows, n in WeightedRows(Misfit(problem.model, target, q, window, jacobian=True)):
         linear, scale = target.channels[k].linear, target.channels[k].scale
         J = rows[linear + 1 :, :n].T / scale - rows[:linear, :n].T @ projections[k]
         if (seen := visits[k]) is not None:

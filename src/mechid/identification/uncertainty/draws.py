@@ -87,7 +87,7 @@ def told_by(
     every, other = every / np.outer(scale, scale), other / np.outer(scale, scale)
     size = np.diag(np.linalg.pinv(every, hermitian=True))
     without = np.diag(np.linalg.pinv(other + 1e-12 * np.eye(len(scale)), hermitian=True))
-    names = np.array(problem.names)[counted]
+    names = np.array(problem.coordinates.names)[counted]
     return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
 
 
@@ -97,7 +97,7 @@ def _across(problem: Problem, points: FloatArray, off: NDArray[np.bool_], covari
         return ()
     sigma = np.sqrt(np.diag(covariance) * (1.0 / off.sum() + 1.0 / (~off).sum()))
     apart = np.abs(points[off].mean(axis=0) - points[~off].mean(axis=0))
-    return _with_phases(problem, np.array(problem.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
+    return _with_phases(problem, np.array(problem.coordinates.names)[(sigma > 0.0) & (apart > APART * sigma)].tolist())
 
 
 def _with_phases(problem: Problem, names: Sequence[str]) -> tuple[str, ...]:
@@ -112,7 +112,7 @@ def _drawn(problem: Problem, q: FloatArray, covariance: FloatArray, seed: int) -
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     steps = np.random.default_rng((seed, 30)).standard_normal((DRAWS, q.size)) @ root.T
-    return np.asarray(np.clip(q + steps, problem.lower, problem.upper), dtype=np.float64)
+    return np.asarray(problem.coordinates.clip(q + steps), dtype=np.float64)
 
 
 def _excess(
@@ -130,8 +130,8 @@ def _excess(
 
 def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:
     """Return when any channel at a point first leaves what the derivatives at `q` say, by a sigma; record time, s."""
-    with_lanes = problem.run(target, q, window[1], jacobian=True)
-    there = problem.run(target, point, window[1], block=with_lanes.block)
+    with_lanes = problem.model.run(target, q, window[1], jacobian=True)
+    there = problem.model.run(target, point, window[1], block=with_lanes.block)
     first, largest = window[0], 0.0
     for here, other in zip(with_lanes.blocks(), there.blocks(), strict=True):
         n = here.stop - max(here.start, window[0])
@@ -149,8 +149,8 @@ def _off(
     problem: Problem, target: Target, channel: TargetChannel, here: Block, other: Block, step: FloatArray, n: int
 ) -> FloatArray:
     """Return how far a channel is from what its derivatives say, (n,) in sigmas."""
-    j = problem.output(channel.quantity)
-    expected = here.y[-n:, j] + problem.jacobian_block(target, channel, here, n) @ step
+    j = problem.model.output(channel.quantity)
+    expected = here.y[-n:, j] + problem.coordinates.block_slopes(target, j, here, n) @ step
     return np.nan_to_num(np.abs(other.y[-n:, j] - expected) / channel.sigma, nan=np.inf)
 
 

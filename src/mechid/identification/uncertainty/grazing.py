@@ -61,7 +61,7 @@ def grazing_switches(problem: Problem, q: FloatArray, windows: Windows, covarian
 
 
 def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: FloatArray) -> Grazing | None:
-    run = problem.run(target, q, stop, jacobian=True, events=MOST_LOGGED)
+    run = problem.model.run(target, q, stop, jacobian=True, events=MOST_LOGGED)
     for _ in run.blocks():
         pass
     log, moved = run.switching, problem.space.size
@@ -76,5 +76,5 @@ def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: 
     if not grazes.any():
         return None
     worst = int(np.argmax(np.where(grazes, np.nan_to_num(share, nan=np.inf), 0.0)))
-    at = float(log.time[worst]) + problem.time_offset(target, q)
+    at = float(log.time[worst]) + problem.coordinates.time_offset(target, q)
     return Grazing(target.name, int(grazes.sum()), log.time.size, at, float(spread[worst]), float(gap[worst]))

@@ -30,45 +30,55 @@ MOST_REJECTED = 0.01
 """Share of a record beyond which what is far off is no spike."""
 
 
-def released(problem: Problem, q: FloatArray, windows: Windows, options: IdentifyOptions, said: list[str]) -> Problem:
-    """Return the problem with the residual RMS of each record's channels as their sigma, unless that is a misfit.
+def released(
+    problem: Problem, q: FloatArray, windows: Windows, options: IdentifyOptions
+) -> tuple[Problem, tuple[str, ...]]:
+    """Return the problem with the residual RMS of each record's channels as their sigma, and a line for each misfit.
 
     A channel whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not
-    weighted away, and `said` gets a line. A coloured residual is whitened from here on, as the options want it; one
+    weighted away. A coloured residual is whitened from here on, as the options want it; one
     that is mainly rounding only where they ask for it.
     No sigma falls below that of the resolution that is declared: a standstill tells nothing of what is within it.
     """
-    targets = [
-        _released(problem, t, q, windows[t.name], options, said) if t.name in windows else t for t in problem.targets
-    ]
-    return replace(problem, targets=tuple(targets))
+    said: list[str] = []
+
+    def one(target: Target) -> Target:
+        window = windows[target.name]
+        series = dict(zip(target.quantities, residual(problem, target, q, window), strict=True))
+        said.extend(
+            filter(None, (_misfit_line(target, c, _rms(c, series[c.quantity], window)) for c in target.channels))
+        )
+        return target.each(lambda channel: _released(channel, series[channel.quantity], window, options))
+
+    targets = tuple(one(t) if t.name in windows else t for t in problem.targets)
+    return replace(problem, targets=targets), tuple(said)
+
+
+def _rms(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> float:
+    """Return the RMS of a residual over the samples that count."""
+    rejected = channel.rejected_within(window).size
+    return float(np.linalg.norm(r)) / math.sqrt(float(max(r.size - rejected, 1)))
+
+
+def _misfit_line(target: Target, channel: TargetChannel, rms: float) -> str:
+    """Say that a channel's residual is no noise of its level; nothing where it is."""
+    if rms <= MISFIT * channel.sigma:
+        return ""
+    unit, alone = unit_words(channel.quantity), len(target.channels) == 1
+    what, whose = ("", "record's") if alone else (f" of {channel.quantity}", "channel's")
+    return (
+        f"record {target.name}: the residual{what} is {rms:.3g} {unit} RMS, {rms / channel.sigma:.2f} times the "
+        f"{whose} noise floor {channel.sigma:.3g} {unit}: the model lacks something that this record contains, or "
+        "its noise is coloured"
+    )
 
 
 def _released(
-    problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], options: IdentifyOptions, said: list[str]
-) -> Target:
-    series = residual(problem, target, q, window)
-    channels = [
-        _released_channel(target, c, r, window, options, said) for c, r in zip(target.channels, series, strict=True)
-    ]
-    return replace(target, channels=tuple(channels))
-
-
-def _released_channel(
-    target: Target, channel: TargetChannel, r: FloatArray, window: tuple[int, int], options: IdentifyOptions,
-    said: list[str],
-) -> TargetChannel:  # fmt: skip
-    rejected = channel.rejected_within(window).size
-    rms = float(np.linalg.norm(r)) / math.sqrt(float(max(r.size - rejected, 1)))
+    channel: TargetChannel, r: FloatArray, window: tuple[int, int], options: IdentifyOptions
+) -> TargetChannel:
+    """Return a channel with the level, and as the options want it the colour, of its residual as its noise."""
+    rms = _rms(channel, r, window)
     fits = rms <= MISFIT * channel.sigma
-    if not fits:
-        unit, alone = unit_words(channel.quantity), len(target.channels) == 1
-        what, whose = ("", "record's") if alone else (f" of {channel.quantity}", "channel's")
-        said.append(
-            f"record {target.name}: the residual{what} is {rms:.3g} {unit} RMS, {rms / channel.sigma:.2f} times the "
-            f"{whose} noise floor {channel.sigma:.3g} {unit}: the model lacks something that this record contains, or "
-            "its noise is coloured"
-        )
     found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
     own = fits and found.rounded <= MOSTLY_ROUNDING
     if options.colour == "none" or (options.colour == "auto" and not own):

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
-from mechid.identification.result.ending import Ending
+from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
-from mechid.identification.uncertainty.consider import consider_covariance, file_slopes
+from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import uncertainty
 from mechid.identification.uncertainty.draws import Departure, departures, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
@@ -65,29 +65,29 @@ class StandardErrors:
         return np.asarray(self.robust / np.outer(scale, scale), dtype=np.float64)
 
 
-def standard_errors(ending: Ending, triangle: Triangle, verdict: Verdict) -> StandardErrors:
-    """Return the standard errors at the point of a verdict.
+def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
+    """Return the standard errors at the point of a verdict; `seed` is that of the draws.
 
     Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held.
     """
-    problem, q = ending.problem, verdict.q
+    problem, q = state.problem, verdict.q
     if not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
-    every, slopes = file_slopes(problem, q)
+    every, slopes = problem.coordinates.value_slopes(q)
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
-    maps, windows = slopes[kept], ending.windows
+    maps, windows = slopes[kept], state.windows
     names = tuple(every[i] for i in kept)
     found = uncertainty(problem, q, windows, triangle, verdict.counted)
     white = maps @ found.white @ maps.T
-    considered = consider_covariance(problem, q, windows, ending.frozen, names, white)
-    local = departures(problem, q, windows, found.robust, ending.seed) if ending.outcome.good else []
+    considered = consider_covariance(problem, q, windows, state.frozen, names, white)
+    local = departures(problem, q, windows, found.robust, seed) if state.outcome.good else []
     grazing = grazing_switches(problem, q, windows, found.robust)
     return StandardErrors(
         names=names,
         robust=maps @ found.robust @ maps.T + considered,
         white=white + considered,
-        without_priors=_without_priors(ending, q, verdict, maps),
-        local_only=_concerned(ending, q, verdict, local),
+        without_priors=_without_priors(state, q, verdict, maps),
+        local_only=_concerned(state, q, verdict, local),
         warnings=(*map(_warning, local), *map(str, grazing)),
     )
 
@@ -97,14 +97,14 @@ def _root(variance: float) -> float:
     return math.sqrt(variance) if variance >= 0.0 else math.inf
 
 
-def _without_priors(ending: Ending, q: FloatArray, verdict: Verdict, maps: FloatArray) -> FloatArray:
+def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: FloatArray) -> FloatArray:
     """Return the white standard errors that the records alone give, (k,); none where no prior counts.
 
     Infinite where a parameter has part in a direction that the records do not see.
     """
-    if not ending.problem.priors:
+    if not state.problem.priors:
         return np.zeros(0)
-    J = combined(ending.problem.triangles(q, ending.windows)).jacobian[:, verdict.counted]
+    J = combined(state.problem.triangles(q, state.windows)).jacobian[:, verdict.counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)
@@ -115,10 +115,10 @@ def _without_priors(ending: Ending, q: FloatArray, verdict: Verdict, maps: Float
     return np.where(unseen, np.inf, np.sqrt(variance))
 
 
-def _concerned(ending: Ending, q: FloatArray, verdict: Verdict, local: list[Departure]) -> dict[str, str]:
+def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: list[Departure]) -> dict[str, str]:
     if not local:
         return {}
-    names = told_by(ending.problem, q, ending.windows, [d.record for d in local], verdict.counted)
+    names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
     names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
     return dict.fromkeys(names, f"local only: a stick/slip may fall the other way within the error: {where}")

@@ -1,0 +1,117 @@
+"""The misfit: what the model gives less what was measured, one stream and one sign for all who look at it.
+
+r = model - measured, in the channel's SI unit. It is the residual of the least squares, so dr/dq is dy/dq, and a line
+through it is what is projected out. A reader is told of the other sign, measured = model + offset + drift t: that is
+turned where a result is made, in `result.record_fit`, and nowhere below.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.model import Model
+from mechid.identification.output_error.target import Target
+from mechid.simulation.simulator import Block
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+Window = tuple[int, int]
+"""First and last-plus-one sample."""
+
+
+def residual(modelled: FloatArray, measured: FloatArray, out: FloatArray | None = None) -> FloatArray:
+    """Return model minus measured, (n,): the only subtraction of the two in an identification."""
+    return np.subtract(modelled, measured, out=out)
+
+
+class Misfit:
+    """The misfit of a target's channels at a point over a window, piece by piece; to be iterated once.
+
+    Parameters
+    ----------
+    model : Model
+    target : Target
+    q : (n,)
+    window : (int, int)
+    jacobian : bool
+        Whether its derivatives are wanted.
+    block : int or None
+        Samples simulated in one go; None leaves that to the simulator.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        target: Target,
+        q: FloatArray,
+        window: Window,
+        *,
+        jacobian: bool = False,
+        block: int | None = None,
+    ) -> None:
+        self.coordinates, self.target, self.window = model.coordinates, target, window
+        self.width = self.coordinates.size if jacobian else 0
+        self.outputs = [model.output(quantity) for quantity in target.quantities]
+        self.run = model.run(target, q, window[1], jacobian=jacobian, block=block)
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether the simulation came to the window's end; known after the iteration."""
+        return self.run.outcome is SimulationOutcome.COMPLETE
+
+    def __iter__(self) -> Iterator[Piece]:
+        for block in self.run.blocks():
+            first = max(block.start, self.window[0])
+            if first < block.stop:
+                yield Piece(self, block, first)
+
+
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
+    """Return r of each channel over a window, (n,); NaN from where the simulation failed."""
+    first, stop = window[0], min(window[1], target.samples)
+    series = tuple(np.empty(max(stop - first, 0)) for _ in target.channels)
+    for piece in Misfit(model, target, q, window):
+        for k, r in enumerate(series):
+            piece.write_residual(k, r[piece.first - first : piece.stop - first])
+    return series
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Samples `first` to `stop` of a target beside the model, all channels; the next piece overwrites it.
+
+    Attributes
+    ----------
+    misfit : Misfit
+    block : Block
+        What was simulated; the piece is its end.
+    first : int
+    """
+
+    misfit: Misfit
+    block: Block
+    first: int
+
+    @property
+    def stop(self) -> int:
+        """Its last sample, plus one."""
+        return self.block.stop
+
+    @property
+    def samples(self) -> int:
+        """How many there are, n."""
+        return self.block.stop - self.first
+
+    def write_residual(self, k: int, out: FloatArray) -> None:
+        """Write r of channel k, (n,)."""
+        modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
+        residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+
+    def write_slopes(self, k: int, rows: FloatArray) -> None:
+        """Write dr/dq of channel k as rows, (size, >= n)."""
+        at, own = self.misfit.coordinates, self.misfit
+        at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)

@@ -1,0 +1,58 @@
+"""The model at any point of the coordinates: one plant, run under the command of one record after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.coordinates import Coordinates
+from mechid.identification.output_error.target import Target
+from mechid.simulation.simulator import Run, Simulator
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """What the mechanism does at a point of its coordinates, with `substeps` integration steps a sample.
+
+    It remembers nothing of its runs: the kernel is compiled once for all, and a record's step edges are its target's.
+    """
+
+    coordinates: Coordinates
+    substeps: int = 1
+
+    def output(self, quantity: str) -> int:
+        """Return which of the plant's outputs a quantity is."""
+        return tuple(self.coordinates.space.mechanism.plant.outputs).index(quantity)
+
+    def run(
+        self,
+        target: Target,
+        q: FloatArray,
+        stop: int,
+        *,
+        jacobian: bool = False,
+        events: int = 0,
+        block: int | None = None,
+    ) -> Run:
+        """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
+        at = self.coordinates
+        simulator = Simulator(
+            at.space.mechanism.plant, target.command, target.base, capacity=at.lanes, known_edges=target.excitation
+        )
+        return simulator.run(
+            at.kernel(target, q), time_offset_s=at.time_offset(target, q), substeps=self.substeps,
+            directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
+        )  # fmt: skip
+
+    def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:
+        """Return what the model gives of each channel over the first `stop` samples, (stop,); NaN where it failed."""
+        y = tuple(np.empty(min(stop, target.samples)) for _ in target.channels)
+        outputs = [self.output(quantity) for quantity in target.quantities]
+        for block in self.run(target, q, stop).blocks():
+            for values, j in zip(y, outputs, strict=True):
+                values[block.start : block.stop] = block.y[:, j]
+        return y

@@ -1,0 +1,78 @@
+"""One record reduced: its misfit at a point, weighted and freed of what is projected out, as triangles."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.misfit import Misfit, Window
+from mechid.identification.output_error.model import Model
+from mechid.identification.output_error.reduction import Triangle, absorb, combined, finished
+from mechid.identification.output_error.target import Target
+from mechid.identification.output_error.weighted_rows import WeightedRows
+
+FloatArray = NDArray[np.float64]
+
+
+def reduced(
+    model: Model, target: Target, q: FloatArray, window: Window, *, jacobian: bool
+) -> tuple[list[FloatArray], bool]:
+    """Return each channel's triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
+    misfit = Misfit(model, target, q, window, jacobian=jacobian)
+    rows = WeightedRows(misfit)
+    triangles = [np.zeros((width, width)) for width in rows.widths]
+    for k, block, n in rows:
+        absorb(triangles[k], block, n)
+    for R, channel in zip(triangles, target.channels, strict=True):
+        R[:, channel.linear :] /= channel.scale
+    return triangles, misfit.succeeded
+
+
+def norm(model: Model, target: Target, q: FloatArray, window: Window) -> float:
+    """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
+    triangles, succeeded = reduced(model, target, q, window, jacobian=False)
+    if not succeeded:
+        return np.inf
+    norms = [
+        finished(R, channel.linear, window[1] - window[0]).norm
+        for channel, R in zip(target.channels, triangles, strict=True)
+    ]
+    return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
+
+
+def triangle(model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
+    """Return the reduced problem of a target in a window, of all its channels together; NaN where it failed."""
+    each = channel_triangles(model, target, q, window)
+    if each is None:
+        size = model.coordinates.size
+        lost = np.full((1 + size, size), np.nan)
+        return Triangle(np.inf, lost, (window[1] - window[0]) * len(target.channels))
+    return each[0] if len(each) == 1 else combined(each)
+
+
+def channel_triangles(model: Model, target: Target, q: FloatArray, window: Window) -> list[Triangle] | None:
+    """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
+    triangles, succeeded = reduced(model, target, q, window, jacobian=True)
+    if not succeeded:
+        return None
+    n = window[1] - window[0]
+    return [finished(R, c.linear, n) for c, R in zip(target.channels, triangles, strict=True)]
+
+
+class LatestTriangles:
+    """The triangle of each record where it was last reduced: an end is looked at from several sides.
+
+    It belongs to one problem. Another problem, be it by a weight alone, has another one, which begins empty.
+    """
+
+    def __init__(self) -> None:
+        self._by_record: dict[str, tuple[tuple[Target, bytes, Window], Triangle]] = {}
+
+    def of(self, model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
+        """Return the triangle of a target at a point, worked out unless it is the one that was worked out last."""
+        key = target, q.tobytes(), window
+        last = self._by_record.get(target.name)
+        if last is None or last[0] != key:
+            last = key, triangle(model, target, q, window)
+            self._by_record[target.name] = last
+        return last[1]

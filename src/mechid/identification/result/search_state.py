@@ -1,0 +1,90 @@
+"""Where a search stands: what its next step begins from, and what its conclusion is drawn from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.result.fit import FitOutcome, StageReport
+from mechid.identification.search.solve import Solution
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Frozen:
+    """A parameter held for a dependence: at which value, how well that is known, and why."""
+
+    name: str
+    value: float
+    sigma: float | None
+    reason: str
+
+
+@dataclass(frozen=True, eq=False)
+class SearchState:
+    """Where a search stands; each of its steps takes one and returns the next.
+
+    Attributes
+    ----------
+    problem : Problem
+        With the weights, the records and the free parameters of the step at work.
+    q : (n,)
+        The best point of it so far.
+    windows : mapping of record to (first, stop)
+        What of the records counts.
+    outcome : FitOutcome
+        How the fit would end if nothing came after.
+    taken : mapping of record to Taken
+        Records that are taken otherwise than declared.
+    stages : tuple of StageReport
+        Those finished.
+    warnings : tuple of str
+    frozen : tuple of Frozen
+        Parameters held, in the order in which they were.
+    solution : Solution or None
+        Of the last joint fit.
+    """
+
+    problem: Problem
+    q: FloatArray
+    windows: Windows
+    outcome: FitOutcome = FitOutcome.FAILED
+    taken: Mapping[str, Taken] = field(default_factory=dict)
+    stages: tuple[StageReport, ...] = ()
+    warnings: tuple[str, ...] = ()
+    frozen: tuple[Frozen, ...] = ()
+    solution: Solution | None = None
+
+    def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
+        """Return it at a better point; with how far that follows the records where this is what makes it better."""
+        windows = self.windows if gates is None else {name: (0, n) for name, n in gates.items()}
+        return replace(self, q=q, windows=windows)
+
+    def of(self, problem: Problem) -> Self:
+        """Return it with another problem; where that has other coordinates, its point is to be set by `at`."""
+        return replace(self, problem=problem)
+
+    def ending(self, outcome: FitOutcome) -> Self:
+        """Return it with another outcome."""
+        return replace(self, outcome=outcome)
+
+    def saying(self, *warnings: str) -> Self:
+        """Return it with further warnings."""
+        return replace(self, warnings=(*self.warnings, *warnings))
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The file's values of all that is free, by name."""
+        return self.problem.coordinates.values(self.q)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the last joint fit has."""
+        return self.solution is not None and self.solution.converged

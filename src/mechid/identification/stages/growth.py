@@ -1,0 +1,141 @@
+"""From bad starts to the records' ends: multi-start, growth, and what is done where the first start stops short."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.contradiction.agreement import Agreement, agreement, explains
+from mechid.identification.contradiction.agreement_text import agreement_warnings
+from mechid.identification.contradiction.common_reading import common_readings
+from mechid.identification.contradiction.departure import departure
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.noise import at_least_their_residuals
+
+FloatArray = NDArray[np.float64]
+TRIED_CANDIDATES = 12
+
+
+def searched(
+    watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int
+) -> tuple[SearchState, Growth | None]:
+    """Return the growth from the best starts, or None where none of them can be simulated."""
+    found = _candidates(watch, state, seed)
+    best = next(found, None)
+    state = state.at(best.q) if best else state
+    state = watch.close(state, "multi-start", names, best.cost if best else math.inf, POINTS)
+    if best is None:
+        return state, None
+    state, growth = _grown(watch, state, campaign, best, found, seed)
+    state = state.at(growth.q, growth.horizons)
+    followed = "all records followed to their ends" if growth.complete else "not all records followed"
+    return watch.close(state, "gated growth", names, math.nan, growth.rounds, followed), growth
+
+
+def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState, Growth]:
+    """Return values already near the optimum as a growth that has come to the records' ends.
+
+    Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
+    the high-frequency floor is none.
+    """
+    problem, q = state.problem, state.problem.coordinates.point(near)
+    problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
+    return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
+
+
+def _grown(
+    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int
+) -> tuple[SearchState, Growth]:
+    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    growth = _grow_best(watch, state, iter([best]), seed)
+    if growth.complete:
+        return state, growth
+    problem, journal = state.problem, watch.journal
+    explained = explains(problem, best)
+    told = partial(watch.tell, "records compared")
+    agreed = agreement(problem, growth, seed, explained=explained, tell=told, journal=journal)
+    if agreed and agreed.judged:
+        state = watch.note(_taking(state, campaign, agreed))
+        return state, _grow_best(watch, state, _candidates(watch, state, seed), seed, agreed.growth)
+    rest = agreed if agreed and agreed.growth.complete else None
+    if rest and not rest.left_out:
+        return state, rest.growth
+    said = [] if explained else common_readings(problem, growth, seed, journal)
+    if not said and (explained or not rest):  # leaving out for good what one start explained needs the others too
+        growth = _grow_best(watch, state, found, seed, growth)
+        said = common_readings(problem, growth, seed, journal) if explained and not growth.complete else []
+    if rest and not said and not growth.complete:
+        return watch.note(_taking(state, campaign, rest)), rest.growth
+    return state.saying(*said), growth
+
+
+def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
+    """Return the state with records that are taken otherwise than declared, and what is said of that."""
+    state = replace(state.of(agreed.problem), taken=agreed.taken).at(agreed.growth.q, agreed.growth.horizons)
+    return state.saying(*agreement_warnings(campaign, agreed))
+
+
+def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:
+    """Yield refined candidates, the best of all starts first."""
+    problem, journal = state.problem, watch.journal
+
+    def told(done: int, total: int) -> None:
+        watch.tell("multi-start", f"{done} of {total} starts")
+
+    starts = multistart(problem, seed, problem.workers, told, journal)
+    for number, candidate in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+        if number == 1:
+            watch.note(state.at(candidate.q))
+            watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
+        yield candidate
+
+
+def _grow_best(
+    watch: Watch, state: SearchState, found: Iterator[Candidate], seed: int, best: Growth | None = None
+) -> Growth:
+    """Grow from one candidate after another until one follows all records; else return the furthest."""
+    if best and best.complete:
+        return best
+    problem, begun = state.problem, 2 if best else 1
+    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
+        told = partial(_note_growth, watch, state, number, best)
+        rng = np.random.default_rng((seed, number))
+        growth = grow(problem, candidate.q, rng, told, journal=watch.journal)
+        if best is None or growth.reached(problem) > best.reached(problem):
+            best = growth
+        if best.complete:
+            break
+    assert best is not None
+    return best
+
+
+def _note_growth(
+    watch: Watch, state: SearchState, number: int, best: Growth | None, q: FloatArray, gates: Mapping[str, int]
+) -> None:
+    """Keep a point that follows the records further than all before, and tell of it."""
+    here = sum(gates.values())
+    if best is None or here > sum(best.horizons.values()):
+        watch.note(state.at(q, gates))
+    share = 100.0 * here / sum(t.samples for t in state.problem.targets)
+    watch.tell("gated growth", f"start {number}: {share:.1f} % of all samples followed")
+
+
+def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
+    """Name the records that are not followed to their ends, and what happens where they are left."""
+    return [
+        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+        f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
+        for t in problem.targets
+        if (n := growth.horizons[t.name]) < t.samples
+    ]

@@ -1,0 +1,122 @@
+"""The joint fit of all that counts, and what is done where it stops at a cliff: a state in, the next one out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.identity import identity
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.cliffs import along_cliff
+from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.solve import Solution, solve
+from mechid.identification.stages.watch import Watch
+
+FloatArray = NDArray[np.float64]
+MOST_CLIFFS = 3
+BACK_FROM_EDGE = 4.0
+"""Sigmas squared that it may cost to stand clear of a cliff."""
+WORTH_SAYING = 1.0
+"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
+
+
+def joint_fit(
+    watch: Watch, state: SearchState, name: str, free: tuple[str, ...], *, tolerance: float = 1e-8
+) -> SearchState:
+    """Fit all windows to convergence.
+
+    A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
+    """
+    substeps = state.problem.substeps
+    told = partial(watch.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
+    evaluations = 0
+    while True:
+        solution = _solved(watch, state, tolerance, told)
+        state = watch.note(replace(state, q=solution.q, solution=solution))
+        evaluations += solution.evaluations
+        outside = state.problem.space.outside_disc(solution.q)
+        if not outside:
+            break
+        problem, q = state.problem.in_polar(outside, solution.q)
+        state = watch.note(replace(state, problem=problem, q=q))
+    return watch.close(state, name, free, solution.triangle.cost, evaluations, solution.message)
+
+
+def _solved(watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None]) -> Solution:
+    """Return the solution from where the search stands, from the journal where it is there."""
+    problem, q, windows = state.problem, state.q, state.windows
+
+    def accepted(better: FloatArray) -> None:
+        watch.note(state.at(better))
+
+    def work() -> dict[str, Any]:
+        found = solve(problem, q, windows, tolerance=tolerance, progress=told, accepted=accepted)
+        return {**vars(found), "triangle": vars(found.triangle)}
+
+    found = watch.journal.step("joint fit", [identity(problem), q, windows, tolerance], work)
+    return Solution(**{**found, "triangle": Triangle(**found["triangle"])})
+
+
+def fit_past_cliffs(watch: Watch, state: SearchState, free: tuple[str, ...], seed: int) -> SearchState:
+    """Go on from better points along a cliff at which a joint fit has stopped, while there are any.
+
+    Each fit comes to rest at the cliff's very edge; where finer integration steps would put it beyond, it is taken
+    back to a point that they keep on this side, at the cost of a few sigmas squared.
+    """
+    rng = np.random.default_rng((seed, 0, 0))
+    for _ in range(MOST_CLIFFS):
+        if _refused(state) <= WORTH_SAYING:
+            break
+        better = _along_cliff(watch, state, rng, WORTH_SAYING)
+        if better is None:
+            break
+        state = joint_fit(watch, watch.note(state.at(better)), "along a cliff", free)
+    if _refused(state) > 0.1 and _depends_on_steps(state):
+        back = _along_cliff(watch, state, rng, -BACK_FROM_EDGE)
+        state = state if back is None else watch.note(state.at(back))
+    return state
+
+
+def _along_cliff(watch: Watch, state: SearchState, rng: np.random.Generator, least_gain: float) -> FloatArray | None:
+    """Return a better point along a cliff, from the journal where it is there."""
+    problem, q, windows = state.problem, state.q, state.windows
+    found: FloatArray | None = watch.journal.step(
+        "along a cliff",
+        [identity(problem), q, windows, least_gain],
+        lambda: along_cliff(problem, q, windows, rng, least_gain=least_gain),
+        rng,
+    )
+    return found
+
+
+def _depends_on_steps(state: SearchState) -> bool:
+    """Tell whether the cost of the last joint fit is another one at twice the integration steps."""
+    assert state.solution is not None
+    fine = replace(state.problem, substeps=2 * state.problem.substeps)
+    cost = float(np.sum(np.square(fine.norms(state.q, state.windows))))
+    return not abs(cost - state.solution.triangle.cost) < WORTH_SAYING
+
+
+def _refused(state: SearchState) -> float:
+    """Return by how much the derivatives promise that the cost falls yet, where the solver called it converged."""
+    solution = state.solution
+    if solution is None or not solution.converged:
+        return 0.0
+    return refused_gain(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
+
+
+def cliff_warnings(name: str, state: SearchState) -> list[str]:
+    """Say where the solver called it converged although its own derivatives promise better."""
+    gain = _refused(state)
+    if gain <= WORTH_SAYING:
+        return []
+    return [
+        f"{name}: stopped where the cost should still fall by {gain:.3g} but does not: a stick/slip hangs by a thread "
+        "near the estimate, which may be off by more than its error; try another seed, or a shorter record"
+    ]
