@@ -73,6 +73,9 @@ class Declaration:
         A value in rad/s below this may be meant in hertz, and is asked about.
     even : bool
         It counts what comes in pairs.
+    supply_power : int
+        Power with which it follows the supply when torque and motion stay as they are: k_m goes with U, R and L go with
+        U^2. Where all that follow it are free, no torque record tells them apart.
     role : Role or None
         What it does in a mechanism whatever the block calls it; margins and tables over it are made by role.
     """
@@ -94,6 +97,7 @@ class Declaration:
     tied_to: str | None = None
     hertz_below: float = 0.0
     even: bool = False
+    supply_power: int = 0
     role: Role | None = None
 
 

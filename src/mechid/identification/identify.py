@@ -13,7 +13,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import conclude
-from mechid.identification.identifiability.ambiguity import refuse_free_voltage
+from mechid.identification.identifiability.ambiguity import refuse_free_supply
 from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -98,7 +98,7 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
             f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number; "
             "give those to be estimated as { value, min, max }"
         )
-    refuse_free_voltage(campaign)
+    refuse_free_supply(campaign)
     targets = tuple(target_of(r) for r in campaign.estimated)
     if campaign.options.spikes == "reject":
         targets = tuple(map(without_spikes, targets))

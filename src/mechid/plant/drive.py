@@ -33,6 +33,7 @@ def voltage_drive() -> Block:
                 lower=0.0,
                 source="not in the paper; 0.6 A x 9.5 ohm comes near its amplitudes",
                 role=Role.SUPPLY,
+                supply_power=1,
             ),
         ),
         inputs=(e_A, e_B),
@@ -53,7 +54,7 @@ def current_drive() -> Block:
         table="stepper",
         declarations=(
             Declaration(key="peak_current", symbol="I_peak", unit="A", meaning="peak phase current", lower=0.0,
-                        source="the drive's setting", role=Role.SUPPLY),
+                        source="the drive's setting", role=Role.SUPPLY, supply_power=1),
         ),
         inputs=(e_A, e_B),
         terms={i_A: current * e_A, i_B: current * e_B},

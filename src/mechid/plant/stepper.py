@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from sympy import Expr, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
@@ -74,7 +75,8 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     return Block(
         name="windings",
         table="stepper",
-        declarations=(_POLES, _TORQUE_CONSTANT, _PHASE_SHIFT, *(_imbalance(unit="A") if apart else ()),
+        declarations=(_POLES, replace(_TORQUE_CONSTANT, supply_power=-1), _PHASE_SHIFT,
+                      *(_imbalance(unit="A") if apart else ()),
                       *_harmonic_declarations(harmonics)),
         coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
         polar=_harmonic_pairs(harmonics),
@@ -108,7 +110,9 @@ def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
 _POLES = Declaration(
     key="poles", symbol="p", unit="1", meaning="number of poles", lower=2.0, structural=True, even=True
 )
-_TORQUE_CONSTANT = Declaration(key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0)
+_TORQUE_CONSTANT = Declaration(
+    key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0, supply_power=1
+)
 _PHASE_SHIFT = Declaration(
     key="phase_shift_deg", symbol="phi_shift", unit="deg", default=90.0,
     meaning="electrical angle from phase A to phase B", lower=-360.0, upper=360.0,
@@ -119,12 +123,13 @@ def _electrical() -> tuple[Declaration, ...]:
     return (
         _POLES,
         Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
-                    spread=1.25),
-        Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0),
+                    spread=1.25, supply_power=2),
+        Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0,
+                    supply_power=2),
         _TORQUE_CONSTANT,
         Declaration(
             key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0,
-            tied_to="torque_constant",
+            tied_to="torque_constant", supply_power=1,
         ),
         _PHASE_SHIFT,
     )  # fmt: skip

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
+from mechid.parameter import Role
 
-VOLTAGE = "stepper.peak_voltage"
-SCALED = (VOLTAGE, "stepper.coil_resistance", "stepper.coil_inductance", "stepper.torque_constant")
 CURRENTS = ("current_phase_a", "current_phase_b")
 REMEDY = "give it as a number, or add a channel of a phase current"
 
 
-def refuse_free_voltage(campaign: Campaign) -> None:
-    """Refuse a free supply voltage beside R, L and k_m where no current is measured.
+def refuse_free_supply(campaign: Campaign) -> None:
+    """Refuse a free supply voltage beside R, L and k_m, or a free current beside k_m, where no current is measured.
 
     Neither torque nor motion tells them apart: U -> c U, k_m -> c k_m, R and L -> c^2 leaves both as they are, and
     makes c times less current.
@@ -22,25 +23,56 @@ def refuse_free_voltage(campaign: Campaign) -> None:
     InputFileError
         It is so.
     """
+    powers = _powers(campaign)
     free = {q.name for q in campaign.mechanism.free}
-    if free.issuperset(SCALED) and not _sees_current(campaign):
-        raise InputFileError(
-            f"{campaign.mechanism_path}: {VOLTAGE}: free together with R, L and k_m, which torque records cannot tell "
-            f"apart (U -> c U, k_m -> c k_m, R and L -> c^2 gives the same torque); {REMEDY}"
-        )
+    for supply in campaign.mechanism.plant.having(Role.SUPPLY):
+        if free.issuperset(powers) and not _sees_current(campaign):
+            raise InputFileError(
+                f"{campaign.mechanism_path}: {supply}: free together with {_listed(_others(campaign, supply))}, which "
+                f"torque records cannot tell apart ({_scaling(campaign)} gives the same torque); {REMEDY}"
+            )
 
 
 def ambiguity_notes(campaign: Campaign) -> tuple[str, ...]:
     """Say what no record of this kind can tell."""
-    parameters = campaign.mechanism.parameters
     frame = (_frame(campaign),) if campaign.mechanism.electrical_periods else ()
-    if VOLTAGE not in parameters or _sees_current(campaign):
-        return frame
-    voltage = (
-        f"{VOLTAGE} is taken as known: without a current or voltage channel a relative error e of it "
-        "enters the torque constant as e, coil resistance and inductance as 2 e, unseen."
+    supplies = () if _sees_current(campaign) else campaign.mechanism.plant.having(Role.SUPPLY)
+    return (*(_supply(campaign, supply) for supply in supplies), *frame)
+
+
+def _supply(campaign: Campaign, supply: str) -> str:
+    """Say how an error of the supply enters what is estimated."""
+    declared = campaign.mechanism.plant.declarations
+    enters = [f"{declared[n].meaning} as {_times(power)}" for n, power in _others(campaign, supply).items()]
+    return (
+        f"{supply} is taken as known: without a current or voltage channel a relative error e of it "
+        f"enters {_listed(enters)}, unseen."
     )
-    return voltage, *frame
+
+
+def _powers(campaign: Campaign) -> dict[str, int]:
+    """Return the parameters that follow the supply, each with its power; what is tied follows its own."""
+    mechanism = campaign.mechanism
+    declared = mechanism.plant.declarations.items()
+    return {n: d.supply_power for n, d in declared if d.supply_power and not mechanism.parameters[n].tied_to}
+
+
+def _others(campaign: Campaign, supply: str) -> dict[str, int]:
+    return {n: power for n, power in _powers(campaign).items() if n != supply}
+
+
+def _scaling(campaign: Campaign) -> str:
+    symbols = campaign.mechanism.plant.declarations
+    return ", ".join(f"{symbols[n].symbol} -> c^{power} {symbols[n].symbol}" for n, power in _powers(campaign).items())
+
+
+def _times(power: int) -> str:
+    return {1: "e", -1: "-e"}.get(power, f"{power} e")
+
+
+def _listed(words: Iterable[str]) -> str:
+    *first, last = words
+    return f"{', '.join(first)} and {last}" if first else last
 
 
 def _sees_current(campaign: Campaign) -> bool:
