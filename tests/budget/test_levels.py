@@ -5,11 +5,10 @@ import pytest
 from scipy import stats
 
 from mechid.budget.indices import Index
-from mechid.budget.levels import always, ensemble_level, level, mixed_level
+from mechid.budget.levels import always, level, mixed_level
 from mechid.budget.pointing_error import PointingError, Random, Source
 from mechid.budget.shares import drawn
 from mechid.budget.summation import Contribution, coverage_factor, total
-from mechid.errors import UsageError
 
 APE = Index("APE")
 
@@ -88,19 +87,6 @@ def test_relative_error_of_a_line_over_a_window(periods):
         got = level(error, Index("RPE", periods / 10.0), confidence, 0)
         assert got == pytest.approx(np.quantile(draws, confidence), rel=5e-3)
     np.testing.assert_allclose(error.rms(Index("RPE", periods / 10.0))[0], np.sqrt(np.mean(draws**2)), rtol=3e-3)
-
-
-def test_interpretations_over_an_ensemble():
-    """Truth: the definitions. Of amplitudes 1, 2, 3 temporal takes the worst, ensemble the peaks, mixed all."""
-    members = [always(PointingError(np.zeros(1), (line(a),))) for a in (1.0, 2.0, 3.0)]
-    c = 0.9
-    assert ensemble_level(members, APE, c, 0, "temporal") == pytest.approx(3.0 * np.sin(0.5 * np.pi * c), rel=1e-4)
-    assert ensemble_level(members, APE, c, 0, "ensemble") == pytest.approx(np.quantile([1, 2, 3], c), rel=1e-4)
-    x = ensemble_level(members, APE, c, 0, "mixed")
-    reached = np.mean([2.0 / np.pi * np.arcsin(min(x / a, 1.0)) for a in (1.0, 2.0, 3.0)])
-    assert reached == pytest.approx(c, abs=2e-3)
-    with pytest.raises(UsageError, match='did you mean "mixed"'):
-        ensemble_level(members, APE, c, 0, "mixd")
 
 
 def test_summation_of_a_worked_case():

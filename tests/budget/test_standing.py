@@ -5,10 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import stats
+from scipy import optimize, stats
 
 from mechid.budget.budget_file import read_budget_file
 from mechid.budget.discrepancy import Discrepancy
+from mechid.budget.ensemble import make_ensemble
 from mechid.budget.example import write_example
 from mechid.budget.findings import findings
 from mechid.budget.flight_entry import Flight
@@ -19,7 +20,7 @@ from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.other_errors import OtherError
 from mechid.budget.over_rate import level_curve, rms_bands
 from mechid.budget.requirement import Requirement
-from mechid.budget.standing import DISCREPANCY, make_ensemble, nominal_level, standing
+from mechid.budget.standing import DISCREPANCY, SAMPLING, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, steady_state
 from mechid.budget.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
@@ -108,22 +109,57 @@ def test_a_slow_wheel_under_an_index():
 
 
 def test_an_ensemble_of_biases(certain):
-    """Truth: the worst member of the seeded draws; all of the spread is the bias's."""
+    """Truth: draws over time of the member n_p deviations off; all of the spread is the bias's."""
     bias = OtherError(name="b", kind="bias", axes=ONE, size_rad=1.0, spread_rad=0.3)
     units = make_ensemble((), np.zeros(0), (bias,), seed=2)
     c = 0.9
     got = standing(requirement(confidence=c), "m", [(1.0, line(0.5))], certain, units)
-    worst = 1.0 + 0.3 * units.draws[:, 0].max()
+    worst = 1.0 + 0.3 * coverage_factor(c)
     rng = np.random.default_rng(12)
     draws = np.abs(worst + 0.5 * np.cos(rng.uniform(0.0, 2.0 * np.pi, 1_000_000)))
     assert got.level.value == pytest.approx(np.quantile(draws, c), rel=2e-3)
     assert got.spread_shares["error b"] > 0.99
 
 
-def test_errors_of_a_group_are_drawn_together():
-    pair = tuple(OtherError(name=n, kind="bias", axes=ONE, size_rad=1.0, spread_rad=0.3, group="g") for n in "ab")
-    draws = make_ensemble((), np.zeros(0), pair, seed=2).draws
-    np.testing.assert_array_equal(draws[:, 0], draws[:, 1])
+TRUTHS = {
+    "temporal": lambda c: (2.0 + 0.2 * coverage_factor(c)) * np.sin(0.5 * np.pi * c),
+    "ensemble": lambda c: 2.0 + 0.2 * stats.norm.ppf(c),
+    "mixed": lambda c: optimize.brentq(lambda x: _below(x) - c, 1.0, 4.0),
+}
+"""Levels of a line whose amplitude is Gaussian over the ensemble, 2 +- 0.2: of the member n_p deviations off over
+time, of the members' peaks, of all times of all members."""
+
+
+def _below(x):
+    z, step = np.linspace(-8.0, 8.0, 100_001, retstep=True)
+    return step * np.sum(stats.norm.pdf(z) * 2.0 / np.pi * np.arcsin(np.minimum(x / (2.0 + 0.2 * z), 1.0)))
+
+
+@pytest.mark.parametrize("confidence", [0.9545, 0.9973])
+@pytest.mark.parametrize("interpretation", TRUTHS)
+def test_a_level_moves_with_the_seed_by_no_more_than_its_sampling_error(certain, interpretation, confidence):
+    """Truth: the closed forms. The stated standard error is that of the seeds, and 2 % of the spread in the mean."""
+    asked, truth = requirement(APE, confidence, interpretation), TRUTHS[interpretation](confidence)
+    found = [
+        standing(
+            asked, "m", [(1.0, line(2.0, slopes=(1.0,)))], certain, make_ensemble(("p",), np.array([0.2]), (), seed)
+        )
+        for seed in range(8)
+    ]
+    off = np.array([s.level.value for s in found]) - truth
+    stated = np.array([s.sampling_rad for s in found])
+    assert np.all(np.abs(off) < 2.5 * stated)
+    assert 0.3 < np.sqrt(np.mean((off / stated) ** 2)) < 1.3
+    assert np.sqrt(np.mean(off**2)) < 0.003
+    assert stated.mean() < 0.02 * 0.2
+    assert found[0].level.sigma == pytest.approx(stated[0])  # nothing else is uncertain here
+    assert found[0].level.shares[SAMPLING] == pytest.approx(1.0)
+    assert found[0].margin95[0] == pytest.approx(found[0].margin - 1.96 * stated[0], abs=1e-5)
+
+
+def test_a_nominal_unit_alone_has_no_sampling_error(certain):
+    got = standing(requirement(), "m", [(1.0, line(2.0))], certain, NOBODY)
+    assert (got.sampling_rad, got.level.value, got.spread_shares) == (0.0, got.nominal_rad, {})
 
 
 @pytest.mark.parametrize("kind", ["bias", "random", "periodic"])

@@ -9,6 +9,7 @@ from scipy import signal
 
 from mechid.budget.coupling import dynamic_stiffness, largest_loop_gain, loop_gain
 from mechid.budget.discrepancy import Discrepancy
+from mechid.budget.ensemble import make_ensemble
 from mechid.budget.flight_entry import Flight, LoadMode
 from mechid.budget.flying_mechanism import on_modes, read_flying
 from mechid.budget.indices import Index
@@ -16,8 +17,9 @@ from mechid.budget.line_of_sight import respond
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orders import phasors
 from mechid.budget.requirement import Requirement
-from mechid.budget.standing import make_ensemble, nominal_level, standing
+from mechid.budget.standing import nominal_level, standing
 from mechid.budget.steady_state import steady_state
+from mechid.budget.summation import coverage_factor
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
@@ -117,14 +119,14 @@ def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
 
 
 def test_a_spread_makes_an_ensemble(flying):
-    """Truth: units at the drawn voltages, simulated anew. Temporal is the worst of them."""
+    """Truth: units n_p standard deviations off, simulated anew. Temporal is the worse of them."""
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)
     name, sigma = "stepper.peak_voltage", 0.02
     state = steady_state(flying.mechanism, MODE, 37.3, (name,), SUBSTEPS)
     units = make_ensemble((name,), np.array([sigma]), (), seed=1)
     worst = standing(REQUIREMENT, "scan", [(1.0, respond(state, structure))], _certain(flying), units)
     levels = []
-    for draw in (units.draws.min(), units.draws.max()):
+    for draw in coverage_factor(REQUIREMENT.confidence) * np.array([-1.0, 1.0]):
         moved = flying.mechanism.with_values({name: flying.mechanism.value(name) + draw * sigma})
         unit = respond(steady_state(moved, MODE, 37.3, (), SUBSTEPS), structure)
         levels.append(nominal_level(REQUIREMENT, [(1.0, unit)]))

@@ -1,11 +1,13 @@
 """The report of a budget: its verdict from the dict of numbers, its page in a real browser."""
 
 import copy
+import io
 import json
 import re
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from browser import chromium, faults, printed_to_pdf, requests, shown
 from mechid.budget.budget import make_budget
@@ -15,6 +17,7 @@ from mechid.budget.numbers import budget_data
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.budget.contents import budget_contents
 from mechid.report.budget.figures import budget_figures
+from mechid.report.budget.terminal import print_budget
 from mechid.report.budget.verdict import budget_verdict
 from mechid.report.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
@@ -64,10 +67,57 @@ def test_the_two_way_margin_decides_where_one_way_does_not_suffice(data):
     ratio = row["two_way_rad"] / row["nominal_rad"]
     assert row["decided"]["coupling"] == "two-way"
     assert row["decided"]["margin"] == pytest.approx(1.0 - ratio * row["level_rad"] / row["limit_rad"])
-    assert slew["decided"] == {"coupling": "one-way", "level_rad": slew["level_rad"], "margin": slew["margin"],
-                               "margin95": slew["margin95"], "met": slew["met"]}  # fmt: skip
+    assert slew["decided"] == {
+        "coupling": "one-way", "level_rad": slew["level_rad"], "margin": pytest.approx(slew["margin"]),
+        "margin95": pytest.approx(slew["margin95"]), "met": slew["met"],
+    }  # fmt: skip
     by_duty = data["requirements"][-1]
     assert (by_duty["mode"], by_duty["decided"]["coupling"]) == ("all modes, by duty", "two-way")
+
+
+def test_one_number_decides_what_is_met(data):
+    """Truth: the rule. The lower 95 % limit of the margin of the coupling that decides, and no other number."""
+    assert {row["decided"]["coupling"] for row in data["requirements"]} == {"one-way", "two-way"}
+    for row in data["requirements"]:
+        margin = row["two_way"] if row["decided"]["coupling"] == "two-way" else row
+        assert row["decided"]["margin95"] == pytest.approx(margin["margin95"])
+        assert row["met"] == row["decided"]["met"] == (row["decided"]["margin95"][0] >= 0.0)
+    shown = [row["text"]["deciding"] for row in budget_contents(data)["requirements"]]
+    assert shown == [f"{100.0 * row['decided']['margin95'][0]:.1f}" for row in data["requirements"]]
+
+
+def test_the_sampling_error_of_the_ensemble_is_part_of_the_band(data):
+    """Truth: the band's variance, of which it has its share."""
+    for row in data["requirements"]:
+        share = row["variance_shares"]["draws of the ensemble"]
+        assert row["sampling_sigma_rad"] == pytest.approx(row["sigma_rad"] * np.sqrt(share), rel=1e-6)
+        assert row["worst_member_share"] == (0.99865 if row["interpretation"] == "temporal" else None)
+    assert any(row["sampling_sigma_rad"] > 0.0 for row in data["requirements"])
+
+
+def test_the_tables_of_terminal_and_markdown_print_in_bold_what_decides(data, folder):
+    """Truth: the dict's own numbers; rows in the dict's order."""
+    deciding = [row["text"]["deciding"] for row in budget_contents(data)["requirements"]]
+    text = (folder / "budget.md").read_text(encoding="utf-8")
+    table = text.split("## Requirements")[1].split("##")[0]
+    assert re.findall(r"[*][*](.*?)[*][*]", table) == deciding
+    console = Console(width=300, force_terminal=True, file=io.StringIO())
+    print_budget(data, console)
+    rows = re.findall(r"^.*(?:met|not sure|exceeded) *$", console.file.getvalue(), re.MULTILINE)
+    bold = [re.findall(r"\x1b\[1m *([-0-9.]+)\x1b", row) for row in rows]
+    assert bold == [[one] for one in deciding]
+
+
+def test_the_figures_bar_is_the_level_that_decides(data):
+    """Truth: the dict's own numbers, as shares of the limit; the margin that does not decide is marked beside."""
+    (axes,) = budget_figures(budget_contents(data))["budget_requirements"].axes
+    widths = [patch.get_width() for patch in axes.patches]
+    assert widths == pytest.approx([r["decided"]["level_rad"] / r["limit_rad"] for r in data["requirements"]])
+    marks = {line.get_label(): line for line in axes.lines}
+    row, slew = data["requirements"][0], data["requirements"][2]
+    assert marks["one-way, does not decide"].get_xdata()[0] == pytest.approx(row["level_rad"] / row["limit_rad"])
+    expected = 1.0 - slew["two_way"]["margin"]
+    assert marks["two-way, does not decide"].get_xdata()[0] == pytest.approx(expected)
 
 
 def test_shares_and_cumulative_rms_add_up(data):
@@ -127,7 +177,7 @@ def test_the_grade(data, margins, warnings, grade):
 def test_the_verdict_tells_rates_drivers_and_coupling(data):
     """Truth: the dict's own numbers."""
     met, drives, worst, coupling = (q["answers"] for q in budget_verdict(data)["questions"])
-    least = min(data["requirements"], key=lambda r: r["decided"]["margin"])
+    least = min(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
     assert met[0].startswith(f"{least['requirement']}, {least['mode']}")
     assert f"{100.0 * least['decided']['margin']:.1f} % of the limit" in met[0]
     assert next(iter(least["variance_shares"])) in drives[0]
@@ -189,11 +239,34 @@ def test_the_page_shows_the_numbers_of_the_dict(browser, folder, data):
     shown(browser, folder / "budget.html", 1400)
     text = " ".join(browser.find_element("tag name", "body").text.split())
     for row in budget_contents(data)["requirements"]:
-        for key in ("index", "level", "limit", "margin", "margin95", "decided", "met", "two_way", "ecss"):
+        for key in (
+            "index",
+            "level",
+            "limit",
+            "one_way_margin",
+            "two_way_margin",
+            "deciding",
+            "met",
+            "two_way",
+            "ecss",
+        ):
             assert row["text"][key] in text
+        assert f"(± {row['text']['sampling']} by draws)" in text
     for c in data["crossings"]:
         assert f"{c['rate']:.4g} {c['order']:g} {c['mode']}" in text
     assert HOSTILE in text
+
+
+def test_the_page_shows_in_bold_the_margin_that_decides(browser, folder, data):
+    """Truth: the weight of the type that the browser draws; of a row's numbers the deciding one alone is bold."""
+    shown(browser, folder / "budget.html", 1400)
+    bold = browser.execute_script(
+        "return [...document.querySelector('#requirements ~ .scroll table').tBodies[0].rows].map((row) => "
+        "[...row.cells].slice(1, -1).filter((c) => getComputedStyle(c).fontWeight >= 600)"
+        ".map((c) => c.innerText.split('\\n')[0]))"
+    )
+    rows = budget_contents(data)["requirements"]
+    assert bold == [[r["text"]["deciding"]] for r in rows]
 
 
 def test_figures_take_the_colours_of_the_page_and_print(browser, folder):

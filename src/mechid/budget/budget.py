@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechid.budget.attractors import steady_states
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import coupled_modes, largest_loop_gain
+from mechid.budget.ensemble import Ensemble, make_ensemble
 from mechid.budget.findings import findings
 from mechid.budget.flying_mechanism import Estimate, on_modes, read_flying
 from mechid.budget.line_of_sight import LineOfSight, Response, respond
@@ -21,7 +22,7 @@ from mechid.budget.orders import Crossing, crossings, rates_to_avoid
 from mechid.budget.over_rate import level_curve, rms_bands
 from mechid.budget.profile_run import run_profile
 from mechid.budget.requirement import Standing
-from mechid.budget.standing import Ensemble, make_ensemble, nominal_level, standing
+from mechid.budget.standing import nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.plant.flight import moving_base_objection

@@ -49,7 +49,7 @@ def _cut(mode: OperatingMode) -> Iterator[str]:
 
 def _free_body(file: BudgetFile) -> Iterator[str]:
     model = file.structure.model
-    slow = [r.name for r in file.requirements if r.index.kind != "RPE"]
+    slow = [r.name for r in file.requirements if r.index.row.needs_held_body]
     if isinstance(model, Modes) and model.rigid.any() and slow:
         yield (
             f"{file.structure.name}: its rigid body is free, and {', '.join(slow)} asks for absolute or drift errors; "

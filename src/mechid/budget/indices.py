@@ -1,4 +1,4 @@
-r"""Pointing error indices and what each keeps of a spectrum.
+r"""Pointing error indices, a row each: what it does with an error, and what is left of a spectrum.
 
 ECSS-E-ST-60-10C, 3.2, defines them in time, on an error e(t) and a window of T around it:
 
@@ -8,13 +8,15 @@ ECSS-E-ST-60-10C, 3.2, defines them in time, on an error e(t) and a window of T 
 - PDE, drift: the difference of two means, their windows a separation apart in one observation period
 - PRE, reproducibility: the same of windows in different observation periods
 
-For a stationary error the variance of each is the integral of its spectrum by a weight, with
-s = sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
+Each of these is written once, as the `form` of its row, in terms of an error at an instant and of its means. Seen on a
+sampled series the form is the index itself (`Index.in_time`); seen on a line it is the number by which the line's
+phasor is multiplied (`Index.gains`). For a stationary error the variance of each is the integral of its spectrum by a
+weight, with s = sin(pi f T)/(pi f T) [Lucke1992]_, which ESSB-HB-E-003, 8.2, takes over:
 
     APE 1,   MPE s^2,   RPE 1 - s^2,   PDE and PRE 4 sin^2(pi f S) s^2
 
-RPE's weight is its average over the instants of a window. At one instant, tau from the window's centre, it is
-1 + s^2 - 2 s cos(2 pi f tau); a distribution needs that (`gains`).
+The weight is the mean of the squared gain over the instants of a window, which a test holds for every row. RPE's alone
+depends on the instant: tau from the window's centre it is 1 + s^2 - 2 s cos(2 pi f tau); a distribution needs that.
 
 .. [Lucke1992] Lucke, Sirlin, San Martin, New Definitions of Pointing Stability: AC and DC Effects, The Journal of the
    Astronautical Sciences 40(4), 1992.
@@ -22,7 +24,10 @@ RPE's weight is its average over the instants of a window. At one instant, tau f
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,22 +36,104 @@ from mechid.errors import InputFileError, did_you_mean
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+AnyArray = NDArray[Any]
 
-KINDS = ("APE", "MPE", "RPE", "PDE", "PRE")
+
+class Seen(Protocol):
+    """An error as an index sees it from a window: a form is written in these terms, and linear in them."""
+
+    def instant(self) -> AnyArray:
+        """Return the error at an instant in the window."""
+
+    def mean(self, later: int = 0) -> AnyArray:
+        """Return its mean over the window, or over the one so many separations later."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Kind:
+    """The row of an index.
+
+    Parameters
+    ----------
+    name, words : str
+        As in a budget file; what it is, in a few words.
+    form : callable
+        From the error as it is seen from a window to the index.
+    weight : callable
+        Share of the variance that is kept, of s = sinc(f T) and the phase pi f S, both (n,).
+    weight_words : str
+        The same as a formula.
+    has_window : bool
+        Whether it needs a window T.
+    separations : int
+        How many separations S lie between its first and its last window; 0: it has none.
+    one_period : bool
+        Whether all of its windows lie in one observation period.
+    needs_held_body : bool
+        Whether it counts a slow drift in full, so that a rigid body that nobody holds makes it grow without limit.
+    """
+
+    name: str
+    words: str
+    form: Callable[[Seen], AnyArray]
+    weight: Callable[[FloatArray, FloatArray], FloatArray]
+    weight_words: str
+    has_window: bool = True
+    separations: int = 0
+    one_period: bool = True
+    needs_held_body: bool = True
+
+
+def _ones(s: FloatArray, turn: FloatArray) -> FloatArray:
+    del turn
+    return np.ones_like(s)
+
+
+def _two_means(s: FloatArray, turn: FloatArray) -> FloatArray:
+    return np.asarray(4.0 * np.sin(turn) ** 2 * s**2)
+
+
+KINDS = {
+    kind.name: kind
+    for kind in (
+        Kind(
+            name="APE", words="the error", form=lambda e: e.instant(),
+            weight=_ones, weight_words="1", has_window=False,
+        ),
+        Kind(
+            name="MPE", words="its mean over a window", form=lambda e: e.mean(),
+            weight=lambda s, _: np.asarray(s**2), weight_words="s^2",
+        ),
+        Kind(
+            name="RPE", words="the error less that mean", form=lambda e: e.instant() - e.mean(),
+            weight=lambda s, _: np.asarray(1.0 - s**2), weight_words="1 - s^2", needs_held_body=False,
+        ),
+        Kind(
+            name="PDE", words="difference of two windows' means in one observation period",
+            form=lambda e: e.mean(1) - e.mean(),
+            weight=_two_means, weight_words=r"4 \sin^2(\pi f S) s^2", separations=1,
+        ),
+        Kind(
+            name="PRE", words="the same in different observation periods", form=lambda e: e.mean(1) - e.mean(),
+            weight=_two_means, weight_words=r"4 \sin^2(\pi f S) s^2", separations=1, one_period=False,
+        ),
+    )
+}  # fmt: skip
+"""All indices by their names. A new one is a row here: nothing else asks which index it has."""
 
 
 @dataclass(frozen=True)
 class Index:
-    """One pointing error index.
+    """One pointing error index with its times.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`.
     window_s : float
-        T, s; 0 for APE.
+        T, s; 0 where it has none.
     separation_s : float
-        S from window to window, s; for PDE and PRE.
+        S from window to window, s; 0 where it has none.
 
     Raises
     ------
@@ -62,33 +149,32 @@ class Index:
         if self.kind not in KINDS:
             near = did_you_mean(self.kind.upper(), KINDS) or f"; write one of {', '.join(KINDS)}"
             raise InputFileError(f'index: unknown "{self.kind}"{near}')
-        if (self.kind != "APE") != (self.window_s > 0.0):
-            need = "has no window" if self.kind == "APE" else "needs window_s, above 0"
-            raise InputFileError(f"window_s: found {self.window_s:.9g}; {self.kind} {need}")
-        if (self.kind in ("PDE", "PRE")) != (self.separation_s > 0.0):
-            need = "needs separation_s, above 0" if self.kind in ("PDE", "PRE") else "has no separation"
-            raise InputFileError(f"separation_s: found {self.separation_s:.9g}; {self.kind} {need}")
+        self._check("window_s", "window", self.window_s, needed=self.row.has_window)
+        self._check("separation_s", "separation", self.separation_s, needed=self.row.separations > 0)
+
+    def _check(self, key: str, name: str, value: float, *, needed: bool) -> None:
+        if not (value > 0.0 if needed else value == 0.0):
+            need = f"needs {key}, above 0" if needed else f"has no {name}"
+            raise InputFileError(f"{key}: found {value:.9g}; {self.kind} {need}")
 
     @property
-    def keeps_bias(self) -> bool:
-        """Whether a constant error counts."""
-        return self.kind in ("APE", "MPE")
+    def row(self) -> Kind:
+        """What holds for its kind."""
+        return KINDS[self.kind]
+
+    @property
+    def bias_gain(self) -> float:
+        """By what a constant error is multiplied; 0 where it does not count."""
+        return float(self.gains(np.zeros(1), np.zeros(1))[0, 0].real)
 
     @property
     def longest_s(self) -> float:
         """Time from the first to the last instant that it needs, s."""
-        return self.window_s + self.separation_s
+        return self.window_s + self.row.separations * self.separation_s
 
     def weight(self, frequency_hz: FloatArray) -> FloatArray:
-        """Return the share of the variance at each frequency that the index keeps, (n,); up to 4 for PDE, PRE."""
-        s = np.sinc(frequency_hz * self.window_s)
-        if self.kind == "APE":
-            return np.ones_like(frequency_hz)
-        if self.kind == "MPE":
-            return np.asarray(s**2)
-        if self.kind == "RPE":
-            return np.asarray(1.0 - s**2)
-        return np.asarray(4.0 * np.sin(np.pi * frequency_hz * self.separation_s) ** 2 * s**2)
+        """Return the share of the variance at each frequency that the index keeps, (n,); above 1 for differences."""
+        return self.row.weight(np.sinc(frequency_hz * self.window_s), np.pi * frequency_hz * self.separation_s)
 
     def gains(self, frequency_hz: FloatArray, position: FloatArray) -> ComplexArray:
         """Return by what a line's phasor is multiplied, (p, n).
@@ -97,18 +183,73 @@ class Index:
         ----------
         frequency_hz : (n,)
         position : (p,)
-            Instants in the window, -1/2 to 1/2 of it, at which RPE is looked at; the others do not depend on it.
+            Instants in the window, -1/2 to 1/2 of it.
         """
-        f = frequency_hz[None, :]
-        s = np.sinc(f * self.window_s)
-        if self.kind == "RPE":
-            return np.asarray(np.exp(2j * np.pi * f * self.window_s * position[:, None]) - s)
-        if self.kind in ("PDE", "PRE"):
-            s = (np.exp(2j * np.pi * f * self.separation_s) - 1.0) * s
-        gain = np.ones_like(f) if self.kind == "APE" else s
+        gain = self.row.form(_Line(frequency_hz, self.window_s, self.separation_s, position))
         return np.broadcast_to(gain.astype(np.complex128), (position.size, frequency_hz.size))
 
-    def variance(self, frequency_hz: FloatArray, density: FloatArray) -> float:
-        """Return the index's variance of a one-sided density, (n,) unit^2/Hz at equal steps of frequency."""
-        step = float(frequency_hz[1] - frequency_hz[0])
-        return float(np.sum(self.weight(frequency_hz) * density) * step)
+    def samples(self, sample_rate_hz: float) -> int:
+        """Return how many samples it needs, from the first of its first window to the last of its last."""
+        window, apart = self._in_samples(sample_rate_hz)
+        return window + self.row.separations * apart
+
+    def in_time(
+        self, series: FloatArray, sample_rate_hz: float, start: NDArray[np.int64], position: FloatArray
+    ) -> FloatArray:
+        """Return the index of a sampled series, (k, m), by its definition.
+
+        Parameters
+        ----------
+        series : (M, m)
+        sample_rate_hz : float
+        start : (k,)
+            First sample of each window; from there on `samples` of them are needed.
+        position : (k,)
+            Instant in each window, 0 to 1 of it.
+        """
+        window, apart = self._in_samples(sample_rate_hz)
+        return np.asarray(self.row.form(_Series(series, window, apart, start, position)), dtype=np.float64)
+
+    def _in_samples(self, sample_rate_hz: float) -> tuple[int, int]:
+        return max(1, round(self.window_s * sample_rate_hz)), round(self.separation_s * sample_rate_hz)
+
+
+@dataclass(frozen=True, eq=False)
+class _Line:
+    """Lines of unit phasor at frequencies (n,), seen at positions (p,) in a window around the time 0."""
+
+    frequency_hz: FloatArray
+    window_s: float
+    separation_s: float
+    position: FloatArray
+
+    def instant(self) -> AnyArray:
+        return self._turned(self.position[:, None] * self.window_s)
+
+    def mean(self, later: int = 0) -> AnyArray:
+        return np.asarray(self._turned(later * self.separation_s) * np.sinc(self.frequency_hz * self.window_s))
+
+    def _turned(self, time_s: float | FloatArray) -> AnyArray:
+        return np.asarray(np.exp(2j * np.pi * self.frequency_hz * time_s))
+
+
+@dataclass(frozen=True, eq=False)
+class _Series:
+    """A series (M, m), seen from windows of so many samples that begin at `start` (k,)."""
+
+    series: FloatArray
+    window: int
+    apart: int
+    start: NDArray[np.int64]
+    position: FloatArray
+
+    def instant(self) -> AnyArray:
+        return np.asarray(self.series[self.start + (self.position * self.window).astype(np.int64)])
+
+    def mean(self, later: int = 0) -> AnyArray:
+        first = self.start + later * self.apart
+        return np.asarray((self._sums[first + self.window] - self._sums[first]) / self.window)
+
+    @cached_property
+    def _sums(self) -> FloatArray:
+        return np.concatenate([np.zeros((1, self.series.shape[1])), np.cumsum(self.series, axis=0)])

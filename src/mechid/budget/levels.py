@@ -9,6 +9,9 @@ The statistical interpretation (ECSS-E-ST-60-10C, A.1.2) says over what the conf
 - temporal: over time, for the worst member of the ensemble;
 - ensemble: over the ensemble, at each member's worst time;
 - mixed: over both.
+
+No ensemble with Gaussian sizes has a worst member: the more one draws, the worse. What counts as worst is the member
+that a share `worst_share` of them does not exceed, which is mean + n_p sigma of a Gaussian size, as in `summation`.
 """
 
 from __future__ import annotations
@@ -31,8 +34,6 @@ FloatArray = NDArray[np.float64]
 
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"
-ENSEMBLE_POINTS = 2048
-"""Instants of each member where there are several."""
 CONE_DRAWS = 16
 """Draws of the random part for each instant of the periodic one."""
 
@@ -66,49 +67,58 @@ def mixed_level(
 ) -> float:
     """Return the level in rad for a share of all times of all members."""
     weighted = [(w, e) for member in members for w, e in member if w > 0.0]
-    parts = [_cone(e, index, points) if axis is None else _axis(e, index, axis, points) for _, e in weighted]
+    parts = [gaussians(e, index, axis, points) for _, e in weighted]
     centres, sigmas = (np.concatenate(column) for column in zip(*parts, strict=True))
     weights = np.concatenate([np.full(c.size, w / c.size) for (w, _), (c, _) in zip(weighted, parts, strict=True)])
-    return _quantile(centres, sigmas, weights / weights.sum(), confidence)
+    return quantile(centres, sigmas, weights / weights.sum(), confidence)
 
 
-def ensemble_level(
-    members: Sequence[Mixture], index: Index, confidence: float, axis: int | None, interpretation: str
+def worst_share(confidence: float) -> float:
+    """Return the share of the members that are no worse than the one that counts as worst: that of mean + n_p sigma.
+
+    Examples
+    --------
+    >>> worst_share(0.9973)
+    0.99865
+    """
+    return 0.5 * (1.0 + confidence)
+
+
+def member_level(
+    member: Mixture, index: Index, confidence: float, axis: int | None, interpretation: str, points: int = POINTS
 ) -> float:
-    """Return the level in rad by a statistical interpretation.
+    """Return what one member is ranked by, rad: its level over time, or its error at its worst time.
 
     Raises
     ------
     UsageError
         The interpretation is unknown.
     """
-    points = ENSEMBLE_POINTS if len(members) > 1 else POINTS
-    if interpretation == "mixed":
-        return mixed_level(members, index, confidence, axis, points)
-    if interpretation == "temporal":
-        levels = [mixed_level([member], index, confidence, axis, points) for member in members]
-        return mixed_level([members[int(np.argmax(levels))]], index, confidence, axis)
     if interpretation == "ensemble":
-        worst = [max(worst_time(e, index, confidence, axis) for w, e in m if w > 0.0) for m in members]
-        return float(np.quantile(worst, confidence))
+        return max(worst_time(e, index, confidence, axis, points) for w, e in member if w > 0.0)
+    if interpretation in INTERPRETATIONS:
+        return mixed_level([member], index, confidence, axis, points)
     known = did_you_mean(interpretation, INTERPRETATIONS) or f"; write one of {', '.join(INTERPRETATIONS)}"
     raise UsageError(f'interpretation: unknown "{interpretation}"{known}')
 
 
-def worst_time(error: PointingError, index: Index, confidence: float, axis: int | None) -> float:
+def worst_time(error: PointingError, index: Index, confidence: float, axis: int | None, points: int = POINTS) -> float:
     """Return the error in rad at its worst time.
 
     The periodic part has a largest value. The random part has none; it counts with the level that it stays below
     with the requirement's confidence.
     """
-    total = np.abs(error.waveforms(index) + error.kept_bias(index)) + ndtri(0.5 * (1.0 + confidence)) * error.sigma(
-        index
-    )
+    largest = ndtri(worst_share(confidence)) * error.sigma(index)
+    total = np.abs(error.waveforms(index, points) + error.kept_bias(index)) + largest
     return float(np.sqrt(np.sum(total**2, axis=1)).max() if axis is None else total[:, axis].max())
 
 
+def gaussians(error: PointingError, index: Index, axis: int | None, points: int) -> tuple[FloatArray, FloatArray]:
+    """Return an error as a mixture of Gaussians of equal weight: centres and sigmas, (n,) each."""
+    return _cone(error, index, points) if axis is None else _axis(error, index, axis, points)
+
+
 def _axis(error: PointingError, index: Index, axis: int, points: int) -> tuple[FloatArray, FloatArray]:
-    """Return the member as a mixture of Gaussians of equal weight: centres and sigmas, (n,) each."""
     centres = error.waveforms(index, points)[:, axis] + error.kept_bias(index)[axis]
     return centres, np.full(points, error.sigma(index)[axis])
 
@@ -129,7 +139,7 @@ def _gaussian(count: int, axes: int) -> FloatArray:
     return np.asarray(ndtri(np.clip(draws, 1e-12, 1.0 - 1e-12)), dtype=np.float64)
 
 
-def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
+def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confidence: float) -> float:
     """Return x with P(|e| <= x) = confidence for a mixture of Gaussians, some of no width; weights add to 1."""
     if not np.any(sigmas > 0.0):
         size = np.abs(centres)
@@ -138,9 +148,16 @@ def _quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, conf
         order = np.argsort(size)
         reached = np.cumsum(weights[order]) - 0.5 * weights[order]  # Hazen's plotting positions
         return float(np.interp(confidence, reached, size[order]))
-    width = np.maximum(sigmas, 1e-9 * sigmas.max())
 
     def missing(x: float) -> float:
-        return float(weights @ (ndtr((x - centres) / width) - ndtr((-x - centres) / width))) - confidence
+        return float(weights @ share_below(x, centres, sigmas)) - confidence
 
     return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))
+
+
+def share_below(x: float, centres: FloatArray, sigmas: FloatArray) -> FloatArray:
+    """Return P(|e| <= x) of each part of a mixture, some of no width."""
+    if not np.any(sigmas > 0.0):
+        return np.asarray(np.abs(centres) <= x, dtype=np.float64)
+    width = np.maximum(sigmas, 1e-9 * sigmas.max())
+    return np.asarray(ndtr((x - centres) / width) - ndtr((-x - centres) / width))

@@ -13,6 +13,7 @@ from mechid.budget.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
 from mechid.budget.coupling import SUFFICES, loop_gain
 from mechid.budget.hdf5 import line_of_sight_series
 from mechid.budget.line_of_sight import Response
+from mechid.budget.margins import margins
 from mechid.budget.mode_budget import ModeBudget
 from mechid.budget.over_rate import torque_bands
 from mechid.budget.profile_run import ProfileResponse
@@ -266,35 +267,20 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     two_way = budget.two_way_by_duty.get(r.name)
     if s.mode != BY_DUTY:
         two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
+    gains = [m.loop_gain for m in budget.modes if s.mode in (m.mode.name, BY_DUTY) and not math.isnan(m.loop_gain)]
+    both = margins(s, two_way, max(gains, default=math.nan))
     return {
-        "requirement": r.name, "mode": s.mode, "index": r.index.kind, "window_s": r.index.window_s,
-        "separation_s": r.index.separation_s, "axis": r.axis, "interpretation": r.interpretation,
-        "confidence": r.confidence, "evaluation_period_s": r.evaluation_period_s, "limit_rad": r.limit_rad,
-        "level_rad": s.level.value, "nominal_rad": s.nominal_rad, "others_rad": s.others_rad,
-        "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95), "ecss_summation_rad": s.ecss_rad,
-        "two_way_rad": two_way, "at_rate": _rate(budget, s),
-        "margin": s.margin, "margin95": list(s.margin95), "met": s.met, "decided": _decided(budget, s, two_way),
+        "requirement": r.name, "mode": s.mode, "index": r.index.kind, "index_words": r.index.row.words,
+        "window_s": r.index.window_s, "separation_s": r.index.separation_s, "axis": r.axis,
+        "interpretation": r.interpretation, "confidence": r.confidence, "worst_member_share": r.worst_member_share,
+        "evaluation_period_s": r.evaluation_period_s, "limit_rad": r.limit_rad,
+        "level_rad": s.level.value, "sampling_sigma_rad": s.sampling_rad, "nominal_rad": s.nominal_rad,
+        "others_rad": s.others_rad, "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95),
+        "ecss_summation_rad": s.ecss_rad, "two_way_rad": two_way, "at_rate": _rate(budget, s),
+        "margin": s.margin, "margin95": list(s.margin95), **both, "met": both["decided"]["met"],
         "variance_shares": dict(sorted(s.level.shares.items(), key=lambda item: -abs(item[1]))),
         "spread_shares": dict(sorted(s.spread_shares.items(), key=lambda item: -item[1])),
     }  # fmt: skip
-
-
-def _decided(budget: Budget, s: Standing, two_way: float | None) -> dict[str, Any]:
-    """Return the margin that decides: two-way where it is known and one-way does not suffice.
-
-    The one-way level and its band are then scaled as the nominal unit's level is.
-    """
-    gains = [m.loop_gain for m in budget.modes if s.mode in (m.mode.name, BY_DUTY)]
-    joined = two_way is not None and max(gains, default=0.0) > SUFFICES and s.nominal_rad > 0.0
-    scale = two_way / s.nominal_rad if joined and two_way is not None else 1.0
-    low, high = (1.0 - scale * (1.0 - margin) for margin in s.margin95)
-    return {
-        "coupling": "two-way" if joined else "one-way",
-        "level_rad": scale * s.level.value,
-        "margin": 1.0 - scale * (1.0 - s.margin),
-        "margin95": [low, high],
-        "met": low >= 0.0,
-    }
 
 
 def _rate(budget: Budget, s: Standing) -> float | None:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.indices import Index
-from mechid.budget.pointing_error import PointingError, Random, Source
-from mechid.budget.summation import Contribution
+from mechid.budget.pointing_error import FlatRandom, PointingError, Source, flat_share
+from mechid.budget.summation import KINDS, Contribution
+from mechid.errors import UsageError
 
 FloatArray = NDArray[np.float64]
-
-LEAST_POINTS, POINTS_A_LOBE = 2001, 40
-"""Of a density over frequency: so many at least, and so many between the zeros of an index's weight."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -36,6 +35,11 @@ class OtherError:
         Of a random one, whose density is flat up to it.
     group : str
         Errors of one group are fully correlated in the ECSS sum, and drawn together; empty: alone.
+
+    Raises
+    ------
+    UsageError
+        The kind is unknown.
     """
 
     name: str
@@ -47,39 +51,43 @@ class OtherError:
     bandwidth_hz: float = 0.0
     group: str = ""
 
-    def added(self, error: PointingError, draw: float, longest_s: float) -> PointingError:
-        """Return an error with this one added.
+    def __post_init__(self) -> None:
+        if self.kind not in _ADDED:
+            raise UsageError(f'{self.name}: unknown kind "{self.kind}"; write one of {", ".join(KINDS)}')
 
-        Parameters
-        ----------
-        error : PointingError
-        draw : float
-            Of the size, in standard deviations from its mean.
-        longest_s : float
-            Longest time in the index: the density is given finely enough for it.
-        """
-        size = np.where(self.axes, self.size_rad + draw * self.spread_rad, 0.0)
-        if self.kind == "bias":
-            return replace(error, bias=error.bias + size)
-        if self.kind == "random":
-            points = max(LEAST_POINTS, int(POINTS_A_LOBE * self.bandwidth_hz * longest_s))
-            f = np.linspace(0.0, self.bandwidth_hz, points)
-            flat = np.tile(size**2 / (points * f[1]), (points, 1))
-            return replace(error, randoms=(*error.randoms, Random(f, flat)))
-        line = Source(self.name, self.frequency_hz, np.array([1]), size[None, :].astype(np.complex128))
-        return replace(error, parts=(*error.parts, line))
+    def added(self, error: PointingError, draw: float) -> PointingError:
+        """Return an error with this one added, its size `draw` standard deviations from its mean."""
+        return _ADDED[self.kind](error, self, np.where(self.axes, self.size_rad + draw * self.spread_rad, 0.0))
 
     def contribution(self, index: Index, axis: int) -> Contribution | None:
-        """Return what the index keeps of it along an axis, for the ECSS sum; None where it does not act."""
-        if not self.axes[axis] or (self.kind == "bias" and not index.keeps_bias):
+        """Return what the index keeps of it along an axis, for the ECSS sum; None where that is nothing."""
+        kept = _KEPT[self.kind](self, index) if self.axes[axis] else 0.0
+        if kept == 0.0:
             return None
-        kept = 1.0
-        if self.kind == "periodic":
-            kept = float(np.sqrt(index.weight(np.array([self.frequency_hz]))[0]))
-        if self.kind == "random":
-            nothing = PointingError(np.zeros(self.axes.size))
-            unit = replace(self, size_rad=1.0).added(nothing, 0.0, index.longest_s)
-            kept = float(unit.sigma(index)[axis])
         return Contribution(
-            name=self.name, kind=self.kind, size=kept * self.size_rad, spread=kept * self.spread_rad, group=self.group
-        )
+            name=self.name, kind=self.kind, size=kept * self.size_rad, spread=abs(kept) * self.spread_rad,
+            group=self.group,
+        )  # fmt: skip
+
+
+def _with_bias(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    del source
+    return replace(error, bias=error.bias + size)
+
+
+def _with_noise(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    return replace(error, randoms=(*error.randoms, FlatRandom(source.bandwidth_hz, size)))
+
+
+def _with_line(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    line = Source(source.name, source.frequency_hz, np.array([1]), size[None, :].astype(np.complex128))
+    return replace(error, parts=(*error.parts, line))
+
+
+_ADDED = {"bias": _with_bias, "random": _with_noise, "periodic": _with_line}
+_KEPT: dict[str, Callable[[OtherError, Index], float]] = {
+    "bias": lambda _, index: index.bias_gain,
+    "random": lambda source, index: float(np.sqrt(flat_share(index, source.bandwidth_hz))),
+    "periodic": lambda source, index: float(np.sqrt(index.weight(np.array([source.frequency_hz]))[0])),
+}
+"""By `KINDS`: a kind without a line here is refused, it does not become another's."""

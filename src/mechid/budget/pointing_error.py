@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -15,6 +16,38 @@ ComplexArray = NDArray[np.complex128]
 
 POINTS = 8192
 """Instants at which the sum of the sources is looked at; a level is good to some 1e-4 with one source."""
+QUICK_POINTS = 1024
+"""Instants of a level where many are compared; all have the same, so that what they differ by is good."""
+LEAST_POINTS, POINTS_A_LOBE = 2001, 40
+"""Of a flat density over frequency: so many at least, and so many between the zeros of an index's weight."""
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Where one of several parts is looked at, (p,): all are equidistributed over the parts' phases and the window.
+
+    Parameters
+    ----------
+    points : int
+        p.
+    parts : int
+    part : int
+        Its position among them.
+    """
+
+    points: int
+    parts: int
+    part: int
+
+    @property
+    def phase(self) -> FloatArray:
+        """Of the part, in turns, (p,)."""
+        return phases(self.parts + 1, self.points)[self.part]
+
+    @property
+    def position(self) -> FloatArray:
+        """In the index's window, 0 to 1, (p,); the same of all parts."""
+        return phases(self.parts + 1, self.points)[-1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,11 +74,11 @@ class Source:
         """Of each line, (n,)."""
         return np.asarray(self.orders * self.fundamental_hz, dtype=np.float64)
 
-    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
-        """Return what it is under an index, (p, m) rad, at phases (p,) of its fundamental, in turns."""
-        turning = np.exp(2j * np.pi * np.outer(phase, self.orders))
-        gains = index.gains(self.frequency_hz, position - 0.5)
-        return np.asarray(((turning * gains) @ self.phasors).real, dtype=np.float64)
+    def waveform(self, index: Index, at: Instants) -> FloatArray:
+        """Return what it is under an index, (p, m) rad."""
+        turned = _turned if at.points > QUICK_POINTS else _kept_turned
+        lines = turned(tuple(self.orders.tolist()), self.fundamental_hz, index, at)
+        return np.asarray((lines @ self.phasors).real, dtype=np.float64)
 
     def square(self, index: Index) -> FloatArray:
         """Return its mean square under an index, (m,) rad^2, by the index's weights."""
@@ -64,10 +97,10 @@ class Sampled:
 
     values: FloatArray
 
-    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
-        """Return the values, (p, m) rad, at places (p,) from 0 to 1 in the list."""
-        del index, position
-        return np.asarray(self.values[(phase * len(self.values)).astype(np.int64)], dtype=np.float64)
+    def waveform(self, index: Index, at: Instants) -> FloatArray:
+        """Return the values, (p, m) rad, at places in the list that are the phases of the instants."""
+        del index
+        return np.asarray(self.values[(at.phase * len(self.values)).astype(np.int64)], dtype=np.float64)
 
     def square(self, index: Index) -> FloatArray:
         """Return the mean square, (m,) rad^2."""
@@ -78,8 +111,8 @@ class Sampled:
 class Part(Protocol):
     """What an error consists of beside bias and noise: something whose value is known up to one phase."""
 
-    def waveform(self, index: Index, phase: FloatArray, position: FloatArray) -> FloatArray:
-        """Return what it is under an index, (p, m) rad; phase and position in the window (p,), 0 to 1."""
+    def waveform(self, index: Index, at: Instants) -> FloatArray:
+        """Return what it is under an index, (p, m) rad."""
 
     def square(self, index: Index) -> FloatArray:
         """Return its mean square under an index, (m,) rad^2."""
@@ -102,7 +135,40 @@ class Random:
 
     def variance(self, index: Index) -> FloatArray:
         """Return its variance under an index, (m,) rad^2."""
-        return np.array([index.variance(self.frequency_hz, column) for column in self.density.T])
+        return _variance(self, index)
+
+
+@lru_cache(maxsize=16)
+def _variance(random: Random, index: Index) -> FloatArray:
+    """Return a variance that all members of an ensemble have in common."""
+    step = float(random.frequency_hz[1] - random.frequency_hz[0])
+    return np.asarray(index.weight(random.frequency_hz) @ random.density * step, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatRandom:
+    """A Gaussian part with a density that is flat up to a frequency.
+
+    Parameters
+    ----------
+    bandwidth_hz : float
+    sigma : (m,)
+        Standard deviation over time, rad.
+    """
+
+    bandwidth_hz: float
+    sigma: FloatArray
+
+    def variance(self, index: Index) -> FloatArray:
+        """Return its variance under an index, (m,) rad^2."""
+        return flat_share(index, self.bandwidth_hz) * self.sigma**2
+
+
+@lru_cache(maxsize=64)
+def flat_share(index: Index, bandwidth_hz: float) -> float:
+    """Return the share of the variance of noise, flat up to a frequency, that an index keeps."""
+    points = max(LEAST_POINTS, int(POINTS_A_LOBE * bandwidth_hz * index.longest_s))
+    return float(np.mean(index.weight(np.linspace(0.0, bandwidth_hz, points))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,12 +181,12 @@ class PointingError:
         rad.
     parts : tuple of Part
         `Source` for lines, `Sampled` for a course over time.
-    randoms : tuple of Random
+    randoms : tuple of Random or FlatRandom
     """
 
     bias: FloatArray
     parts: tuple[Part, ...] = ()
-    randoms: tuple[Random, ...] = ()
+    randoms: tuple[Random | FlatRandom, ...] = ()
 
     def sigma(self, index: Index) -> FloatArray:
         """Return the standard deviation of the random parts under an index, (m,) rad."""
@@ -131,7 +197,7 @@ class PointingError:
 
     def kept_bias(self, index: Index) -> FloatArray:
         """Return the bias under an index, (m,) rad."""
-        return self.bias if index.keeps_bias else np.zeros_like(self.bias)
+        return index.bias_gain * self.bias
 
     def rms(self, index: Index) -> FloatArray:
         """Return the root mean square under an index, bias included, (m,) rad."""
@@ -145,14 +211,24 @@ class PointingError:
 
         The instants are equidistributed over all parts' phases and over the index's window.
         """
-        *own, position = phases(len(self.parts) + 1, points)
         total = np.zeros((points, self.bias.size))
-        for part, phase in zip(self.parts, own, strict=True):
-            total += part.waveform(index, phase, position)
+        for k, part in enumerate(self.parts):
+            total += part.waveform(index, Instants(points, len(self.parts), k))
         return total
 
 
-def phases(count: int, points: int) -> list[FloatArray]:
+def _turned(orders: tuple[int, ...], fundamental_hz: float, index: Index, at: Instants) -> ComplexArray:
+    """Return lines of unit phasor under an index, (p, n)."""
+    turning = np.exp(2j * np.pi * np.outer(at.phase, orders))
+    return np.asarray(turning * index.gains(fundamental_hz * np.array(orders, dtype=np.float64), at.position - 0.5))
+
+
+_kept_turned = lru_cache(maxsize=64)(_turned)
+"""The members of an ensemble differ in their phasors alone. Some MB each at a few instants, so that only these stay."""
+
+
+@lru_cache(maxsize=16)
+def phases(count: int, points: int) -> tuple[FloatArray, ...]:
     """Return positions in turns, `count` times (points,): a Kronecker sequence, equidistributed on their torus.
 
     The first walks evenly through its period, the others in steps of the powers of one irrational number, the
@@ -163,4 +239,4 @@ def phases(count: int, points: int) -> list[FloatArray]:
     for _ in range(60):
         root = (1.0 + root) ** (1.0 / (others + 1))
     steps = [1.0 / points, *(root**-d for d in range(1, count))]
-    return [(0.5 / points + k * step) % 1.0 for step in steps]
+    return tuple((0.5 / points + k * step) % 1.0 for step in steps)

@@ -158,20 +158,9 @@ def run_profile(
 
 def _picked(index: Index, series: FloatArray, sample_rate_hz: float) -> FloatArray:
     """Return an index of a series (M, m) at `POINTS` instants spread evenly over it and over the window, (n, m)."""
-    n = max(1, round(index.window_s * sample_rate_hz))
-    apart = round(index.separation_s * sample_rate_hz)
-    last = len(series) - n - apart
+    last = len(series) - index.samples(sample_rate_hz)
     if last < 0:
         took, needs = len(series) / sample_rate_hz, index.longest_s
         raise UsageError(f"{index.kind} needs {needs:.6g} s, the profile takes {took:.6g} s; lengthen the profile")
     place, position = phases(2, POINTS)
-    start = (place * (last + 1)).astype(np.int64)
-    if index.kind == "APE":
-        return np.asarray(series[start], dtype=np.float64)
-    sums = np.concatenate([np.zeros((1, series.shape[1])), np.cumsum(series, axis=0)])
-    mean = (sums[start + n] - sums[start]) / n
-    if index.kind == "MPE":
-        return np.asarray(mean, dtype=np.float64)
-    if index.kind == "RPE":
-        return np.asarray(series[start + (position * n).astype(np.int64)] - mean, dtype=np.float64)
-    return np.asarray((sums[start + apart + n] - sums[start + apart]) / n - mean, dtype=np.float64)
+    return index.in_time(series, sample_rate_hz, (place * (last + 1)).astype(np.int64), position)

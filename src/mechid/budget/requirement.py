@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from mechid.budget.indices import Index
+from mechid.budget.levels import worst_share
 from mechid.budget.shares import Band
 
 
@@ -35,6 +36,11 @@ class Requirement:
     confidence: float
     evaluation_period_s: float
 
+    @property
+    def worst_member_share(self) -> float | None:
+        """Share of an ensemble's members that are no worse than the worst one that counts; None where none does."""
+        return worst_share(self.confidence) if self.interpretation == "temporal" else None
+
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
@@ -46,6 +52,8 @@ class Standing:
         rad at the requirement's confidence.
     nominal_rad : float
         The level over time of the nominal unit.
+    sampling_rad : float
+        Standard error that the level has since the ensemble is drawn; it is part of the band.
     ecss_rad : float
         The same as `level` by the standard's own summation, |mean| + n_p sigma.
     others_rad : float
@@ -58,6 +66,7 @@ class Standing:
     mode: str
     level: Band
     nominal_rad: float
+    sampling_rad: float
     ecss_rad: float
     others_rad: float = 0.0
     spread_shares: Mapping[str, float] = field(default_factory=dict)
@@ -69,11 +78,6 @@ class Standing:
 
     @property
     def margin95(self) -> tuple[float, float]:
-        """95 % interval of the margin from the parameters' covariance."""
+        """95 % interval of the margin by the level's band."""
         low, high = self.level.ci95
         return 1.0 - high / self.requirement.limit_rad, 1.0 - low / self.requirement.limit_rad
-
-    @property
-    def met(self) -> bool:
-        """Whether the level is below the limit at the upper end of its band too."""
-        return self.margin95[0] >= 0.0

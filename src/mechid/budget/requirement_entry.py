@@ -43,9 +43,8 @@ def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) ->
         required(entry, key, place, remedy)
     period = above_zero(entry["evaluation_period_s"], place.key("evaluation_period_s"), "s")
     index = _index(entry, place)
-    if index.window_s + index.separation_s > period and index.kind != "PRE":
-        total = index.window_s + index.separation_s
-        raise place.key("evaluation_period_s").error(f"found {period:.9g}; the windows take {total:.9g} s")
+    if index.row.one_period and index.longest_s > period:
+        raise place.key("evaluation_period_s").error(f"found {period:.9g}; the windows take {index.longest_s:.9g} s")
     confidence = number(entry["confidence"], place.key("confidence"), "1")
     if not 0.0 < confidence < 1.0:
         raise place.key("confidence").error(f"found {confidence:.9g}; write a share between 0 and 1, as 0.9973")
@@ -61,7 +60,7 @@ def _requirement(entry: Mapping[str, Any], place: Place, axes: Sequence[str]) ->
 
 
 def _index(entry: Mapping[str, Any], place: Place) -> Index:
-    kind = one_of(entry["index"], KINDS, place.key("index"))
+    kind = one_of(entry["index"], tuple(KINDS), place.key("index"))
     times = [number(entry.get(key, 0.0), place.key(key), "s") for key in ("window_s", "separation_s")]
     try:
         return Index(kind, *times)

@@ -76,18 +76,3 @@ def drawn(value: float, function: Callable[[FloatArray], float], covariance: Flo
     return Band(
         value, float(np.sqrt(variance)), {**dict(zip(names, shares.tolist(), strict=True)), CURVATURE: rest / variance}
     )
-
-
-def line_shares(draws: FloatArray, values: FloatArray, names: Sequence[str]) -> dict[str, float]:
-    """Return shares in the variance of values (k,) of independent draws (k, n), by the straight line through them.
-
-    What no straight line explains is `CURVATURE`; draws that do not vary have no share.
-    """
-    columns = np.column_stack([draws, np.ones(len(draws))])
-    fitted = np.linalg.lstsq(columns, values, rcond=None)[0]
-    parts = fitted[:-1] ** 2 * np.var(draws, axis=0)
-    rest = float(np.var(values - columns @ fitted))
-    whole = float(parts.sum()) + rest
-    if whole <= 0.0:
-        return dict.fromkeys(names, 0.0)
-    return {**dict(zip(names, (parts / whole).tolist(), strict=True)), CURVATURE: rest / whole}

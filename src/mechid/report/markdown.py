@@ -37,6 +37,12 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
+class Strong(str):
+    """A text that stands out in its cell."""
+
+    __slots__ = ()
+
+
 def cell(text: str) -> str:
     r"""Return a text that stays within its cell or line and is not read as markup.
 
@@ -46,7 +52,8 @@ def cell(text: str) -> str:
     a\|b \<script> coil\_a\*
     """
     escaped = "".join(f"\\{c}" if c in "\\|<`*_[]" else c for c in str(text))
-    return " ".join(escaped.split())
+    line = " ".join(escaped.split())
+    return f"**{line}**" if isinstance(text, Strong) else line
 
 
 def _estimated(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:

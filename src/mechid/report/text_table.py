@@ -18,11 +18,12 @@ Row: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its header, the key of a row's text, and whether it holds words (or numbers)."""
+    """A column: its header, the key of a row's text, whether it holds words (or numbers), its cells' style."""
 
     header: str
     key: str
     words: bool = False
+    style: str = ""
 
 
 def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]) -> None:
@@ -54,7 +55,7 @@ def table_lines(columns: Sequence[Column], rows: Sequence[Row]) -> list[Text]:
     widths = [max([len(c.header), *(len(row[j]) for row in cells)]) for j, c in enumerate(used)]
     lines = [
         _line(used, widths, [c.header for c in used], "bold"),
-        _line(used, widths, ["-" * w for w in widths]),
+        _line(used, widths, ["-" * w for w in widths], "none"),
     ]
     for table in dict.fromkeys(row.get("table", "") for row in rows):
         lines += [Text(table, style="bold")] if table else []
@@ -67,7 +68,7 @@ def _line(columns: Sequence[Column], widths: Sequence[int], cells: Sequence[str]
     line = Text(style=style)
     for j, (column, width, cell) in enumerate(zip(columns, widths, cells, strict=True)):
         padded = cell.ljust(width) if column.words else cell.rjust(width)
-        line.append(GAP if j else "").append(padded, style=CELL_STYLE.get(cell, ""))
+        line.append(GAP if j else "").append(padded, style=CELL_STYLE.get(cell, style or column.style))
     line.rstrip()
     return line
 

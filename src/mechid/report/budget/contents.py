@@ -27,7 +27,7 @@ def budget_contents(data: Data) -> dict[str, Any]:
     return {
         **data,
         "modes": modes,
-        "requirements": [{**r, "text": _requirement_text(r)} for r in data["requirements"]],
+        "requirements": [{**r, "text": requirement_text(r)} for r in data["requirements"]],
         "verdict": budget_verdict(data),
         "steady_columns": STEADY,
     }
@@ -44,9 +44,10 @@ def mode_key(position: int, name: str) -> str:
     return f"{position}_" + re.sub(r"[^A-Za-z0-9-]+", "_", name).strip("_")
 
 
-def _requirement_text(r: Data) -> dict[str, str]:
+def requirement_text(r: Data) -> dict[str, str]:
+    """Return the texts of a requirement's row, `deciding` the one to stand out."""
     level, sigma = with_sigma(r["level_rad"], r["sigma_rad"])
-    low, high = (100.0 * m for m in r["margin95"])
+    worst = r["worst_member_share"]
     window = f" {plain(r['window_s'])} s" if r["window_s"] else ""
     return {
         "index": r["index"] + window + (f", {plain(r['separation_s'])} s apart" if r["separation_s"] else ""),
@@ -55,19 +56,27 @@ def _requirement_text(r: Data) -> dict[str, str]:
         "rate": NO_NUMBER if r["at_rate"] is None else plain(r["at_rate"], 4),
         "level": level,
         "sigma": sigma,
+        "sampling": plain(r["sampling_sigma_rad"], 2) if r["sampling_sigma_rad"] else NO_NUMBER,
         "nominal": plain(r["nominal_rad"], 4),
         "others": plain(r["others_rad"], 3),
         "two_way": NO_NUMBER if r["two_way_rad"] is None else plain(r["two_way_rad"], 4),
         "ecss": plain(r["ecss_summation_rad"], 3),
         "limit": plain(r["limit_rad"], 3),
-        "margin": f"{100.0 * r['margin']:.1f}",
-        "margin95": f"{low:.1f} to {high:.1f}",
-        "decided": f"{100.0 * r['decided']['margin']:.1f}",
+        "one_way_margin": _margin(r),
+        "two_way_margin": NO_NUMBER if r["two_way"] is None else _margin(r["two_way"]),
+        "deciding": f"{100.0 * r['decided']['margin95'][0]:.1f}",
         "coupling": r["decided"]["coupling"],
         "met": standing_word(r["decided"]),
         "shares": drivers(r["variance_shares"], shown=6),
         "spread": drivers(r["spread_shares"], shown=4),
+        "worst_member": f"{100.0 * worst:.5g} % are no worse; " if worst and any(r["spread_shares"].values()) else "",
     }
+
+
+def _margin(r: Data) -> str:
+    """Return a margin and its 95 % interval, in percent."""
+    low, high = (100.0 * m for m in r["margin95"])
+    return f"{100.0 * r['margin']:.1f} ({low:.1f} to {high:.1f})"
 
 
 def _mode_text(data: Data, mode: Data) -> dict[str, str]:

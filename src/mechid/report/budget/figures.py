@@ -82,27 +82,35 @@ def _named_rows(figure: Any, rows: Sequence[Data]) -> Any:
 
 
 def _requirements(data: Data, figure: Any) -> None:
-    """Draw each level over its limit with its 95 % band, the ECSS sum and the two-way level."""
+    """Draw the level that decides over its limit with its 95 % band, the ECSS sum, and what does not decide."""
     rows = data["requirements"]
     axes = _named_rows(figure, rows)
     axes.axvline(1.0, color=MODELLED, linewidth=1.4, label="limit")
     for k, r in enumerate(rows):
-        limit, first = r["limit_rad"], k == 0
-        low, high = (v / limit for v in r["ci95_rad"])
-        axes.barh(k, r["level_rad"] / limit, height=0.5, color=MEASURED, label="level" if first else None)
-        axes.plot([low, high], [k, k], color="black", linewidth=1.6, label="95 % band" if first else None)
-        axes.plot(
-            r["ecss_summation_rad"] / limit, k, "D", color=MARK, markersize=4, label="ECSS sum" if first else None
-        )
-        if r["two_way_rad"] is not None:
-            axes.plot(r["two_way_rad"] / limit, k, "|", color=NOISE, markersize=11, markeredgewidth=1.6,
-                      label="two-way, nominal" if first else None)  # fmt: skip
-    largest = max(max(r["ci95_rad"][1], r["ecss_summation_rad"]) / r["limit_rad"] for r in rows)
+        decided, ecss = r["decided"], r["ecss_summation_rad"] / r["limit_rad"]
+        shown = np.array([1.0 - decided["margin"], *(1.0 - m for m in decided["margin95"])])
+        axes.barh(k, shown[0], height=0.5, color=MEASURED, label=_once(axes, "level that decides"))
+        axes.plot(shown[1:], [k, k], color="black", linewidth=1.6, label=_once(axes, "95 % band"))
+        axes.plot(ecss, k, "D", color=MARK, markersize=4, label=_once(axes, "ECSS sum"))
+        other = r["two_way"] if decided["coupling"] == "one-way" else r
+        if other is not None:
+            words = "two-way" if other is r["two_way"] else "one-way"
+            axes.plot(1.0 - other["margin"], k, _OTHER[words], color=NOISE, markersize=9, markeredgewidth=1.4,
+                      label=_once(axes, f"{words}, does not decide"))  # fmt: skip
+    largest = max(max(1.0 - r["decided"]["margin95"][0], r["ecss_summation_rad"] / r["limit_rad"]) for r in rows)
     if largest > 4.0:
         axes.set_xscale("log")
-        axes.set_xlim(left=min(0.05, *(0.5 * r["level_rad"] / r["limit_rad"] for r in rows)))
+        axes.set_xlim(left=min(0.05, *(0.5 - 0.5 * r["decided"]["margin"] for r in rows)))
     axes.set_xlabel("share of the limit")
-    _legend_above(figure, axes, 5)
+    _legend_above(figure, axes, 6)
+
+
+_OTHER = {"one-way": "|", "two-way": "x"}
+
+
+def _once(axes: Any, words: str) -> str | None:
+    """Return a label, or none where the legend has it already."""
+    return None if words in axes.get_legend_handles_labels()[1] else words
 
 
 def _legend_above(figure: Any, axes: Any, columns: int) -> None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.report.markdown import bullets, cell, table
+from mechid.report.markdown import Strong, bullets, cell, table
 
 REQUIREMENT = (
-    "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "two-way", "ECSS sum",
-    "limit, rad", "one-way margin, %", "95 %", "margin that decides, %", "by", "",
+    "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "of it by draws",
+    "two-way", "ECSS sum", "limit, rad", "one-way margin, %", "two-way margin, %", "decides, %", "of", "",
 )  # fmt: skip
 SHOWN = (
-    "statistics", "rate", "level", "sigma", "two_way", "ecss", "limit", "margin", "margin95", "decided", "coupling",
-    "met",
+    "statistics", "rate", "level", "sigma", "sampling", "two_way", "ecss", "limit", "one_way_margin", "two_way_margin",
+    "deciding", "coupling", "met",
 )  # fmt: skip
 MODE = (
     "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",
@@ -29,7 +29,13 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
         parts += [f"## {each['question']}", bullets(each["answers"])]
     if data["requirements"]:
         rows = [
-            (r["requirement"], r["mode"], r["text"]["index"], r["axis"], *_texts(r, SHOWN))
+            (
+                r["requirement"],
+                r["mode"],
+                r["text"]["index"],
+                r["axis"],
+                *(Strong(t) if key == "deciding" else t for key, t in zip(SHOWN, _texts(r, SHOWN), strict=True)),
+            )
             for r in data["requirements"]
         ]
         parts += ["## Requirements", table(REQUIREMENT, rows)]

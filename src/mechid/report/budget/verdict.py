@@ -26,7 +26,7 @@ DIFFERS = 0.05
 
 def budget_verdict(data: Data) -> dict[str, Any]:
     """Return grade, headline and answers, made of the numbers of `budget_data`."""
-    rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin"])
+    rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
     grade = _grade(data)
     return {
         "grade": grade,
@@ -50,7 +50,7 @@ def _grade(data: Data) -> str:
 def _all_met(rows: Sequence[Data]) -> list[str]:
     more = len(rows) - SHOWN_ROWS
     rest = (
-        [f"{more} more, with margins above {100.0 * rows[SHOWN_ROWS - 1]['decided']['margin']:.1f} %"]
+        [f"{more} more, with margins above {100.0 * rows[SHOWN_ROWS - 1]['decided']['margin95'][0]:.1f} % at 95 %"]
         if more > 0
         else []
     )
