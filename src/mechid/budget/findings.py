@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
@@ -31,10 +29,12 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
         if made.responses:
             yield from _steady(file, made)
             yield from told(made)
-        if not np.isnan(made.loop_gain) and made.loop_gain > SUFFICES:
-            joined = bool(made.two_way) or made.two_way_course is not None
-            remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
-            yield f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}: {remedy}'
+        joined = bool(made.two_way) or made.two_way_course is not None
+        if not joined and made.loop_gain > SUFFICES:
+            yield (
+                f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}, so that one-way '
+                "is not enough: give the structure's modes for a two-way result"
+            )
 
 
 def _cut(mode: OperatingMode) -> Iterator[str]:

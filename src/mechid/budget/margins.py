@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import Any
 
-from mechid.budget.coupling import SUFFICES
 from mechid.budget.requirement import Standing
 
 
-def margins(standing: Standing, two_way_rad: float | None, loop_gain: float) -> dict[str, Any]:
+def margins(standing: Standing, two_way_rad: float | None) -> dict[str, Any]:
     """Return the two-way margin, None where it is not known, and the one that decides, as plain dicts.
 
+    The joined mechanism and structure decide where they were worked out, since they leave nothing out; else one-way.
     What is met is judged by the lower 95 % limit of the margin that decides, the first of its `margin95`.
 
     Parameters
@@ -18,12 +18,10 @@ def margins(standing: Standing, two_way_rad: float | None, loop_gain: float) -> 
     standing : Standing
         One-way.
     two_way_rad : float or None
-        Level of the nominal unit over time.
-    loop_gain : float
-        Largest |receptance x dynamic stiffness| of the modes that the standing is of; NaN where not known.
+        Level of the nominal unit over time, the structure's modes joined with the mechanism.
     """
     two_way = None if two_way_rad is None else _scaled(standing, two_way_rad)
-    if two_way is not None and loop_gain > SUFFICES:
+    if two_way is not None:
         return {"two_way": two_way, "decided": {"coupling": "two-way", **two_way}}
     return {"two_way": two_way, "decided": {"coupling": "one-way", **_margin(standing, 1.0)}}
 

@@ -267,8 +267,7 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
     two_way = budget.two_way_by_duty.get(r.name)
     if s.mode != BY_DUTY:
         two_way = next(m.two_way_levels.get(r.name, (0, None))[1] for m in budget.modes if m.mode.name == s.mode)
-    gains = [m.loop_gain for m in budget.modes if s.mode in (m.mode.name, BY_DUTY) and not math.isnan(m.loop_gain)]
-    both = margins(s, two_way, max(gains, default=math.nan))
+    both = margins(s, two_way)
     return {
         "requirement": r.name, "mode": s.mode, "index": r.index.kind, "index_words": r.index.row.words,
         "window_s": r.index.window_s, "separation_s": r.index.separation_s, "axis": r.axis,
