@@ -171,7 +171,7 @@ TWO_MASSES = Bench(
            "gear": {"ratio": 1, "stiffness": 20.0, "damping": 0.02}},
 )  # fmt: skip
 CASES: Mapping[str, Case] = {
-    **{f"family_1_seed_{seed}": drawn(1, seed) for seed in (0, 1, 2, 3, 4, 5, 6, 8, 9, 10)},
+    **{f"family_1_seed_{seed}": drawn(1, seed) for seed in (0, 1, 2, 3, 4, 5, 6, 7, 9, 10)},
     **{f"family_1_seed_{seed}_without_slow": drawn(1, seed, "slow") for seed in (40, 41)},
     **{f"family_1_seed_{seed}_without_sweep": drawn(1, seed, "sweep") for seed in (40, 41)},
     **{f"family_2_seed_{seed}": drawn(2, seed) for seed in range(4)},
