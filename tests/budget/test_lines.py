@@ -81,10 +81,3 @@ def test_what_flies_is_what_is_simulated(name, stepping):
     assert found.off.size > 0
     assert found.off.max() < 1e-4
     assert found.rms_off < 1e-4
-
-
-def test_the_line_of_strong_output_friction(flying):
-    """Truth: 0.124 N m at 46 Hz as simulated, 0.792 without that friction."""
-    found = compared("strong output friction", "full")
-    k = int(np.flatnonzero(np.isclose(found.state.step_orders, 1.0))[0])
-    assert abs(found.state.lines[k]) == pytest.approx(0.124, rel=0.02)

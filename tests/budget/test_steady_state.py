@@ -152,7 +152,7 @@ def test_what_flies_replaces_what_was_estimated(tmp_path):
     assert flying.mechanism.value("load.mode.0.frequency") == pytest.approx(2.0 * np.pi * 5.0)
     with pytest.raises(InputFileError, match=r'did you mean "gear[.]stiffness"'):
         read_flying(tmp_path / "estimate.json", Flight(spread={"gear.stifness": 1.0}))
-    with pytest.raises(InputFileError, match="is not above the modes' 0[.]5"):
+    with pytest.raises(InputFileError, match=r"is not above the modes' 0[.]5"):
         read_flying(tmp_path / "estimate.json", Flight(load_modes=(LoadMode(5.0, 0.01, 0.5),)))
 
 

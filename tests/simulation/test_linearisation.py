@@ -106,8 +106,9 @@ def test_resonances_by_name():
 
 def test_resonances_of_a_load_with_modes():
     """Truth: the eigenvalues of hub, mode and gear written as a mass and a stiffness matrix."""
-    mechanism = mechanism_of(changed(paper_table(), {"load": {
-        "mode": [{"frequency": 190.0, "damping": 0.0, "inertia": 0.003}]}, "gear": {"damping": 1e-9}, "housing": None}))  # fmt: skip
+    flexible = {"mode": [{"frequency": 190.0, "damping": 0.0, "inertia": 0.003}]}
+    changes = {"load": flexible, "gear": {"damping": 1e-9}, "housing": None}
+    mechanism = mechanism_of(changed(paper_table(), changes))
     M = np.array([[0.010534, 0.003], [0.003, 0.003]])  # hub angle, the mode's deflection
     K = np.diag([913.47, 0.003 * 190.0**2])
     expected = np.sqrt(np.sort(np.linalg.eigvals(np.linalg.solve(M, K)))) / (2.0 * np.pi)

@@ -37,7 +37,7 @@ def harmonic(order):
     ],
 )  # fmt: skip
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):
-    """Truth: 200 full steps a turn of 1.8 deg, four an electrical period; a part repeats in whole periods of its own."""
+    """Truth: 200 full steps a turn of 1.8 deg, four an electrical period; a part repeats in its own."""
     found = repetition(in_flight(mechanism_of(changed(paper_table(), changes))))
     assert found.steps == steps
     assert (found.sign.min() < 0.0) == (mirrored and "current" not in str(changes))

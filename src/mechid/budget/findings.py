@@ -32,8 +32,8 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
         joined = bool(made.two_way) or made.two_way_course is not None
         if not joined and made.loop_gain > SUFFICES:
             yield (
-                f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}, so that one-way '
-                "is not enough: give the structure's modes for a two-way result"
+                f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}, so that '
+                "one-way is not enough: give the structure's modes for a two-way result"
             )
 
 

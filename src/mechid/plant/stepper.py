@@ -129,7 +129,7 @@ def _electrical() -> tuple[Declaration, ...]:
         _TORQUE_CONSTANT,
         Declaration(
             key="back_emf_constant", symbol="k_v", unit="V s/rad", meaning="back-EMF constant", lower=0.0,
-            tied_to="torque_constant", supply_power=1,
+            tied_to="torque_constant",
         ),
         _PHASE_SHIFT,
     )  # fmt: skip
