@@ -6,10 +6,17 @@ from pathlib import Path
 
 import pytest
 
+import golden_text
 import measured_data
 from measured_data import NAMED, Figure
 
 FIGURES = pytest.StashKey[list]()
+
+
+def pytest_addoption(parser):
+    """Let a run keep anew what is compared with kept texts and fits."""
+    what = "keep the generated kernels' texts, and with -m slow the complete fits, as they are made now"
+    parser.addoption(golden_text.OPTION, action="store_true", help=what)
 
 
 def pytest_configure():
@@ -26,6 +33,12 @@ def campaign_folder():
     if not (folder / "exact").is_dir():
         pytest.skip("no independent campaigns here; set MECHID_CAMPAIGN to the folder with exact/ and noisy/")
     return folder
+
+
+@pytest.fixture(scope="session")
+def update_golden(pytestconfig):
+    """Return whether what is kept is to be made anew."""
+    return pytestconfig.getoption(golden_text.OPTION)
 
 
 @pytest.fixture(scope="session")
