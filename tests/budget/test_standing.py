@@ -24,7 +24,7 @@ from mechid.budget.standing import DISCREPANCY, SAMPLING, nominal_level, standin
 from mechid.budget.steady_state import SteadyState, steady_state
 from mechid.budget.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
-from mechid.errors import InputFileError
+from mechid.errors import InputFileError, UsageError
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
 
@@ -98,6 +98,11 @@ def test_slow_and_fast_noise_under_an_index(index, kept):
     """Truth: noise to 5 Hz is averaged out over 50 s and does not move within a millisecond."""
     noise = OtherError(name="n", kind="random", axes=ONE, size_rad=2.0, bandwidth_hz=5.0)
     assert noise.contribution(index, 0).size == pytest.approx(2.0 * kept, abs=0.15)
+
+
+def test_an_unknown_kind_of_error_does_not_become_another():
+    with pytest.raises(UsageError, match='w: unknown kind "drift"; write one of bias, random, periodic'):
+        OtherError(name="w", kind="drift", axes=ONE, size_rad=2.0)
 
 
 def test_a_slow_wheel_under_an_index():

@@ -223,8 +223,8 @@ def _turned(orders: tuple[int, ...], fundamental_hz: float, index: Index, at: In
     return np.asarray(turning * index.gains(fundamental_hz * np.array(orders, dtype=np.float64), at.position - 0.5))
 
 
-_kept_turned = lru_cache(maxsize=64)(_turned)
-"""The members of an ensemble differ in their phasors alone. Some MB each at a few instants, so that only these stay."""
+_kept_turned = lru_cache(maxsize=32)(_turned)
+"""The members of an ensemble differ in their phasors alone. Some MB each, and only where the instants are few."""
 
 
 @lru_cache(maxsize=16)

@@ -48,8 +48,8 @@ def cell(text: str) -> str:
 
     Examples
     --------
-    >>> print(cell("a|b <script> coil_a*"))
-    a\|b \<script> coil\_a\*
+    >>> print(cell("a|b <script> coil_a*"), cell(Strong("2.7")))
+    a\|b \<script> coil\_a\* **2.7**
     """
     escaped = "".join(f"\\{c}" if c in "\\|<`*_[]" else c for c in str(text))
     line = " ".join(escaped.split())
