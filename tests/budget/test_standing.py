@@ -47,7 +47,8 @@ def line(amplitude, rate=20.0, slopes=()):
     state = SteadyState(
         rate=rate, steps=2, periods=1, orders=np.array([2]), lines=np.array([amplitude], dtype=complex),
         gradient=gradient, error=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing,
-        residual=nothing, rms_error=0.0, x=np.zeros(0), multipliers=np.zeros(0), follows=True, size=np.zeros(0),
+        residual=nothing, rms=0.0, rms_error=0.0, x=np.zeros(0), multipliers=np.zeros(0), follows=True,
+        size=np.zeros(0),
     )  # fmt: skip
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)

@@ -40,7 +40,7 @@ def motion(rate, amplitude, *reached, periods=1, multiplier=0.5, follows=True):
         rate=rate, steps=2, periods=periods, orders=np.array([2 * periods]),
         lines=np.array([amplitude], dtype=complex), gradient=np.array([[0.05 * amplitude]], dtype=complex),
         error=np.zeros(1), sample_rate_hz=1000.0, samples_a_period=100.0, torque=nothing, residual=nothing,
-        rms_error=0.0, x=np.zeros(1), multipliers=np.array([multiplier], dtype=complex), follows=follows,
+        rms=0.0, rms_error=0.0, x=np.zeros(1), multipliers=np.array([multiplier], dtype=complex), follows=follows,
         size=np.ones(1), reached=reached,
     )  # fmt: skip
 

@@ -29,6 +29,8 @@ ComplexArray = NDArray[np.complex128]
 
 PROMISED = 1e-8
 """Of the largest line: what lines may be off by before samples and steps are doubled."""
+POWER = 1e-4
+"""Of the mean square: by what it may change before they are doubled; jumps between samples leave it."""
 RELATIVE = 1e-4
 """What a line above the floor is right to."""
 MOST_DOUBLINGS = 3
@@ -55,6 +57,9 @@ class Lines:
         Their derivatives to the parameters.
     error : (n,)
         What they may be off by, N m: sampling and integration, or the scatter of a motion that does not repeat.
+    power : float
+        Mean square of the whole torque about its mean, (N m)^2, without the error of first order that jumps within a
+        sample leave.
     torque : (N,)
         The samples that they were made from, unfiltered, N m.
     sample_rate_hz : float
@@ -64,6 +69,7 @@ class Lines:
     values: ComplexArray
     gradient: ComplexArray
     error: FloatArray
+    power: float
     torque: FloatArray
     sample_rate_hz: float
 
@@ -81,18 +87,21 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
     orders = _orders(period, m)
     coarse = period.stretch(State(orbit.x, orbit.by_parameter), skipped, m)
     found = _lines(period, coarse, 1, m, orders)
-    values, plain, finer = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1
+    values, plain, finer, fine = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1, coarse
     for _ in range(MOST_DOUBLINGS):
         finer *= 2
-        fine = period.stretch(plain, skipped, m, slopes=False, finer=finer)
+        coarse, fine = fine, period.stretch(plain, skipped, m, slopes=False, finer=finer)
         before, values = values, _lines(period, fine, 1, m, orders)[:, 0]
         error = _smooth(np.abs(values - before))
-        if error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0):
+        change = abs(float(np.var(fine.torque)) - float(np.var(coarse.torque)))
+        is_fine = error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0)
+        if is_fine and change <= POWER * float(np.var(fine.torque)):
             break
     kept = _kept(values, orders, period.steps * m)
+    power = 2.0 * float(np.var(fine.torque)) - float(np.var(coarse.torque))  # halved steps halve what jumps leave
     return Lines(
-        orders[kept], values[kept], found[kept, 1:], error[kept], fine.torque, finer * period.sample_rate_hz
-    )  # fmt: skip
+        orders[kept], values[kept], found[kept, 1:], error[kept], power, fine.torque, finer * period.sample_rate_hz
+    )
 
 
 def lines_with_scatter(
@@ -115,9 +124,7 @@ def lines_with_scatter(
     power = np.array([np.var(piece) for piece in np.split(stretch.torque, PIECES)])
     rms = float(np.std(stretch.torque))
     error = float(np.std(power, ddof=1)) / math.sqrt(PIECES) / (2.0 * rms) if rms > 0.0 else 0.0
-    lines = Lines(
-        orders, found[:, 0], found[:, 1:], _smooth(scatter), stretch.torque, period.sample_rate_hz
-    )  # fmt: skip
+    lines = Lines(orders, found[:, 0], found[:, 1:], _smooth(scatter), rms**2, stretch.torque, period.sample_rate_hz)
     return lines, _residual(stretch.torque, periods), error
 
 

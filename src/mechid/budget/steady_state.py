@@ -60,6 +60,8 @@ class SteadyState:
         Of a stretch of the motion, N m.
     residual : (N,)
         What does not repeat, N m.
+    rms : float
+        Of the torque about its mean, N m.
     rms_error : float
         Standard error of `rms`, N m: of a motion that does not repeat, over its stretch; else 0.
     x : (n_x,)
@@ -85,6 +87,7 @@ class SteadyState:
     samples_a_period: float
     torque: FloatArray
     residual: FloatArray
+    rms: float
     rms_error: float
     x: FloatArray
     multipliers: ComplexArray
@@ -122,11 +125,6 @@ class SteadyState:
     def floor(self) -> FloatArray:
         """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m."""
         return self.error / RELATIVE
-
-    @property
-    def rms(self) -> float:
-        """Of the torque about its mean, N m."""
-        return float(np.std(self.torque))
 
     @property
     def unsteady(self) -> float:
@@ -218,6 +216,7 @@ def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
         "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
         "gradient": found.gradient, "error": found.error, "sample_rate_hz": found.sample_rate_hz,
         "samples_a_period": found.sample_rate_hz * period.duration_s,
+        "rms": math.sqrt(max(found.power, 0.0)),
     }  # fmt: skip
 
 
