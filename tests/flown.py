@@ -10,6 +10,7 @@ from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.plant.flight import in_flight
+from mechid.signal.power import periodic_power
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 RATES_HZ = (400_000.0, 800_000.0)
@@ -96,4 +97,4 @@ def _lines(bench, command, state, period_s, skipped, times, rate_hz):
     samples = round(period_s * rate_hz)
     torque = simulated(bench, command, (skipped + times) * period_s, samples / period_s)
     last = torque[skipped * samples : (skipped + times) * samples]
-    return 2.0 / last.size * np.fft.rfft(last)[state.orders * times], np.var(last)
+    return 2.0 / last.size * np.fft.rfft(last)[state.orders * times], periodic_power(last)

@@ -47,11 +47,11 @@ def test_a_law_that_is_the_default_is_the_paper_s_plant():
 
 @pytest.mark.parametrize("table", [name for name in CHOICES if name != "housing"])
 def test_a_law_that_is_none_is_answered_with_the_nearest(table):
-    wrong = CHOICES[table][-1][:-1] + "x"
+    wrong = list(CHOICES[table])[-1][:-1] + "x"
     key = "drive" if table == "stepper" else "law"
     with pytest.raises(InputFileError) as caught:
         paper_with({table: {key: wrong}})
-    start = f'mechanism.toml: {table}.{key}: unknown {key} "{wrong}"; did you mean "{CHOICES[table][-1]}"?'
+    start = f'mechanism.toml: {table}.{key}: unknown {key} "{wrong}"; did you mean "{list(CHOICES[table])[-1]}"?'
     assert str(caught.value) == start
 
 

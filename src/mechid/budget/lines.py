@@ -22,6 +22,7 @@ from mechid.budget.period_map import PeriodMap, Stretch
 from mechid.plant.flight import CUT_OFF
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
+from mechid.signal.power import periodic_power
 from mechid.simulation.simulator import State
 
 FloatArray = NDArray[np.float64]
@@ -29,10 +30,12 @@ ComplexArray = NDArray[np.complex128]
 
 PROMISED = 1e-8
 """Of the largest line: what lines may be off by before samples and steps are doubled."""
-POWER = 1e-4
+POWER = 2e-4
 """Of the mean square: by what it may change before they are doubled; jumps between samples leave it."""
 RELATIVE = 1e-4
 """What a line above the floor is right to."""
+VERIFIED = 1e-5
+"""Of the largest line: down to here that has been held against long simulations (docs/budget.md)."""
 MOST_DOUBLINGS = 3
 DECAYED = 25.0
 """Time constants after which what the filter began with is gone: 1e-11 of it."""
@@ -87,18 +90,19 @@ def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
     orders = _orders(period, m)
     coarse = period.stretch(State(orbit.x, orbit.by_parameter), skipped, m)
     found = _lines(period, coarse, 1, m, orders)
-    values, plain, finer, fine = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1, coarse
+    values, plain, finer = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1
+    rough = power = periodic_power(coarse.torque)
     for _ in range(MOST_DOUBLINGS):
         finer *= 2
-        coarse, fine = fine, period.stretch(plain, skipped, m, slopes=False, finer=finer)
+        fine = period.stretch(plain, skipped, m, slopes=False, finer=finer)
         before, values = values, _lines(period, fine, 1, m, orders)[:, 0]
         error = _smooth(np.abs(values - before))
-        change = abs(float(np.var(fine.torque)) - float(np.var(coarse.torque)))
+        rough, power = power, periodic_power(fine.torque)
         is_fine = error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0)
-        if is_fine and change <= POWER * float(np.var(fine.torque)):
+        if is_fine and abs(power - rough) <= POWER * power:
             break
     kept = _kept(values, orders, period.steps * m)
-    power = 2.0 * float(np.var(fine.torque)) - float(np.var(coarse.torque))  # halved steps halve what jumps leave
+    power = 2.0 * power - rough  # half the sample leaves half of what jumps leave
     return Lines(
         orders[kept], values[kept], found[kept, 1:], error[kept], power, fine.torque, finer * period.sample_rate_hz
     )

@@ -125,8 +125,10 @@ class PeriodMap:
 
     @property
     def samples(self) -> int:
-        """Of a period: a whole number, so that a line is a bin of the transform over whole periods."""
-        return math.ceil(max(SAMPLE_RATE_HZ, ABOVE_CUT_OFF * self.mode.highest_hz) * self.duration_s)
+        """Of a period: a whole number for each step, so that lines are bins and all step edges fall on samples."""
+        each = self.steps * self.mode.command.steps_per_full_step
+        wanted = max(SAMPLE_RATE_HZ, ABOVE_CUT_OFF * self.mode.highest_hz) * self.duration_s
+        return each * math.ceil(wanted / each)
 
     @property
     def sample_rate_hz(self) -> float:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.lines import RELATIVE, Lines, lines_of_repeating, lines_with_scatter
+from mechid.budget.lines import RELATIVE, VERIFIED, Lines, lines_of_repeating, lines_with_scatter
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orbit import MOST_PERIODS, Orbit, find_orbit
 from mechid.budget.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
@@ -123,8 +123,9 @@ class SteadyState:
 
     @property
     def floor(self) -> FloatArray:
-        """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m."""
-        return self.error / RELATIVE
+        """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m, verified down to `VERIFIED`."""
+        least = VERIFIED * float(np.abs(self.lines).max(initial=0.0))
+        return np.maximum(self.error / RELATIVE, least)
 
     @property
     def unsteady(self) -> float:

@@ -118,8 +118,9 @@ def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
         if not isinstance(entry, Mapping):
             continue
         if key in entry or (TABLES[name].named and OWN_KEY not in entry):
-            remedy = f'write {key} = "{choices[0]}", or leave it out'
-            yield name, text(entry.get(key, choices[0]), place.key(f"{name}.{key}"), remedy)
+            usual = next(iter(choices))
+            remedy = f'write {key} = "{usual}", or leave it out'
+            yield name, text(entry.get(key, usual), place.key(f"{name}.{key}"), remedy)
 
 
 def _own_blocks(table: Mapping[str, Any], place: Place, folder: Path) -> Iterator[tuple[str, tuple[Block, str]]]:

@@ -168,19 +168,33 @@ class Mechanism:
         return self.with_parameters(held)
 
 
-@lru_cache(maxsize=32)
+Expressions = tuple[sp.Expr, ...]
+
+
 def _coordinates(plant: Plant) -> Callable[..., list[float]]:
-    """Compile the map from the file's values, in the order of the declarations, to the kernel's."""
-    symbols = [sp.Symbol(d.symbol) for d in plant.declarations.values()]
-    expressions = [plant.coordinates[s] for s in plant.parameters]
-    compiled: Callable[..., list[float]] = sp.lambdify(symbols, expressions, modules="math")
+    """Return the map from the file's values, in the order of the declarations, to the kernel's."""
+    return _mapped(*_symbols_and_coordinates(plant))
+
+
+def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
+    """Return the derivative of that map, (kernel parameters, declarations)."""
+    return _slopes(*_symbols_and_coordinates(plant))
+
+
+def _symbols_and_coordinates(plant: Plant) -> tuple[tuple[sp.Symbol, ...], Expressions]:
+    """Return what the map is made of: two plants of the same equations may declare different parameters."""
+    symbols = tuple(sp.Symbol(d.symbol) for d in plant.declarations.values())
+    return symbols, tuple(plant.coordinates[s] for s in plant.parameters)
+
+
+@lru_cache(maxsize=64)
+def _mapped(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[float]]:
+    compiled: Callable[..., list[float]] = sp.lambdify(symbols, list(expressions), modules="math")
     return compiled
 
 
-@lru_cache(maxsize=32)
-def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
-    """Compile the derivative of that map, (kernel parameters, declarations)."""
-    symbols = [sp.Symbol(d.symbol) for d in plant.declarations.values()]
-    rows = [[sp.diff(plant.coordinates[s], f) for f in symbols] for s in plant.parameters]
+@lru_cache(maxsize=64)
+def _slopes(symbols: tuple[sp.Symbol, ...], expressions: Expressions) -> Callable[..., list[list[float]]]:
+    rows = [[sp.diff(e, f) for f in symbols] for e in expressions]
     compiled: Callable[..., list[list[float]]] = sp.lambdify(symbols, rows, modules="math")
     return compiled

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechid.plant import friction, gear, housing, test_stand
@@ -23,7 +23,7 @@ class Table:
         What a reader of the file is told of it.
     option : str
         Key by which it chooses its block.
-    choices : tuple of str
+    choices : collection of str
         What it chooses among, the default first; none where there is no choice.
     named : bool
         Whether the choice counts as named also where the file leaves it out.
@@ -46,7 +46,7 @@ class Table:
     name: str
     title: str
     option: str = "law"
-    choices: tuple[str, ...] = ()
+    choices: Collection[str] = ()
     named: bool = False
     optional: bool = False
     own: bool = False
@@ -65,8 +65,8 @@ _ALL = (
     Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
           title="one harmonic of the torque constant over the electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
-    Table(name="friction", title="dry and viscous friction of the rotor", choices=tuple(friction.LAWS), own=True),
-    Table(name="gear", title="gear, a spring and a damper seen from the output", choices=tuple(gear.LAWS), own=True),
+    Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
+    Table(name="gear", title="gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
     Table(name="gear.kinematic_error", entry="harmonic", told_by="order",
           title="one harmonic of the gear's kinematic error over the input angle"),
     Table(name="load", title="test mass on the output", own=True),
@@ -76,7 +76,7 @@ _ALL = (
     Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
           choices=housing.FORMS, named=True, optional=True, own=True,
           bench="its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"),
-    Table(name="transducer", title="the torque transducer", choices=tuple(test_stand.TRANSDUCERS), optional=True,
+    Table(name="transducer", title="the torque transducer", choices=test_stand.TRANSDUCERS, optional=True,
           bench=RECORDER, of_record=True),
     Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,
           of_record=True),
@@ -93,7 +93,7 @@ OPTIONAL = tuple(table.name for table in _ALL if table.optional)
 """Tables without which there is no such block."""
 OWN = tuple(table.name for table in _ALL if table.own)
 """Tables whose block may be of the user's own."""
-CHOICES: Mapping[str, tuple[str, ...]] = {table.name: table.choices for table in _ALL if table.choices}
+CHOICES: Mapping[str, Collection[str]] = {table.name: table.choices for table in _ALL if table.choices}
 """Tables that choose among blocks of the library, and their choices."""
 OF_RECORD = tuple(table.name for table in _ALL if table.of_record)
 """Tables of which a record may have values of its own."""

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+JUMP = 10.0
+"""So many times the median step from sample to sample, on both its sides, a sample holds a jump."""
+
 
 def power_density(y: FloatArray, sample_rate: float) -> tuple[FloatArray, FloatArray]:
     """Return the one-sided power spectral density by the boxcar periodogram.
@@ -64,3 +67,25 @@ def windowed_rms(y: FloatArray, sample_rate: float, window_s: float) -> FloatArr
     sums, squares = (np.concatenate([[0.0], np.cumsum(part)]) for part in (centred, centred**2))
     mean, square = (sums[n:] - sums[:-n]) / n, (squares[n:] - squares[:-n]) / n
     return np.asarray(np.sqrt(np.maximum(square - mean**2, 0.0)), dtype=np.float64)
+
+
+def periodic_power(y: FloatArray) -> float:
+    """Return the mean square about the mean of samples over whole periods, of which some hold a jump.
+
+    Where the signal jumps from a to b within a sample's interval the sample is the mean over it, m. Its square is then
+    too small by (m - a)(b - m), which neighbours tell.
+
+    Parameters
+    ----------
+    y : (N,)
+
+    Examples
+    --------
+    >>> periodic_power(np.array([0.0, 0.0, 0.0, 0.25, 1.0, 1.0, 1.0, 0.75]))
+    0.25
+    """
+    step = np.diff(y, prepend=y[-1])
+    after = np.roll(step, -1)
+    least = JUMP * float(np.median(np.abs(step)))
+    jumps = (np.abs(step) > least) & (np.abs(after) > least) & (step * after > 0.0)
+    return float(np.var(y) + np.sum(step[jumps] * after[jumps]) / y.size)
