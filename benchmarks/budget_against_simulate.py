@@ -1,7 +1,7 @@
 """The budget's torque beside `simulate`: lines and RMS of every block of the library, in full steps and microsteps.
 
 The budget finds the motion that repeats by shooting and its lines behind a filter; `simulate` runs the mechanism from
-rest for 12 s and more at 400 and 800 kHz, and its lines are those of the last whole periods, extrapolated to a sample
+rest for 12 s and more at 0.8 and 1.6 MHz, and its lines are those of the last whole periods, extrapolated to a sample
 of no length, since a sample that holds a jump is its mean. No housing, no noise.
 
     python benchmarks/budget_against_simulate.py [LAYOUT ...]

@@ -13,7 +13,7 @@ from mechid.plant.flight import in_flight
 from mechid.signal.power import periodic_power
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
-RATES_HZ = (400_000.0, 800_000.0)
+RATES_HZ = (800_000.0, 1_600_000.0)
 """A sample holds the mean over its interval where the torque jumps, so that lines are off by the first power of it: two
 rates tell what is left without."""
 SETTLE_S, LAST_S = 12.0, 0.5
