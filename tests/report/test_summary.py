@@ -23,6 +23,8 @@ def data():
             "use": use,
             "quantity": "torque",
             "residual_rms": 0.00201,
+            "samples": 10_001,
+            "effective_samples": 9950.0,
             "bands": bands,
             "text": {"fit_percent": "99.2"},
         }
@@ -69,8 +71,30 @@ def test_a_misfit_is_named_with_its_size_and_band(data):
     data["validation"] = copy.deepcopy(data["validation"])
     data["validation"][0]["residual_rms"] = 0.0064
     assert summary_data(data)["grade"] == CAUTION
-    line = "Record full_46: the residual is 3.2 times the noise floor, most of it in the third octave at 1000 Hz."
+    line = (
+        "Record full_46: the residual is 3.20 times the noise floor, where chance explains up to 1.07 with 9950 "
+        "effective samples, most of it in the third octave at 1000 Hz."
+    )
     assert line in answers(data, 0)
+    assert "what record full_46 still contains" in answers(data, 2)
+
+
+@pytest.mark.parametrize(
+    ("effective", "said"),
+    [
+        (9950.0, "1.16 times the noise floor, where chance explains up to 1.07 with 9950 effective samples."),
+        (31.0, "1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2."),
+    ],
+)
+def test_a_sixth_above_the_floor_is_no_noise_in_ten_thousand_samples(data, effective, said):
+    """Truth: the RMS of 10 001 independent samples scatters by 0.7 %, the floor by 1.7 %: 16 % is no chance.
+
+    Nor is a residual of few effective samples white noise, whose size is that of the floor.
+    """
+    data["validation"][0] |= {"residual_rms": 0.00232, "effective_samples": effective}
+    assert summary_data(data)["grade"] == CAUTION
+    assert "1 of 2 records are explained down to their noise" in answers(data, 0)
+    assert f"Record full_46: the residual is {said}" in answers(data, 0)
     assert "what record full_46 still contains" in answers(data, 2)
 
 

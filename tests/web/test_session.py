@@ -50,9 +50,28 @@ def test_a_picture_is_the_simulation_of_the_settings_and_its_residual_is_the_noi
     picture = at_truth(session).pictures()["full_46"]
     torque = synthetic.torque_of(synthetic.truth(), synthetic.COMMANDS["full_46"], 3001)
     assert np.abs(picture.modelled - torque).max() < 1e-4
-    assert picture.numbers.residual_rms == pytest.approx(synthetic.NOISE_NM, rel=0.05)
-    assert picture.numbers.noise_ratio == pytest.approx(1.0, abs=0.05)
+    assert picture.numbers.residual.residual_rms == pytest.approx(synthetic.NOISE_NM, rel=0.05)
+    assert picture.numbers.residual.ratio == pytest.approx(1.0, abs=0.05)
     assert np.abs(picture.measured - picture.modelled - picture.residual).max() < 1e-12
+
+
+def test_explained_is_said_where_the_residual_is_the_noise_and_not_where_it_is_a_sixth_above(session):
+    """Truth: the noise that the bench drew; a knob turned until the residual's RMS is 1.16 times that of the truth."""
+
+    def panel():
+        pictures = session.pictures()
+        return pictures["full_46"].numbers.residual, shown_data(session, pictures, {}, {})["records"][0]
+
+    at_truth(session)
+    assert [panel()[1][key] for key in ("words", "grade")] == ["Explained down to the noise.", "good"]
+    near, far = TRUTH["gear.stiffness"], 1.1 * TRUTH["gear.stiffness"]
+    for _ in range(40):
+        session.turn("gear.stiffness", 0.5 * (near + far))
+        near, far = (0.5 * (near + far), far) if panel()[0].ratio < 1.16 else (near, 0.5 * (near + far))
+    residual, said = panel()
+    assert residual.ratio == pytest.approx(1.16, abs=0.002)
+    assert said["grade"] == "caution"
+    assert said["words"].startswith("1.16 times the noise floor, ")
 
 
 def test_turning_a_knob_moves_the_model_and_worsens_the_residual(session):
@@ -60,7 +79,7 @@ def test_turning_a_knob_moves_the_model_and_worsens_the_residual(session):
     session.turn("gear.stiffness", 1000.0)
     after = session.pictures()["full_46"]
     assert np.abs(after.modelled - before.modelled).max() > 0.05
-    assert after.numbers.noise_ratio > 10.0
+    assert after.numbers.residual.ratio > 10.0
     session.undo()
     assert np.array_equal(session.pictures()["full_46"].modelled, before.modelled)
 
@@ -220,7 +239,7 @@ def test_what_the_page_says_is_plain_json_with_the_numbers_of_the_pictures(sessi
     assert set(json.loads(json.dumps(said, allow_nan=False))) == set(said)
     (panel,) = said["records"]
     assert panel["grade"] == "good"
-    assert dict(panel["numbers"])["residual"] == f"{1e3 * pictures['full_46'].numbers.residual_rms:.2f} mN m"
+    assert dict(panel["numbers"])["residual"] == f"{1e3 * pictures['full_46'].numbers.residual.residual_rms:.2f} mN m"
     still = page_data(campaign, session.state.knobs, session.scenes)
     assert {k["name"] for group in still["groups"] for k in group["knobs"]} == set(said["knobs"])
     assert all(k["meaning"] in k["hover"] for group in still["groups"] for k in group["knobs"])

@@ -140,7 +140,7 @@ class Slot:
         """Draw what a small step of the knob in hand does."""
         kept = self._kept(picture, effect.torque)
         self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
-        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
+        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.residual.noise_sigma))
         hold(self.heights["effect"], -height, height)
 
     def _kept(self, picture: Picture, y: FloatArray) -> NDArray[np.int64]:
@@ -155,7 +155,7 @@ class Slot:
         return first + envelope(y[first : max(last, first)], COLUMNS)
 
     def _set_heights(self, picture: Picture) -> None:
-        noise = picture.numbers.noise_sigma
+        noise = picture.numbers.residual.noise_sigma
         torque = round_up(largest(picture.measured, picture.modelled))
         residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
         for name, height in (("torque", torque), ("residual", residual)):

@@ -6,11 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from mechid.analysis.against_noise import NoiseLevel
 from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Progress
-from mechid.identification.uncertainty.noise import MISFIT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
+from mechid.report.noise import level_words
 from mechid.report.payload import order_word
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
@@ -26,6 +27,7 @@ LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
          "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
+GRADES = {NoiseLevel.NOISE: "good", NoiseLevel.LOST: "bad"}
 Data = dict[str, Any]
 ELSEWHERE = {
     RunState.RUNNING: "an identification is at work elsewhere",
@@ -172,20 +174,21 @@ def _away_text(away: float | None) -> str:
 
 def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
     n, unit = picture.numbers, session.scenes[name].unit
-    ratio = n.noise_ratio
+    residual, ratio = n.residual, n.residual.ratio
     return {
         "name": name,
-        "grade": "bad" if not math.isfinite(ratio) else "good" if ratio <= MISFIT else "caution",
+        "grade": GRADES.get(residual.level, "caution"),
         "numbers": [
-            ("residual", amount(n.residual_rms, unit)),
-            ("noise floor", amount(n.noise_sigma, unit)),
+            ("residual", amount(residual.residual_rms, unit)),
+            ("noise floor", amount(residual.noise_sigma, unit)),
             ("residual / noise", digits(ratio, 3)),
+            ("by chance up to", plain(residual.most_by_chance, 4)),
             ("fit", f"{digits(n.fit_percent, 4)} %"),
             ("offset", amount(n.offset, unit)),
             ("drift", f"{amount(n.drift, unit)}/s"),
         ],
         "ratio": None if not math.isfinite(ratio) else ratio,
-        "words": _in_words(ratio),
+        "words": level_words(residual),
         "effect": _effect_words(effect, session, unit),
     }
 
@@ -201,14 +204,6 @@ def amount(value: float, unit: str) -> str:
     if unit == "N*m":
         return f"{digits(1e3 * value, 3)} mN m"
     return f"{digits(value, 3)} {_unit(unit)}".rstrip()
-
-
-def _in_words(ratio: float) -> str:
-    if not math.isfinite(ratio):
-        return "The model cannot be simulated to the end of this stretch."
-    if ratio <= MISFIT:
-        return "Explained down to the noise."
-    return f"The model misses {ratio:.3g} times as much as the noise."
 
 
 def _effect_words(effect: Effect | None, session: Session, channel_unit: str) -> str:
