@@ -21,6 +21,7 @@ def data():
         {
             "name": n,
             "use": use,
+            "left_out": False,
             "quantity": "torque",
             "residual_rms": 0.00201,
             "samples": 10_001,
@@ -139,6 +140,18 @@ def test_errors_that_hold_in_the_small_alone_are_said(data):
     data["parameters"][0]["local_only"] = True
     assert summary_data(data)["grade"] == CAUTION
     assert "a cliff being near: gear.stiffness." in answers(data, 1)
+
+
+def test_a_record_that_was_left_out_against_its_file_is_not_called_held_out(data):
+    """Truth: the file gives it to estimate from; it is no test of the prediction, nor a model's lack."""
+    data["validation"][1] |= {"left_out": True, "residual_rms": 0.2, "text": {"fit_percent": "-312"}}
+    text = answers(data, 0)
+    assert "Record sweep was left out of the fit, although the campaign file gives it to estimate from" in text
+    assert "fit of -312 %" in text
+    assert "Record sweep was held out" not in text
+    assert "No record was held out" in text
+    assert "still contains" not in answers(data, 2)
+    assert "Knowing how record sweep was taken" in answers(data, 2)
 
 
 def test_no_held_out_record_is_said(data):

@@ -75,6 +75,8 @@ def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     shown = "return [...document.querySelectorAll('.panel:not([hidden]) h2')].map((h) => h.textContent)"
     assert browser.execute_script(shown) == ["full_46", "micro_46", "sweep"]
+    uses = "return [...document.querySelectorAll('.chip .use')].map((u) => u.textContent)"
+    assert browser.execute_script(uses) == ["", "", "held out"]
     wide = "return [...document.querySelectorAll('.figure')].filter((f) => f.scrollWidth > f.clientWidth + 1).length"
     assert browser.execute_script(wide) == 0
 

@@ -14,6 +14,7 @@ from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import make_problem
 from mechid.simulation.interruption import ask
 from mechid.web import Source
+from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.session import MOST_SHOWN, Session
 from mechid.web.shown import course, page_data, shown_data
@@ -72,6 +73,19 @@ def test_explained_is_said_where_the_residual_is_the_noise_and_not_where_it_is_a
     assert residual.ratio == pytest.approx(1.16, abs=0.002)
     assert said["grade"] == "caution"
     assert said["words"].startswith("1.16 times the noise floor, ")
+
+
+def test_a_record_that_a_fit_left_out_is_called_so_and_stays_one_to_estimate_from(source, campaign):
+    """Truth: the campaign's own entries; the sweep alone is held out by its file."""
+    values = {q.name: q.value for q in campaign.parameters.values()}
+    taken = tuple(replace(r, use="validate") if r.name == "micro_46" else r for r in campaign.records)
+    estimate = Estimate(source="a fit", values=values, sigmas={}, summary={}, records=taken,
+                        left_out=frozenset({"micro_46"}))  # fmt: skip
+    session = Session(replace(source, estimate=estimate))
+    uses = shown_data(session, session.pictures(), {}, {})["uses"]
+    assert uses == {"full_46": "", "micro_46": "left out of the last fit", "sweep": "held out"}
+    session._take_estimate(estimate)
+    assert [r.use for r in session.campaign.records] == ["estimate", "estimate", "validate"]
 
 
 def test_turning_a_knob_moves_the_model_and_worsens_the_residual(session):

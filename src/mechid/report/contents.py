@@ -15,6 +15,7 @@ from mechid.report.digits import plain
 from mechid.report.noise import against_noise, level_words
 from mechid.report.quantities import torque_alone
 from mechid.report.summary import summary_data
+from mechid.report.use import use_word
 
 
 def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> dict[str, Any]:
@@ -82,8 +83,9 @@ def _record_row(
         (f"offset{unit}", fit["text"]["offset"]),
         (f"drift{rate}", fit["text"]["drift"]),
     ]
+    use = use_word(row["use"], left_out=row["left_out"])
     own = {"noise_ratio": ratio, "words": level_words(residual), "cells": cells}
-    return {"name": row["name"], "use": row["use"], "quantity": row["quantity"], **own}
+    return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 
 
 def _origin(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -12,6 +12,7 @@ from mechid.report.details import worst_pair
 from mechid.report.digits import digits, plain
 from mechid.report.noise import above_words, against_noise
 from mechid.report.quantities import quantity_words, torque_alone
+from mechid.report.use import held_out, left_out, left_out_words
 
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 HEADLINE = {
@@ -89,19 +90,21 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
         if residual.level is NoiseLevel.LOST
     ]
     lines += [_misfit(row, residual) for row, residual in _misfits(residuals)]
-    held_out = [row for row in rows if row["use"] == "validate"]
+    lines += [left_out_words(_called(row), row["text"]["fit_percent"]) for row in left_out(rows)]
+    tested = held_out(rows)
     lines += [
         f"Record {_called(row)} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
-        for row in held_out
+        for row in tested
     ]
-    if rows and not held_out:
+    if rows and not tested:
         lines.append('No record was held out (use = "validate"): the prediction of new records is not tested.')
     return lines
 
 
 def _misfits(residuals: Residuals) -> Residuals:
-    """Return what is above the noise."""
-    return [(row, r) for row, r in residuals if r.level in (NoiseLevel.COLOURED, NoiseLevel.ABOVE)]
+    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure."""
+    above = (NoiseLevel.COLOURED, NoiseLevel.ABOVE)
+    return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
 
 
 def _misfit(row: Data, residual: AgainstNoise) -> str:
@@ -160,6 +163,10 @@ def _improvement(data: Data, residuals: Residuals) -> list[str]:
     lines = [
         f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
         for row, _ in _misfits(residuals)
+    ]
+    lines += [
+        f"Knowing how record {_called(row)} was taken: the warnings say what was tried of it."
+        for row in left_out(data["validation"])
     ]
     row, information = least_certain(data), data["information"]
     if row and information and row["name"] in information["parameters"]:

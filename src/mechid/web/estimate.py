@@ -32,6 +32,8 @@ class Estimate:
         The report's verdict: grade, headline, questions with answers.
     records : tuple of CampaignRecord
         As the fit took them.
+    left_out : frozenset of str
+        Records that the fit left out although the campaign file gives them to estimate from.
     """
 
     source: str
@@ -39,6 +41,7 @@ class Estimate:
     sigmas: Mapping[str, float]
     summary: Mapping[str, Any]
     records: tuple[CampaignRecord, ...] = ()
+    left_out: frozenset[str] = frozenset()
 
     def away(self, name: str, value: float) -> float | None:
         """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
@@ -59,6 +62,7 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         sigmas={name: p.std_error for name, p in fit.parameters.items() if p.std_error},
         summary=report_contents(data, campaign, fit)["summary"],
         records=tuple(as_fitted(record, fit) for record in campaign.records),
+        left_out=frozenset(name for name, r in fit.records.items() if r.taken.left_out),
     )
 
 

@@ -262,6 +262,9 @@ class Session:
         self.to_estimate()
 
     def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
-        """Return the records with the sign and command that a fit took them to have, and their own knobs."""
+        """Return the records with the sign and command that a fit took them to have, and their own knobs.
+
+        Their use stays the file's: a record that one fit left out is one to estimate from for the next.
+        """
         own = {r.name: r for r in estimate.records}
-        return tuple(replace(own.get(r.name, r), parameters=r.parameters) for r in self.campaign.records)
+        return tuple(replace(own.get(r.name, r), parameters=r.parameters, use=r.use) for r in self.campaign.records)

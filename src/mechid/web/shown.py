@@ -9,10 +9,12 @@ from typing import Any
 from mechid.analysis.against_noise import NoiseLevel
 from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Progress
+from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.noise import level_words
 from mechid.report.payload import order_word
+from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
 from mechid.web.knobs import Knob
@@ -113,7 +115,7 @@ def _scene_entry(scene: Scene) -> Data:
     assert record.data is not None
     return {
         "name": scene.label,
-        "use": scene.match.use,
+        "use": "validate" if "validate" in (scene.record.use, scene.match.use) else "estimate",
         "duration": f"{plain(record.data.duration_s, 3)} s",
         "file": str(record.file or ""),
         "column": record.data.channel(scene.match.quantity).column,
@@ -133,6 +135,7 @@ def shown_data(
         "sweeps": [
             {"name": name, "words": _sweep_words(sweep), "tops_hz": sweep.tops_hz} for name, sweep in sweeps.items()
         ],
+        "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),
@@ -142,6 +145,13 @@ def shown_data(
         "verdict": session.estimate.summary if session.estimate else None,
         "run": run_data(session.watched, session.state.knobs) if session.watched else None,
     }
+
+
+def _use_words(scene: Scene, estimate: Estimate | None) -> str:
+    """Return what a record is not used for, or was not; nothing of one that is estimated from."""
+    if estimate and scene.record.name in estimate.left_out:
+        return f"{LEFT_OUT} of the last fit"
+    return "held out" if "validate" in (scene.record.use, scene.match.use) else ""
 
 
 def _knob_now(session: Session, knob: Knob) -> Data:

@@ -174,7 +174,10 @@ function printed() {
   for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
   document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, told.sweeps[k]));
-  for (const chip of chips) chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
+  for (const chip of chips) {
+    chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
+    set(chip.querySelector(".use"), "textContent", told.uses[chip.dataset.record]);
+  }
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
   set(at("undo"), "disabled", !told.can_undo);
   for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
