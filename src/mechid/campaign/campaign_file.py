@@ -35,10 +35,10 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     path : Path
         The campaign file, or the folder that holds ``campaign.toml``.
     read_records : bool
-        False leaves the records' files unread, and lets records without a file pass: enough to
-        simulate or to plan.
+        False leaves the records' files unread, and lets records without a file pass: enough to plan.
     need_files : bool or None
-        Whether a record without a file is refused; None refuses it where records are read.
+        Whether a record without a file is refused; None refuses it where records are read. Without one it is
+        planned: enough to check, to simulate and to design the test.
 
     Returns
     -------
