@@ -17,12 +17,12 @@ from mechid.report.payload import order_word
 from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
-from mechid.web.knobs import Knob
+from mechid.web.knobs import FINE_SIGMAS, NOTCHES, Knob
 from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
 from mechid.web.sweep import SweepPicture
 
-VALUE_DIGITS = 5
+VALUE_DIGITS, MOST_DIGITS = 5, 9
 MOST_REPORTS = 300
 """Of a fit: of more, some are left out of the figure."""
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
@@ -44,6 +44,7 @@ def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str
         "title": campaign.path.resolve().parent.name or campaign.path.name,
         "path": str(campaign.path),
         "groups": _groups(knobs),
+        "notches": NOTCHES,
         "records": [_scene_entry(scene) for scene in scenes.values()],
         "fixed": [
             _fixed_entry(q, campaign.mechanism.value(q.name))
@@ -156,24 +157,40 @@ def _use_words(scene: Scene, estimate: Estimate | None) -> str:
 
 def _knob_now(session: Session, knob: Knob) -> Data:
     value = session.state.now.values[knob.name]
+    estimate = session.estimate
+    sigma = estimate.sigmas.get(knob.name) if estimate else None
+    fine = knob.fine_step(value, sigma)
     now: Data = {
         "value": value,
-        "text": plain(value, VALUE_DIGITS),
+        "text": plain(value, _digits_to(fine, value)),
+        "fine": fine,
+        "fine_text": f"{plain(fine, 2)} {_unit(knob.parameter.declaration.unit)}".rstrip()
+        + (f" ({FINE_SIGMAS:g} σ)" if sigma else " (a hundredth of a notch)"),
         "place": knob.place(value),
         "free": knob.name in session.state.now.free,
         "estimate_place": None,
         "away": "",
         "estimate": "",
     }
-    estimate = session.estimate
     if estimate and knob.name in estimate.values:
-        sigma = estimate.sigmas.get(knob.name)
         text, error = with_sigma(estimate.values[knob.name], sigma)
         away = estimate.away(knob.name, value)
         now["estimate_place"] = knob.place(estimate.values[knob.name])
         now["estimate"] = f"{text} ± {error}" if error else text
         now["away"] = _away_text(away)
     return now
+
+
+def _digits_to(step: float, value: float) -> int:
+    """Return the digits of a value in which a step of it is seen, as a rule five.
+
+    Examples
+    --------
+    >>> _digits_to(0.09, 913.47), _digits_to(1e-5, 913.47)
+    (5, 8)
+    """
+    needed = math.ceil(math.log10(abs(value) / step)) if step > 0.0 and abs(value) > step else 0
+    return min(max(needed, VALUE_DIGITS), MOST_DIGITS)
 
 
 def _away_text(away: float | None) -> str:

@@ -4,8 +4,10 @@
 
 const at = (id) => document.getElementById(id);
 const knobs = new Map([...document.querySelectorAll(".knob")].map((row) => [row.dataset.name, row]));
-const STEPS = 2000, SETTLED_MS = 150, waiting = [], latencies = [];
-let settling = 0, turned = false;
+const SETTLED_MS = 150, waiting = [], latencies = [];
+const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
+const pending = new Map(); // values asked for and not yet answered
+let settling = 0, turned = false, asked = null;
 let wire = null, number = 0, awaited = 0, grip = 0, began = 0, told = null;
 
 function ask(message) {
@@ -18,6 +20,7 @@ function ask(message) {
 function next() {
   if (!wire || awaited || !waiting.length) return;
   const message = waiting.shift();
+  asked = message;
   clearTimeout(settling);
   settling = 0;
   turned = message.do === "turn";
@@ -33,13 +36,38 @@ function valueAt(row, share) {
   return log ? low * (high / low) ** share : low + share * (high - low);
 }
 
+function turn(name, value) {
+  const [low, high] = ends(knobs.get(name)), inside = Math.min(Math.max(value, low), high);
+  pending.set(name, inside);
+  ask({ do: "turn", name, value: inside, grip: `grip ${grip}`, began: performance.now() });
+}
+
+// With Shift a press of an arrow key, or a pixel of a drag, is a fine step.
+const standing = (name) => pending.get(name) ?? told.knobs[name].value;
+
+function pressedFine(event, name) {
+  const steps = ARROWS[event.key];
+  if (!event.shiftKey || !steps || !told) return;
+  event.preventDefault();
+  turn(name, standing(name) + steps * told.knobs[name].fine);
+}
+
+function draggedFine(event, name) {
+  if (!event.shiftKey || event.button !== 0 || !told) return;
+  event.preventDefault(); // the thumb does not jump to the pointer
+  event.target.focus();
+  const from = standing(name), fine = told.knobs[name].fine, at = event.clientX;
+  const moved = (move) => turn(name, from + (move.clientX - at) * fine);
+  document.addEventListener("mousemove", moved);
+  document.addEventListener("mouseup", () => document.removeEventListener("mousemove", moved), { once: true });
+}
+
 for (const [name, row] of knobs) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
   range.addEventListener("pointerdown", () => { grip += 1; });
-  range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; });
-  range.addEventListener("input", () => {
-    ask({ do: "turn", name, value: valueAt(row, range.value / STEPS), grip: `grip ${grip}`, began: performance.now() });
-  });
+  range.addEventListener("mousedown", (event) => draggedFine(event, name));
+  range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; pressedFine(event, name); });
+  range.addEventListener("input", () => turn(name, valueAt(row, range.value / range.max)));
   for (const input of [range, written]) {
     input.addEventListener("focus", () => { if (told && told.hand !== name) ask({ do: "take", name }); });
   }
@@ -96,8 +124,12 @@ function set(target, name, value) {
 
 function printedKnob(row, now, before) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
-  const turning = waiting.some((m) => m.name === row.dataset.name);
-  if (!turning) set(range, "value", String(Math.round(now.place * STEPS)));
+  const name = row.dataset.name;
+  const turning = waiting.some((m) => m.name === name) || (awaited && told.answered !== awaited && asked.name === name);
+  if (!turning) {
+    pending.delete(name);
+    set(range, "value", String(Math.round(now.place * range.max)));
+  }
   if (before && JSON.stringify(now) === JSON.stringify(before)) return;
   range.setAttribute("aria-valuetext", now.text);
   if (document.activeElement !== written) set(written, "value", now.text);
@@ -187,6 +219,7 @@ function printed() {
   set(at("note"), "textContent", told.note);
   set(at("note"), "hidden", !told.note);
   set(at("hand-name"), "textContent", told.hand);
+  set(at("hand-fine"), "textContent", told.knobs[told.hand].fine_text);
   set(at("hand-hover"), "textContent", knobs.get(told.hand).querySelector(".name").title);
   if (told.equations) at("equations").innerHTML = told.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
   if (JSON.stringify([told.verdict, told.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
