@@ -261,10 +261,16 @@ def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
     points = browser.execute_script(
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
         "const sources = [...root.references()].filter((m) => m.type === 'ColumnDataSource');"
-        "return sources.map((m) => (m.data.xs ?? m.data.x).length)"
+        "return sources.filter((m) => m.data.xs ?? m.data.x).map((m) => (m.data.xs ?? m.data.x).length)"
     )
-    assert len(points) == 3
+    assert len(points) == 4
     assert all(n > 1 for n in points)
+    labels = browser.execute_script(
+        "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
+        "return [...root.references()].filter((m) => m.type.endsWith('Axis')).map((m) => m.axis_label)"
+    )
+    assert "residual over noise floor" in labels
+    assert "worst record" in browser.find_element("id", "run-line").text
     assert faults(browser) == []
 
 

@@ -1,6 +1,7 @@
 """A tab without a browser. Truth: the simulation itself, differences, the Jacobian of the fit, the record's noise."""
 
 import json
+import math
 import time
 from dataclasses import replace
 
@@ -16,8 +17,9 @@ from mechid.simulation.interruption import ask
 from mechid.web import Source
 from mechid.web.estimate import Estimate
 from mechid.web.fit_run import FitRun, RunState
+from mechid.web.fit_shown import course
 from mechid.web.session import MOST_SHOWN, Session
-from mechid.web.shown import course, page_data, shown_data
+from mechid.web.shown import page_data, shown_data
 from mechid.web.state import campaign_at
 
 TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
@@ -150,13 +152,31 @@ def test_a_fit_from_here_finds_the_truth_and_undo_takes_it_back(session):
 def test_the_course_of_a_fit_ends_where_the_fit_does(session):
     session.fit_from_here()
     ended(session)
-    costs, places = course(session.run.reports, session.state.knobs, session.samples)
-    assert costs[0][1] > 10.0
-    assert costs[-1][1] == pytest.approx(1.0, abs=0.1)
+    ratios, places = course(session.run.reports, session.state.knobs)
+    assert ratios["worst"][0][1] > 10.0
+    for own in ratios.values():
+        assert own[-1] == (len(session.run.reports), pytest.approx(1.0, abs=0.05))
     for name in TRUTH:
         knob = session.state.knobs[name]
         assert places[name][-1][1] == pytest.approx(knob.place(session.estimate.values[name]), abs=1e-6)
         assert places[name][0][1] != places[name][-1][1]
+
+
+def test_the_course_of_a_fit_that_explains_nothing_ends_as_far_off_as_its_records_are(session):
+    """Truth: the residual of each whole record, measured less simulated, over the noise that the bench drew."""
+    session.set_free("gear.stiffness", is_free=False)
+    session.fit_from_here()
+    ended(session)
+    names = ("full_46", "micro_46")
+    session.look(names, 1e9)
+    pictures = session.pictures()
+    off = [float(np.sqrt(np.mean(pictures[name].residual ** 2))) / synthetic.NOISE_NM for name in names]
+    ratios, _ = course(session.run.reports, session.state.knobs)
+    assert min(off) > 2.0
+    assert ratios["worst"][-1][1] == pytest.approx(max(off), rel=0.05)
+    assert ratios["median"][-1][1] == pytest.approx(sum(off) / 2.0, rel=0.05)
+    before = next(r.over_noise for r in session.run.reports[-3::-1] if r.over_noise)  # of the search itself
+    assert max(before.values()) > 2.0
 
 
 def test_what_is_held_stays_and_a_fit_that_is_cancelled_changes_nothing(session):
@@ -188,10 +208,18 @@ def test_a_cancelled_run_ends_also_where_it_has_nothing_to_report():
 
 def test_the_course_of_a_long_fit_is_thinned_and_keeps_its_end(session):
     reports = [Progress(1, 4, "multi-start", "", 1e4 / k, 0.0, {"gear.stiffness": 900.0 + k}) for k in range(1, 5001)]
-    costs, places = course(reports, session.state.knobs, 100)
-    assert 250 < len(costs) < 700
-    assert costs[-1] == (5000, pytest.approx(0.02))
-    assert len(places["gear.stiffness"]) == len(costs)
+    ratios, places = course(reports, session.state.knobs)
+    assert 250 < len(places["gear.stiffness"]) < 700
+    assert places["gear.stiffness"][-1][0] == 5000
+    assert ratios == {"worst": [], "median": []}
+
+
+def test_a_record_that_is_lost_leaves_a_gap_in_the_course(session):
+    """Truth: the worst and the median of the numbers written here."""
+    told = ({"a": 3.0, "b": 9.0, "c": 5.0}, {}, {"a": 2.0, "b": math.inf, "c": 4.0})
+    reports = [Progress(1, 4, "gated growth", "", None, 0.0, over_noise=own) for own in told]
+    ratios, _ = course(reports, session.state.knobs)
+    assert ratios == {"worst": [(1, 9.0)], "median": [(1, 5.0), (3, 4.0)]}
 
 
 def test_an_effect_is_there_also_where_nothing_is_free(campaign):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
+from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.digits import digits, plain, rounded
 
 Data = Mapping[str, Any]
@@ -69,6 +70,8 @@ def above_words(residual: AgainstNoise) -> str:
     most, effective = residual.most_by_chance, rounded(residual.effective_samples)
     count = next((n for n in DIGITS if digits(residual.ratio, n) != digits(most, n)), DIGITS[-1])
     times = f"{digits(residual.ratio, count)} times the noise floor"
+    if residual.ratio > MISFIT:
+        return times  # of any number of samples
     if residual.level is NoiseLevel.COLOURED:
         samples = f"{residual.samples} samples worth {effective} effective ones"
         return f"{times}, and coloured: {samples}, by chance up to {plain(most, count)}"

@@ -57,6 +57,11 @@ def scenes_of(campaign: Campaign) -> dict[str, Scene]:
     return {scene.label: scene for scene in found}
 
 
+def _end_of(estimate: Estimate) -> Progress:
+    """Return the last report of a fit that has ended: how far off the records are at its estimate."""
+    return Progress(1, 1, "verdict", "all records judged", None, 0.0, over_noise=estimate.over_noise)
+
+
 class Session:
     """One tab.
 
@@ -212,11 +217,6 @@ class Session:
         """Begin an identification with its own search for a start, as ``mechid identify`` does."""
         self._begin(lambda campaign, told: identify(campaign, workers=self.source.workers, listener=told))
 
-    @property
-    def samples(self) -> int:
-        """Samples of all records that are estimated from."""
-        return sum(r.data.samples for r in self.campaign.estimated if r.data is not None)
-
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
             raise UsageError("a fit is at work; cancel it first")
@@ -250,6 +250,8 @@ class Session:
         for run in (self.run, self.reading):
             if run is not None and run.state is RunState.FINISHED and run.result is not None:
                 self._take_estimate(run.result)
+                if self.watched is not None:
+                    self.watched.reports.append(_end_of(run.result))
                 run.result = None
                 return True
         return False

@@ -3,39 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import NoiseLevel
 from mechid.campaign import Campaign
-from mechid.identification.computation.progress import Progress
 from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.noise import level_words
 from mechid.report.payload import order_word
 from mechid.web.estimate import Estimate
-from mechid.web.fit_run import FitRun, RunState
-from mechid.web.followed_run import FollowedRun
+from mechid.web.fit_shown import run_data
 from mechid.web.knobs import FINE_SIGMAS, NOTCHES, Knob
 from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
 from mechid.web.sweep import SweepPicture
 
 VALUE_DIGITS, MOST_DIGITS = 5, 9
-MOST_REPORTS = 300
-"""Of a fit: of more, some are left out of the figure."""
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
          "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
 GRADES = {NoiseLevel.NOISE: "good", NoiseLevel.LOST: "bad"}
 Data = dict[str, Any]
-ELSEWHERE = {
-    RunState.RUNNING: "an identification is at work elsewhere",
-    RunState.FINISHED: "the identification elsewhere has ended",
-    RunState.CANCELLED: "the identification elsewhere has stopped",
-}
 
 
 def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str, Scene]) -> Data:
@@ -253,56 +244,3 @@ def _sweep_words(sweep: SweepPicture) -> str:
     swinging = ", ".join(f"{r.name} {digits(r.frequency_hz, 3)} Hz" for r in sweep.resonances)
     marked = f"Marked are the orders {orders} of the step rate"
     return f"{marked} and the resonances as set: {swinging}." if swinging else f"{marked}."
-
-
-def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
-    """Return where a fit stands."""
-    latest = run.reports[-1] if run.reports else None
-    words = {
-        RunState.RUNNING: "at work; standard errors and verdict come last",
-        RunState.FINISHED: "ended; the parameters are at its estimate, Undo takes them back",
-        RunState.CANCELLED: "cancelled; the parameters are where you left them",
-        RunState.FAILED: run.fault,
-    }[run.state]
-    if run.is_elsewhere:
-        words = run.fault or ELSEWHERE[run.state]
-    values = latest.values if latest else {}
-    places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
-    return {
-        "state": run.state.value,
-        "elsewhere": run.is_elsewhere,
-        "words": words,
-        "places": places,
-        "elapsed": f"{run.elapsed_s:.0f} s",
-        **_progress(latest),
-    }
-
-
-def _progress(latest: Progress | None) -> Data:
-    if latest is None:
-        return {"stage": "starting", "line": "", "cost": ""}
-    finite = latest.cost is not None and math.isfinite(latest.cost)
-    return {
-        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}" if latest.total > 1 else latest.stage,
-        "line": latest.line,
-        "cost": f"cost {latest.cost:.6g}" if finite else "",
-    }
-
-
-def course(
-    reports: Sequence[Progress], knobs: Mapping[str, Knob], samples: int
-) -> tuple[list[tuple[int, float]], dict[str, list[tuple[int, float]]]]:
-    """Return the costs told, over the number of samples, and the place of each parameter between its ends.
-
-    Both are lists of the number of the report and the value.
-    """
-    apart = max(len(reports) // MOST_REPORTS, 1)
-    drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
-    told = [(k, r.cost / samples) for k, r in drawn if r.cost is not None]
-    costs = [(k, cost) for k, cost in told if math.isfinite(cost) and cost > 0.0]
-    places: dict[str, list[tuple[int, float]]] = {}
-    for k, report in drawn:
-        for name, value in report.values.items():
-            if name in knobs:
-                places.setdefault(name, []).append((k, knobs[name].place(value)))
-    return costs, places

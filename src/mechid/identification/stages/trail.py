@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
@@ -23,6 +23,7 @@ from mechid.identification.search.cliffs import along_cliff
 from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.gates import Growth
 from mechid.identification.search.solve import Solution, solve
+from mechid.identification.stages.over_noise import OverNoise
 
 FloatArray = NDArray[np.float64]
 MOST_CLIFFS = 3
@@ -48,6 +49,10 @@ class Trail:
     journal: Journal = field(default_factory=Journal)
     began: float = field(default_factory=time.perf_counter)
     stage_began: float = field(default_factory=time.perf_counter)
+    noise: OverNoise = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.noise = OverNoise(self.problem)
 
     def clock(self) -> float:
         """Return seconds that run on through a resumed search, as if what the journal holds were worked out now."""
@@ -68,7 +73,8 @@ class Trail:
     def tell(self, stage: str, line: str, cost: float | None = None) -> None:
         """Report progress of the stage at work."""
         number = min(len(self.stages) + 1, self.total)
-        self.listener(Progress(number, self.total, stage, line, cost, self.clock() - self.began, self.values))
+        noise = {} if self.listener is silent else self.noise.seen(stage, self.problem, self.q)
+        self.listener(Progress(number, self.total, stage, line, cost, self.clock() - self.began, self.values, noise))
 
     @property
     def values(self) -> dict[str, float]:

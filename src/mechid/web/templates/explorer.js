@@ -193,7 +193,7 @@ function printedRun(run) {
   at("course").hidden = !run;
   at("run-words").className = run ? run.state : "";
   at("run-words").textContent = run ? run.words : "";
-  at("run-line").textContent = run ? [run.stage, run.line, run.cost, run.elapsed].filter(Boolean).join(", ") : "";
+  at("run-line").textContent = run ? [run.stage, run.line, run.cost, run.noise, run.elapsed].filter(Boolean).join(", ") : "";
   if (running && !at("course").dataset.opened) { at("course").open = true; at("course").dataset.opened = "1"; }
   if (!running) delete at("course").dataset.opened;
   for (const [name, row] of knobs) marked(row, "run", running ? run.places[name] : null);
