@@ -208,6 +208,17 @@ def test_a_slider_has_fine_steps_where_there_is_no_estimate(browser, address, ca
     assert faults(browser) == []
 
 
+def test_the_highlighted_button_is_the_search_until_the_sliders_have_left_the_catalogue(browser, address):
+    opened(browser, address)
+    strong = "return [...document.querySelectorAll('button.strong')].map((b) => b.textContent)"
+    assert browser.execute_script(strong) == ["Search from scratch"]
+    pressed(browser, "ArrowRight", 1)
+    assert browser.execute_script(strong) == ["Fit from here"]
+    browser.find_element("id", "file").click()
+    idle(browser)
+    assert browser.execute_script(strong) == ["Search from scratch"]
+
+
 def test_undo_by_the_button_and_by_the_keyboard(browser, address):
     opened(browser, address)
     start = told(browser)["knobs"][KNOB]["value"]

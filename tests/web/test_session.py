@@ -90,6 +90,25 @@ def test_a_record_that_a_fit_left_out_is_called_so_and_stays_one_to_estimate_fro
     assert [r.use for r in session.campaign.records] == ["estimate", "estimate", "validate"]
 
 
+def test_what_is_offered_first_is_the_search_at_the_file_values_and_the_fit_elsewhere(source, campaign):
+    """From the catalogue a fit mostly ends elsewhere; from values set by hand, or an estimate, it is what is wanted."""
+
+    def offered(session):
+        return shown_data(session, {}, {}, {})["primary"]
+
+    session = Session(source)
+    assert offered(session) == "search"
+    session.turn("load.inertia", 0.011)  # which no fit moves
+    assert offered(session) == "search"
+    session.turn("gear.stiffness", TRUTH["gear.stiffness"])
+    assert offered(session) == "fit"
+    session.to_file()
+    assert offered(session) == "search"
+    values = {name: q.value for name, q in campaign.parameters.items()}
+    there = Estimate(source="the file's own", values=values, sigmas={}, summary={}, records=campaign.records)
+    assert offered(Session(replace(source, estimate=there))) == "fit"
+
+
 def test_turning_a_knob_moves_the_model_and_worsens_the_residual(session):
     before = at_truth(session).pictures()["full_46"]
     session.turn("gear.stiffness", 1000.0)

@@ -208,6 +208,16 @@ class Session:
         """The run that is shown: this tab's own, or one elsewhere that was at work while the tab was open."""
         return self.run or (self.followed if self.followed and self.followed.is_alive else None)
 
+    @property
+    def is_at_catalogue(self) -> bool:
+        """Whether what is free stands where the file has it, and no estimate: a fit from there seldom succeeds."""
+        now = self.state.now
+        begun = {q.name: q.value for q in self.source.campaign.parameters.values()}
+        estimated = self.estimate.values if self.estimate else {}
+        return all(now.values[name] == begun.get(name) for name in now.free) and not all(
+            now.values[name] == estimated.get(name) for name in now.free
+        )
+
     def fit_from_here(self) -> None:
         """Begin a fit of what is free from the knobs' values."""
         values = dict(self.state.now.values)

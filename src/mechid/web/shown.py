@@ -133,6 +133,7 @@ def shown_data(
         "can_undo": bool(session.state.past),
         "compares": session.compares,
         "free": len(session.state.now.free),
+        "primary": "search" if session.is_at_catalogue else "fit",
         "estimate": session.estimate.source if session.estimate else "",
         "verdict": session.estimate.summary if session.estimate else None,
         "run": run_data(session.watched, session.state.knobs) if session.watched else None,

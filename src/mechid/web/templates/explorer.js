@@ -177,7 +177,7 @@ function printedSweep(section, sweep) {
 function printedVerdict(verdict, source) {
   at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
-  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Fit from here” makes one from the values below; mechid identify makes one from the catalogue.";
+  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Search from scratch” makes one from the catalogue, as mechid identify does; “Fit from here” makes one from the values below, once they are near.";
   at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {
     const part = element("div", ""), list = element("ul", "");
     list.append(...answers.map((answer) => element("li", answer)));
@@ -215,6 +215,7 @@ function printed() {
   for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
   set(at("compare"), "checked", told.compares);
   at("panels").classList.toggle("comparing", told.compares);
+  for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === told.primary);
   set(at("free-count"), "textContent", `${told.free} parameters free`);
   set(at("note"), "textContent", told.note);
   set(at("note"), "hidden", !told.note);
