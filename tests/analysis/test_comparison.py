@@ -80,6 +80,17 @@ def test_the_verdict(pair, rms_b, held_out_b, outcome, preferred):
     assert found.preferred == preferred
 
 
+def test_a_record_that_the_fits_left_out_is_none_held_out(pair):
+    """It contradicts the others: to predict it well is no merit, nor do fits that differ in it compare."""
+    left = record(0.3, use="validate") | {"taken": {"use": "validate"}}
+    found = pair({"x": record(0.002), "v": left}, {"x": record(0.003), "v": left})
+    assert found.preference.outcome is ComparisonOutcome.UNTESTED
+    assert found.records[1].use == "left out"
+    assert [line for line in found.preference.grounds if line.startswith("left out, v: ")]
+    with pytest.raises(UsageError, match='B left it out, because it contradicts the others; give it use = "validate"'):
+        pair({"x": record(0.002), "v": record(0.003)}, {"x": record(0.003), "v": left})
+
+
 def test_without_held_out_records_the_prediction_is_untested(pair):
     assert pair({"x": record(0.002)}, {"x": record(0.003)}).preference.outcome is ComparisonOutcome.UNTESTED
 

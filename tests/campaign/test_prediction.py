@@ -71,12 +71,36 @@ def test_a_record_has_to_be_named_where_there_are_several(campaign):
         simulate(campaign, "full_64")
 
 
-def test_a_record_without_a_file_needs_both(changed):
+@pytest.mark.parametrize(
+    ("given", "rate_hz", "seconds"),
+    [
+        ({}, 1000.0, 1.0),  # as the sweep's file is sampled, and a second
+        ({"sample_rate_hz": 500.0}, 500.0, 1.0),
+        ({"duration_s": 0.3}, 1000.0, 0.3),
+    ],
+)
+def test_a_record_without_a_file_is_planned(changed, given, rate_hz, seconds):
     path = changed("campaign.toml", 'file = "full_46.csv"\n', "")
     campaign = load_campaign(path, need_files=False)
-    for given in ({}, {"sample_rate_hz": 1000.0}, {"duration_s": 1.0}):
-        with pytest.raises(UsageError, match="give both"):
-            simulate(campaign, "full_46", **given)
+    time = simulate(campaign, "full_46", **given).time
+    assert time.tolist() == [k / rate_hz for k in range(round(rate_hz * seconds) + 1)]
+
+
+def test_what_is_assumed_of_a_planned_record_is_said(changed):
+    """Truth: the end of the sweep's rate profile, 1 s, and 10 kHz, since no file is read that says it otherwise."""
+    changed("campaign.toml", 'file = "full_46.csv"\n', "")
+    path = changed("campaign.toml", 'file = "sweep.csv"\n', "")
+    changed("campaign.toml", "[1.0, 20.0]", "[3.5, 20.0]")
+    campaign = load_campaign(path, need_files=False)
+    assert [line.partition("; ")[0] for line in time_base_warnings(campaign, None, None)] == [
+        'record "full_46" has no file: simulated for 1 s at 10000 Hz',
+        'record "sweep" has no file: simulated for 3.5 s at 10000 Hz',
+    ]
+
+
+def test_rate_and_duration_that_are_given_are_for_records_without_a_file(changed):
+    path = changed("campaign.toml", 'file = "full_46.csv"\n', "")
+    campaign = load_campaign(path, need_files=False)
     assert simulate_all(campaign, sample_rate_hz=500.0, duration_s=0.5)["full_46"].time.size == 251
     assert simulate_all(campaign, sample_rate_hz=500.0, duration_s=0.5)["sweep"].time.size == 1001
     assert time_base_warnings(campaign, 500.0, 0.5) == ()

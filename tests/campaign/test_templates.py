@@ -1,11 +1,13 @@
-"""New files: they load as they are, and explain themselves."""
+"""New files: they explain themselves, are refused until they are filled in, and load then."""
 
 import re
+import tomllib
 
 import pytest
 
 from mechid.campaign import RecordDraft, campaign_text, load_campaign, new_campaign, read_mechanism
 from mechid.campaign.channel_entry import QUANTITIES
+from mechid.campaign.not_filled_in import EXAMPLE_COMMAND
 from mechid.campaign.record_entry import KEYS
 from mechid.command.stepping import KEYS as COMMAND_KEYS
 from mechid.errors import InputFileError, UsageError
@@ -18,21 +20,85 @@ def bench(folder, monkeypatch):
     return new_campaign("a/bench", ["full_46.csv", "sweep.csv"])
 
 
+@pytest.fixture
+def filled(bench):
+    """Return the new files filled in: the example's numbers are right, and how the records were driven is said."""
+    mechanism, campaign = bench
+    mechanism.write_text(re.sub(r"template = true.*\n", "", mechanism.read_text()))
+    campaign.write_text(campaign.read_text().replace("command = {}", f"command = {EXAMPLE_COMMAND}"))
+    return bench
+
+
+def refusal(path):
+    """Return the one line with which a campaign is refused."""
+    with pytest.raises(InputFileError) as refused:
+        load_campaign(path)
+    return str(refused.value)
+
+
+def test_files_in_which_nothing_is_filled_in_are_refused_with_all_that_is_left(bench):
+    """Truth: nobody has written a command, nor a number."""
+    line = refusal(bench[1])
+    assert line.startswith("campaign.toml: record[0].command, record[1].command: empty, as mechid new wrote it; write")
+    assert "mechanism.toml: template: nothing is filled in" in line
+    assert line.endswith("delete this line")
+
+
+def test_what_is_left_of_a_mechanism_is_named_number_by_number(bench):
+    """Truth: three of its 22 numbers are changed here, a bound is one of them."""
+    mechanism, campaign = bench
+    campaign.write_text(campaign.read_text().replace("command = {}", f"command = {EXAMPLE_COMMAND}"))
+    content = mechanism.read_text()
+    for old, new in (("ratio = 50", "ratio = -80"), ("value = 9.5,", "value = 8.1,"), ("max = 5000.0", "max = 6e3")):
+        content = content.replace(old, new, 1)
+    mechanism.write_text(content)
+    line = refusal(campaign)
+    left = line.partition("wrote them: ")[2].partition(";")[0].split(", ")
+    assert len(left) == 22 - 3
+    assert not {"gear.ratio", "stepper.coil_resistance", "gear.stiffness"} & set(left)
+    assert {"gear.damping", "stepper.detent.1.phase_deg", "housing.frequency"} <= set(left)
+
+
+def test_a_record_that_is_left_is_named_alone(bench):
+    campaign = bench[1]
+    campaign.write_text(campaign.read_text().replace("command = {}", f"command = {EXAMPLE_COMMAND}", 1))
+    assert refusal(campaign).startswith("campaign.toml: record[1].command: empty")
+
+
+def test_a_mechanism_all_filled_in_is_told_to_lose_its_mark(bench):
+    """Truth: no number of the example is in it."""
+    text = re.sub(
+        r"(?<==) ?(-?\d[\d.e-]*)(?=[ ,])", lambda m: f" {1.01 * float(m[1]) + 0.001:.6g}", bench[0].read_text()
+    )
+    bench[0].write_text(text)
+    with pytest.raises(InputFileError, match="template: no number is the example's any more; delete this line"):
+        read_mechanism(bench[0])
+
+
+def test_the_mark_is_true_or_false(filled):
+    path, content = filled[0], filled[0].read_text()
+    path.write_text(f"template = false\n{content}")
+    assert read_mechanism(path).value("gear.ratio") == 50.0
+    path.write_text(f'template = "no"\n{content}')
+    with pytest.raises(InputFileError, match='template: found "no"; write true or false'):
+        read_mechanism(path)
+
+
 def test_the_files_are_written(bench):
     assert [path.as_posix() for path in bench] == ["a/bench/mechanism.toml", "a/bench/campaign.toml"]
 
 
-def test_they_load_as_they_are(bench):
-    campaign = load_campaign(bench[1])
+def test_they_load_when_they_are_filled_in(filled):
+    campaign = load_campaign(filled[1])
     assert [record.name for record in campaign.records] == ["full_46", "sweep"]
     assert [record.spec.path for record in campaign.records] == ["../../full_46.csv", "../../sweep.csv"]
     assert campaign.warnings == ()
     assert len(campaign.mechanism.free) == 15
 
 
-def test_the_mechanism_is_the_papers_catalogue(bench, campaign_folder):
+def test_the_mechanism_is_the_papers_catalogue(filled, campaign_folder):
     """Truth: the start of the independent campaign, which is the paper's column of nominal values."""
-    ours, theirs = read_mechanism(bench[0]), read_mechanism(campaign_folder / "noisy" / "mechanism.toml")
+    ours, theirs = read_mechanism(filled[0]), read_mechanism(campaign_folder / "noisy" / "mechanism.toml")
     assert dict(ours.parameters) == dict(theirs.parameters)
 
 
@@ -42,11 +108,11 @@ def test_every_key_is_explained(bench):
         assert key in content
 
 
-def test_the_stage_that_the_comment_shows_is_one(bench):
-    content = bench[1].read_text()
+def test_the_stage_that_the_comment_shows_is_one(filled):
+    content = filled[1].read_text()
     stage = content[content.index("# [[stage]]") :]
-    bench[1].write_text(content + stage.replace("# ", "", 1).replace("\n# ", "\n"))
-    assert load_campaign(bench[1]).stages[0].records == ("full_46",)
+    filled[1].write_text(content + stage.replace("# ", "", 1).replace("\n# ", "\n"))
+    assert load_campaign(filled[1]).stages[0].records == ("full_46",)
 
 
 def test_without_files_the_record_is_an_example(tmp_path):
@@ -58,8 +124,8 @@ def test_without_files_the_record_is_an_example(tmp_path):
 
 
 def test_the_example_is_a_record(tmp_path):
-    new_campaign(tmp_path)
-    path = tmp_path / "campaign.toml"
+    mechanism, path = new_campaign(tmp_path)
+    mechanism.write_text(re.sub(r"template = true.*\n", "", mechanism.read_text()))
     content = path.read_text()
     start = content.index("# [[record]]")
     path.write_text(content[:start] + content[start:].split("\n\n")[0].replace("# ", ""))
@@ -77,10 +143,9 @@ def test_the_example_is_a_record(tmp_path):
     ],
 )
 def test_names_of_records(files, names, tmp_path):
-    new_campaign(tmp_path, [tmp_path / file for file in files])
-    campaign = load_campaign(tmp_path, read_records=False)
-    assert [record.name for record in campaign.records] == names
-    assert [record.spec.path for record in campaign.records] == files
+    written = tomllib.loads(new_campaign(tmp_path, [tmp_path / file for file in files])[1].read_text())
+    assert [record["name"] for record in written["record"]] == names
+    assert [record["file"] for record in written["record"]] == files
 
 
 @pytest.mark.parametrize("name", ["mechanism.toml", "campaign.toml"])
@@ -103,7 +168,7 @@ def test_a_campaign_of_drafts(folder):
     """Truth: what is written is what is read."""
     drafts = [
         RecordDraft(name="full_46", file="full_46.csv", command='{ stepping = "half", rate = 23.0 }'),
-        RecordDraft(name="sweep", file="sweep.csv", use="validate"),
+        RecordDraft(name="sweep", file="sweep.csv", use="validate", command=EXAMPLE_COMMAND),
     ]
     (folder / "campaign.toml").write_text(campaign_text(drafts, "synthetic"))
     campaign = load_campaign(folder)

@@ -82,6 +82,12 @@ def test_a_design_of_records_without_files(designed):
     rows = list(csv.DictReader((out / "torque_over_rate.csv").read_text(encoding="utf-8").splitlines()))
     assert [float(r["micro_Nm"]) for r in rows] == pytest.approx(
         data["torque_over_rate"][2]["amplitude_Nm"], rel=1e-5)  # fmt: skip
+    for m in data["torque_over_rate"]:
+        low, amplitude, high = (np.array(m[key]) for key in ("low_Nm", "amplitude_Nm", "high_Nm"))
+        assert np.all((low <= amplitude) & (amplitude <= high))
+    picture = (out / "figures" / "torque_over_rate.svg").read_text(encoding="utf-8")
+    assert picture.count("least to largest of 2 mechanisms that may be true") == 3
+    assert picture.count("at the values believed") == 3
     for name in ("torque_over_rate", "standard_errors", "step_loss"):
         for suffix in ("svg", "png"):
             assert (out / "figures" / f"{name}.{suffix}").stat().st_size > 1000

@@ -10,13 +10,22 @@ from mechid.campaign import catalogue_mechanism, load_campaign, read_mechanism
 from mechid.kernel.equation_text import equations_latex, equations_text
 
 
-def test_new_writes_files_that_check_reads(run, bench, tmp_path):
-    result = run("new", tmp_path / "mine", bench / "full_46.csv", bench / "sweep.csv")
+def test_new_writes_files_that_check_refuses_until_they_are_filled_in(run, refused, bench, tmp_path):
+    mine = tmp_path / "mine"
+    result = run("new", mine, bench / "full_46.csv", bench / "sweep.csv")
     assert result.exit_code == 0
-    assert f"written: {tmp_path / 'mine' / 'campaign.toml'}" in result.stdout.splitlines()
-    names = [record.name for record in load_campaign(tmp_path / "mine").records]
-    assert names == ["full_46", "sweep"]
-    assert run("check", tmp_path / "mine").exit_code == 0
+    assert f"written: {mine / 'campaign.toml'}" in result.stdout.splitlines()
+    for verb in (("check", mine), ("identify", mine, "--out", tmp_path / "fit"), ("simulate", mine, "--out", tmp_path)):
+        line = refused(3, *verb)
+        assert "record[0].command, record[1].command: empty, as mechid new wrote it" in line
+        assert "mechanism.toml: template: nothing is filled in" in line
+    assert "template" in refused(3, "kernel", mine / "mechanism.toml")
+    for name in ("campaign.toml", "mechanism.toml"):
+        path = mine / name
+        kept = [line for line in path.read_text().splitlines() if not line.startswith("template")]
+        path.write_text("\n".join(kept).replace("command = {}", "command = { stepping = 'full', rate = 46.0 }"))
+    assert [record.name for record in load_campaign(mine).records] == ["full_46", "sweep"]
+    assert run("check", mine).exit_code == 0
 
 
 def test_new_overwrites_nothing(refused, run, tmp_path):

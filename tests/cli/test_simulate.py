@@ -48,12 +48,17 @@ def test_a_record_without_a_file_takes_rate_and_duration(run, planned, tmp_path)
     assert np.array_equal(time, np.arange(1001) / 5000.0)
 
 
+def test_without_rate_and_duration_it_is_planned_as_for_the_design(run, planned, tmp_path):
+    """Truth: docs/files.md, a constant rate lasts 1 s, and no other file says a rate."""
+    result = run("simulate", planned, "--out", tmp_path / "sim")
+    assert result.exit_code == 0, result.stderr
+    assert np.array_equal(read(tmp_path / "sim" / "full_23.csv")[:, 0], np.arange(10_001) / 1e4)
+    assert 'record "full_23" has no file: simulated for 1 s at 10000 Hz' in result.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ([], "give both a sample rate and a duration"),
-        (["--sample-rate-hz", "5000"], "give both a sample rate and a duration"),
-        (["--duration-s", "1"], "give both a sample rate and a duration"),
         (["--sample-rate-hz", "0", "--duration-s", "1"], "above 0"),
         (["--sample-rate-hz", "5000", "--duration-s", "-1"], "0 or more"),
         (["--sample-rate-hz", "nan", "--duration-s", "1"], "above 0"),

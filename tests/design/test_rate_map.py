@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.design.rate_map import rate_map
+from mechid.design.rate_map import _ends, rate_map
 from paper import constant, mechanism, without_detent_phases
 
 
@@ -25,11 +25,22 @@ def test_microsteps_peak_at_92_alone():
     assert amplitude == pytest.approx(0.34, rel=0.02)
 
 
-def test_the_band_holds_the_mechanisms_it_is_made_of():
-    """Truth: quantiles of two curves lie between them."""
-    stiff = mechanism(changes={"gear.stiffness": 1500.0})
+def test_the_band_is_from_the_least_to_the_largest_of_the_mechanisms_the_one_believed_among_them():
+    """Truth: the curves one by one. The one believed has neither a second detent nor more torque than any other."""
+    believed = mechanism(changes={"stepper.detent.1.amplitude": 0.0})
+    others = [mechanism(changes={"gear.stiffness": stiffness}) for stiffness in (900.0, 1500.0)]
     command = constant(0.0, microsteps=16, start_angle_deg=0.0)
-    low, high = rate_map(mechanism(), [mechanism(), stiff], command, 120.0).spread
-    one, other = (rate_map(m, [], command, 120.0).amplitude for m in (mechanism(), stiff))
-    assert np.all(low >= np.minimum(one, other) - 1e-12)
-    assert np.all(high <= np.maximum(one, other) + 1e-12)
+    found = rate_map(believed, others, command, 120.0)
+    each = np.array([rate_map(m, [], command, 120.0).amplitude for m in (believed, *others)])
+    np.testing.assert_array_equal(found.amplitude, each[0])
+    np.testing.assert_array_equal(found.spread, [each.min(axis=0), each.max(axis=0)])
+    assert np.all((found.spread[0] <= found.amplitude) & (found.amplitude <= found.spread[1]))
+    assert np.mean(found.amplitude < np.quantile(each, 0.1, axis=0)) > 0.3
+    assert found.mechanisms == 3
+
+
+def test_a_mechanism_that_cannot_be_simulated_leaves_the_band_to_the_others():
+    """Truth: of curves that are not there neither the least nor the largest is known."""
+    nan = np.nan
+    ends = _ends(np.array([[1.0, 2.0, nan], [3.0, nan, nan], [2.0, 5.0, nan]]))
+    np.testing.assert_array_equal(ends, [[1.0, 2.0, nan], [3.0, 5.0, nan]])

@@ -6,8 +6,16 @@ from xml.etree import ElementTree
 
 import pytest
 import sympy as sp
+from sympy.printing.mathml import mathml
 
-from mechid.kernel.equation_text import equations_latex, equations_mathml, equations_text, equations_with
+from mechid.kernel.equation_text import (
+    LATEX,
+    MATHML,
+    equations_latex,
+    equations_mathml,
+    equations_text,
+    equations_with,
+)
 from mechid.plant.assembly import stepper_gear_mass
 
 PLANT = stepper_gear_mass((4, 2), "paper")
@@ -59,6 +67,33 @@ def test_mathml_is_well_formed_and_has_a_line_for_each_of_the_text():
     for section in sections:
         for side in (side for line in section.lines for side in line):
             ElementTree.fromstring(f"<math>{html.unescape(side.replace('&gt;', '&amp;gt;'))}</math>")
+
+
+def test_the_dot_of_a_rate_sits_on_the_letter_not_on_the_index():
+    """Truth: MathML's own structure, in which what is over an element is over all of it; LaTeX's likewise."""
+    (rates,) = (section for section in equations_mathml(PLANT) if section.title == "Rates")
+    lefts = [ElementTree.fromstring(html.unescape(left)) for left, _ in rates.lines]
+    indexed = [left for left in lefts if left.tag == "msub"]
+    assert len(lefts) == len(PLANT.states)
+    assert len(indexed) == sum("_" in str(state) for state in PLANT.states) > 0
+    for left in lefts:
+        (over,) = list(left.iter("mover"))
+        assert [child.tag for child in over] == ["mi", "mo"]
+        assert over[1].text == "˙"
+    latex = equations_latex(PLANT)
+    assert r"\dot{\alpha}_{gear} &= \omega_{gear}" in latex
+    assert r"\dot{\omega} &= " in latex
+
+
+def test_a_state_that_is_a_rate_by_its_name_is_written_with_dots():
+    """Truth: what a reader of q_dot_1 writes by hand, and of its rate; of one without a dot nothing changes."""
+    q, rate = sp.symbols("q_1 q_dot_1")
+    assert MATHML.expression(rate) == MATHML.rate(q).replace("˙", "&#729;")
+    assert "¨" in MATHML.rate(rate)
+    assert LATEX.expression(3 * rate) == r"3 \dot{q}_{1}"
+    assert LATEX.rate(rate) == r"\ddot{q}_{1}"
+    for plain in (sp.Symbol("T_rg"), sp.sin(sp.Symbol("alpha_gear")) / 3):
+        assert MATHML.expression(plain) == mathml(plain, printer="presentation")
 
 
 @pytest.mark.parametrize(

@@ -160,3 +160,17 @@ def test_the_numbers_of_the_page_are_those_of_the_dict(opened, reported):
             assert all(row["text"][key] in text for key in ("nominal", "estimate", "std_error", "unit", "min", "max"))
     for question in data["summary"]["questions"]:
         assert all(" ".join(answer.split()) in text for answer in question["answers"])
+
+
+def test_the_dot_of_a_rate_stands_over_its_letter_and_the_index_below(opened):
+    """Truth: where the browser has put them."""
+    boxes = opened.execute_script("""
+    const box = (e) => { const b = e.getBoundingClientRect(); return [b.left, b.right, b.top, b.bottom]; };
+    return [...document.querySelectorAll('.equations msub > mover')].map((over) =>
+      [over.firstElementChild, over.lastElementChild, over.parentElement.lastElementChild].map(box));""")
+    assert boxes
+    for letter, dot, index in boxes:
+        assert letter[0] <= 0.5 * (dot[0] + dot[1]) <= letter[1]
+        assert dot[3] <= letter[3]
+        assert index[0] >= letter[1] - 1.0
+        assert index[3] > letter[3]

@@ -21,8 +21,11 @@ def data():
         {
             "name": n,
             "use": use,
+            "left_out": False,
             "quantity": "torque",
             "residual_rms": 0.00201,
+            "samples": 10_001,
+            "effective_samples": 9950.0,
             "bands": bands,
             "text": {"fit_percent": "99.2"},
         }
@@ -69,8 +72,27 @@ def test_a_misfit_is_named_with_its_size_and_band(data):
     data["validation"] = copy.deepcopy(data["validation"])
     data["validation"][0]["residual_rms"] = 0.0064
     assert summary_data(data)["grade"] == CAUTION
-    line = "Record full_46: the residual is 3.2 times the noise floor, most of it in the third octave at 1000 Hz."
+    line = "Record full_46: the residual is 3.20 times the noise floor, most of it in the third octave at 1000 Hz."
     assert line in answers(data, 0)
+    assert "what record full_46 still contains" in answers(data, 2)
+
+
+@pytest.mark.parametrize(
+    ("effective", "said"),
+    [
+        (9950.0, "1.16 times the noise floor, where chance explains up to 1.07 with 9950 effective samples."),
+        (31.0, "1.16 times the noise floor, and coloured: 10001 samples worth 31 effective ones, by chance up to 1.2."),
+    ],
+)
+def test_a_sixth_above_the_floor_is_no_noise_in_ten_thousand_samples(data, effective, said):
+    """Truth: the RMS of 10 001 independent samples scatters by 0.7 %, the floor by 1.7 %: 16 % is no chance.
+
+    Nor is a residual of few effective samples white noise, whose size is that of the floor.
+    """
+    data["validation"][0] |= {"residual_rms": 0.00232, "effective_samples": effective}
+    assert summary_data(data)["grade"] == CAUTION
+    assert "1 of 2 records are explained down to their noise" in answers(data, 0)
+    assert f"Record full_46: the residual is {said}" in answers(data, 0)
     assert "what record full_46 still contains" in answers(data, 2)
 
 
@@ -115,6 +137,18 @@ def test_errors_that_hold_in_the_small_alone_are_said(data):
     data["parameters"][0]["local_only"] = True
     assert summary_data(data)["grade"] == CAUTION
     assert "a cliff being near: gear.stiffness." in answers(data, 1)
+
+
+def test_a_record_that_was_left_out_against_its_file_is_not_called_held_out(data):
+    """Truth: the file gives it to estimate from; it is no test of the prediction, nor a model's lack."""
+    data["validation"][1] |= {"left_out": True, "residual_rms": 0.2, "text": {"fit_percent": "-312"}}
+    text = answers(data, 0)
+    assert "Record sweep was left out of the fit, although the campaign file gives it to estimate from" in text
+    assert "fit of -312 %" in text
+    assert "Record sweep was held out" not in text
+    assert "No record was held out" in text
+    assert "still contains" not in answers(data, 2)
+    assert "Knowing how record sweep was taken" in answers(data, 2)
 
 
 def test_no_held_out_record_is_said(data):

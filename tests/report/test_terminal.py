@@ -1,9 +1,12 @@
 """Truth: every name and number of the report's dict stands in what is printed, whole."""
 
+from dataclasses import replace
+
 import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
+from mechid.identification.output_error.declaration import Taken
 from mechid.identification.result.fit import FitOutcome
 from mechid.report import campaign_data, print_campaign, print_report, report_data
 from printing import printed, tables
@@ -51,6 +54,17 @@ def test_records_held_out_are_shown_and_no_others(make_fit, validation, width):
 def test_without_records_held_out_there_is_no_such_table(make_fit, validation):
     del validation["sweep"]
     assert "held out" not in printed(print_report, report_data(make_fit(), validation=validation), 120)
+
+
+def test_a_record_left_out_of_the_fit_is_said_so_and_not_called_held_out(make_fit, validation):
+    """Truth: the record's entry says that the fit left it out; the campaign file gives it to estimate from."""
+    fit = make_fit()
+    sweep = replace(fit.records["sweep"], taken=Taken(left_out=True))
+    data = report_data(replace(fit, records={**fit.records, "sweep": sweep}), validation=validation)
+    text = printed(print_report, data, 160)
+    assert "held out" not in text
+    assert "Records to estimate from that were left out, because they contradict the others; residual in N m" in text
+    assert next(line.split()[:3] for line in text.splitlines() if line.startswith("sweep")) == ["sweep", "left", "out"]
 
 
 def test_a_long_name_runs_over_rather_than_being_cut(make_fit):

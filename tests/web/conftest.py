@@ -14,6 +14,7 @@ import synthetic
 from browser import chromium
 from mechid.command import Command, RateProfile
 from mechid.web import Explorer, Source
+from mechid.web.estimate import Estimate
 from synthetic import COMMANDS, displaced, measured
 
 TRUTH = {"gear.stiffness": 913.47, "gear.damping": 0.39}
@@ -70,6 +71,17 @@ def served(source):
 def address(source):
     with served(source) as found:
         yield found
+
+
+@pytest.fixture(scope="session")
+def estimated(source, campaign):
+    """Yield the address of an explorer that has an estimate, a made up one near the truth, and the estimate."""
+    values = {name: q.value for name, q in campaign.parameters.items()} | TRUTH
+    sigmas = {"gear.stiffness": 0.021, "gear.damping": 3e-5}
+    summary = {"grade": "good", "headline": "A fit made up.", "questions": []}
+    estimate = Estimate(source="made up", values=values, sigmas=sigmas, summary=summary, records=campaign.records)
+    with served(replace(source, estimate=estimate)) as found:
+        yield found, estimate
 
 
 @pytest.fixture(scope="module")

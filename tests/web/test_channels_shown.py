@@ -22,7 +22,7 @@ def test_each_channel_is_shown_beside_the_model_in_its_own_unit(tmp_path):
         session.look((label,), 1e9)
         pictures = session.pictures()
         numbers = pictures[label].numbers
-        assert numbers.residual_rms == pytest.approx(NOISE[quantity], rel=0.1), label
+        assert numbers.residual.residual_rms == pytest.approx(NOISE[quantity], rel=0.1), label
         assert numbers.offset == pytest.approx(OFFSET[quantity], abs=0.5 * NOISE[quantity] + 1e-3)
         (panel,) = shown_data(session, pictures, session.effects(), {})["records"]
         assert dict(panel["numbers"])["residual"].endswith(unit_words(quantity))

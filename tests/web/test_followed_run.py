@@ -1,5 +1,6 @@
 """A run elsewhere, followed by its journal. Truth: what was noted."""
 
+import math
 import os
 import time
 
@@ -28,6 +29,9 @@ def test_it_follows_what_is_noted_as_it_is_noted(path):
     assert [(r.stage, r.cost, dict(r.values)) for r in followed.reports] == [
         ("multi-start", 12.5, {"gear.stiffness": 900.0})
     ]
+    journal.note("progress", **ENTRY, cost=None, values={}, over_noise={"full_46": 3.5, "sweep": None})
+    followed.poll()
+    assert followed.reports.pop().over_noise == {"full_46": 3.5, "sweep": math.inf}
     with path.open("a") as file:
         file.write('{"event": "progress", "half')
     followed.poll()

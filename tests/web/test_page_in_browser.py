@@ -57,12 +57,31 @@ def told(browser):
     return browser.execute_script("return mechid.state()")
 
 
-def pressed(browser, key, times):
+SHIFT = 8
+"""Of the browser's protocol."""
+
+
+def pressed(browser, key, times, modifiers=0):
     """Press an arrow key on a knob's slider, as a hand would."""
     browser.execute_script("mechid.knobs.get(arguments[0]).querySelector('[type=range]').focus()", KNOB)
     for _ in range(times):
         for kind in ("keyDown", "keyUp"):
-            browser.execute_cdp_cmd("Input.dispatchKeyEvent", {"type": kind, "key": key, "code": key})
+            event = {"type": kind, "key": key, "code": key, "modifiers": modifiers}
+            browser.execute_cdp_cmd("Input.dispatchKeyEvent", event)
+    idle(browser)
+
+
+def dragged(browser, pixels, modifiers=0):
+    """Drag a knob's slider from its middle, as a hand would."""
+    box = browser.execute_script(
+        "const range = mechid.knobs.get(arguments[0]).querySelector('[type=range]');"
+        "range.scrollIntoView({ block: 'center' });"
+        "const box = range.getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]",
+        KNOB,
+    )
+    for kind, x in (("mousePressed", 0), ("mouseMoved", pixels), ("mouseReleased", pixels)):
+        event = {"type": kind, "x": box[0] + x, "y": box[1], "button": "left", "clickCount": 1, "modifiers": modifiers}
+        browser.execute_cdp_cmd("Input.dispatchMouseEvent", event)
     idle(browser)
 
 
@@ -75,6 +94,8 @@ def test_it_opens_with_loopback_requests_alone_no_console_error_and_no_overflow(
     assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     shown = "return [...document.querySelectorAll('.panel:not([hidden]) h2')].map((h) => h.textContent)"
     assert browser.execute_script(shown) == ["full_46", "micro_46", "sweep"]
+    uses = "return [...document.querySelectorAll('.chip .use')].map((u) => u.textContent)"
+    assert browser.execute_script(uses) == ["", "", "held out"]
     wide = "return [...document.querySelectorAll('.figure')].filter((f) => f.scrollWidth > f.clientWidth + 1).length"
     assert browser.execute_script(wide) == 0
 
@@ -170,6 +191,34 @@ def test_a_zoom_shows_every_sample(browser, address, source):
     assert kept.tolist() == list(range(1000, 1101))
 
 
+def test_a_slider_has_fine_steps_where_there_is_no_estimate(browser, address, campaign):
+    """Truth: a notch is a 2000th of the logarithm between the file's bounds, and a fine step a hundredth of it."""
+    opened(browser, address)
+    limits, start = campaign.mechanism.parameters[KNOB], told(browser)["knobs"][KNOB]["value"]
+    notch = np.log(limits.max / limits.min) / 2000.0
+    pressed(browser, "ArrowRight", 5, SHIFT)
+    fine = told(browser)["knobs"][KNOB]["value"]
+    assert fine == pytest.approx(start * (1.0 + 0.05 * notch), rel=1e-7)
+    pressed(browser, "ArrowLeft", 5, SHIFT)
+    assert told(browser)["knobs"][KNOB]["value"] == pytest.approx(start, rel=1e-7)
+    pressed(browser, "ArrowRight", 4)
+    assert np.log(told(browser)["knobs"][KNOB]["value"] / start) == pytest.approx(4.0 * notch, abs=0.6 * notch)
+    assert "hundredth of a notch" in browser.find_element("id", "hand").text
+    assert "with Shift" in browser.find_element("tag name", "aside").text
+    assert faults(browser) == []
+
+
+def test_the_highlighted_button_is_the_search_until_the_sliders_have_left_the_catalogue(browser, address):
+    opened(browser, address)
+    strong = "return [...document.querySelectorAll('button.strong')].map((b) => b.textContent)"
+    assert browser.execute_script(strong) == ["Search from scratch"]
+    pressed(browser, "ArrowRight", 1)
+    assert browser.execute_script(strong) == ["Fit from here"]
+    browser.find_element("id", "file").click()
+    idle(browser)
+    assert browser.execute_script(strong) == ["Search from scratch"]
+
+
 def test_undo_by_the_button_and_by_the_keyboard(browser, address):
     opened(browser, address)
     start = told(browser)["knobs"][KNOB]["value"]
@@ -182,6 +231,28 @@ def test_undo_by_the_button_and_by_the_keyboard(browser, address):
     idle(browser)
     assert told(browser)["knobs"][KNOB]["value"] == start
     assert not browser.find_element("id", "undo").is_enabled()
+
+
+def test_with_shift_a_key_or_a_pixel_is_a_tenth_of_a_sigma(browser, estimated):
+    """Truth: the estimate's own value and standard error."""
+    address, estimate = estimated
+    opened(browser, address)
+    value, sigma = estimate.values[KNOB], estimate.sigmas[KNOB]
+    asked(browser, do="estimate")
+    pressed(browser, "ArrowUp", 7, SHIFT)
+    assert (told(browser)["knobs"][KNOB]["value"] - value) / sigma == pytest.approx(0.7)
+    assert told(browser)["knobs"][KNOB]["away"] == "+0.7 σ"
+    pressed(browser, "ArrowDown", 20, SHIFT)
+    assert (told(browser)["knobs"][KNOB]["value"] - value) / sigma == pytest.approx(-1.3)
+    dragged(browser, 25, SHIFT)
+    assert (told(browser)["knobs"][KNOB]["value"] - value) / sigma == pytest.approx(1.2)
+    browser.find_element("id", "undo").click()
+    idle(browser)
+    assert (told(browser)["knobs"][KNOB]["value"] - value) / sigma == pytest.approx(-1.3)
+    dragged(browser, 25)
+    assert abs(told(browser)["knobs"][KNOB]["value"] - value) / sigma > 10.0
+    assert "(0.1 σ)" in browser.find_element("id", "hand").text
+    assert faults(browser) == []
 
 
 def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
@@ -201,10 +272,16 @@ def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
     points = browser.execute_script(
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
         "const sources = [...root.references()].filter((m) => m.type === 'ColumnDataSource');"
-        "return sources.map((m) => (m.data.xs ?? m.data.x).length)"
+        "return sources.filter((m) => m.data.xs ?? m.data.x).map((m) => (m.data.xs ?? m.data.x).length)"
     )
-    assert len(points) == 3
+    assert len(points) == 4
     assert all(n > 1 for n in points)
+    labels = browser.execute_script(
+        "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
+        "return [...root.references()].filter((m) => m.type.endsWith('Axis')).map((m) => m.axis_label)"
+    )
+    assert "residual over noise floor" in labels
+    assert "worst record" in browser.find_element("id", "run-line").text
     assert faults(browser) == []
 
 

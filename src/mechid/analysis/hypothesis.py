@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.errors import InputFileError, UsageError
+from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.fit import FitOutcome
 from mechid.parameter import Status
@@ -24,7 +25,9 @@ class RecordEvidence:
 
     Attributes
     ----------
-    name, use : str
+    name : str
+    use : {"estimate", "validate", "left out"}
+        The last where the fit left it out against its campaign file.
     digest : str
         Of the samples compared.
     used : int
@@ -178,7 +181,7 @@ def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
     channel = next(iter(r["validation"]["channels"].values()))
     return RecordEvidence(
         name=name,
-        use=r["use"],
+        use=LEFT_OUT if r.get("taken", {}).get("use") else r["use"],
         digest=channel["samples_sha256"],
         used=r["samples"],
         samples=channel["samples"],
@@ -207,6 +210,10 @@ def _refuse_other_records(first: Hypothesis, other: Hypothesis) -> None:
             digests = f"sha256 {b.digest[:SHOWN]}, {a.digest[:SHOWN]} in {first.name}"
             said = f'record "{name}": other samples ({digests})'
             raise UsageError(f"{other.name}: {said}: another file, column, unit, gain or clock; {remedy}")
+        if LEFT_OUT in (a.use, b.use) and a.use != b.use:
+            of = first if a.use == LEFT_OUT else other
+            said = f'record "{name}": {of.name} left it out, because it contradicts the others'
+            raise UsageError(f'{other.name}: {said}; give it use = "validate" in all campaign files, and identify anew')
         if a.use != b.use:
             said = f'record "{name}": use = "{b.use}", "{a.use}" in {first.name}'
             raise UsageError(f"{other.name}: {said}; estimate from the same records, hold the same ones out")

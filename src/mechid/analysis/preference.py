@@ -9,6 +9,7 @@ from enum import Enum
 
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
+from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))
@@ -133,8 +134,13 @@ def _commands(hypothesis: Hypothesis) -> dict[str, Mapping[str, object]]:
 
 def _held_out_words(scores: Sequence[Score], by_name: Mapping[str, Hypothesis]) -> tuple[str, ...]:
     predicted = sorted(scores, key=lambda s: s.held_out)
-    names = [r.name for r in by_name[scores[0].hypothesis].used_for("validate")]
-    return tuple(f"held out, {name}: {_residuals(name, predicted, by_name)}" for name in names)
+    first = by_name[scores[0].hypothesis]
+    uses = {"held out": first.used_for("validate"), LEFT_OUT: first.used_for(LEFT_OUT)}
+    return tuple(
+        f"{words}, {record.name}: {_residuals(record.name, predicted, by_name)}"
+        for words, records in uses.items()
+        for record in records
+    )
 
 
 def _residuals(name: str, predicted: Sequence[Score], by_name: Mapping[str, Hypothesis]) -> str:

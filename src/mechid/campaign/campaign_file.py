@@ -11,6 +11,7 @@ from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
+from mechid.campaign.not_filled_in import refuse_empty_commands
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
@@ -34,10 +35,10 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     path : Path
         The campaign file, or the folder that holds ``campaign.toml``.
     read_records : bool
-        False leaves the records' files unread, and lets records without a file pass: enough to
-        simulate or to plan.
+        False leaves the records' files unread, and lets records without a file pass: enough to plan.
     need_files : bool or None
-        Whether a record without a file is refused; None refuses it where records are read.
+        Whether a record without a file is refused; None refuses it where records are read. Without one it is
+        planned: enough to check, to simulate and to design the test.
 
     Returns
     -------
@@ -56,6 +57,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     refuse_unknown_keys(table, KEYS, place)
     options = read_identify_options(table, place)
     mechanism_path = file.parent / _mechanism(table, place)
+    refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)
     mechanism = read_mechanism(mechanism_path)

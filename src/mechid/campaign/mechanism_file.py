@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.mechanism_structure import Structure, divisors, read_structure
+from mechid.campaign.not_filled_in import without_template
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, found, in_unit, is_table_list
 from mechid.campaign.toml_file import read_toml
@@ -43,6 +44,7 @@ def mechanism_from_table(table: Mapping[str, Any], label: str, folder: Path = Pa
     `label` is how messages call the file, `folder` where the files are that it names.
     """
     place = Place(label)
+    table = without_template(table, place)
     structure = read_structure(table, place, folder)
     entries = dict(_entries(table, structure, place))
     parameters = {

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from mechid.campaign.campaign import Campaign, CampaignRecord, mechanism_name
 from mechid.campaign.measured_input import with_inputs
+from mechid.campaign.planned_record import planned_duration_s, planned_rate_hz
 from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError, UsageError
 from mechid.records import Record, read_record
@@ -34,8 +35,8 @@ def simulate(
     record : str or None
         Name of the record; None where there is but one.
     sample_rate_hz, duration_s : float or None
-        None takes those of the record's file, which is read where it has not been; both are needed where
-        the record has none.
+        None takes those of the record's file, which is read where it has not been; where the record has none, those
+        of a planned record (`campaign.planned_record`).
     substeps : int or None
         Integration steps a sample; None takes as many as the promised accuracy needs.
 
@@ -47,7 +48,7 @@ def simulate(
     Raises
     ------
     UsageError
-        No such record, or no time base for it.
+        No such record, or the rate or duration is none.
     RecordError
         Its file is missing or cannot be used.
     InputFileError
@@ -61,7 +62,7 @@ def simulate(
     chosen = campaign.record(record) if record is not None else _only_record(campaign)
     if isinstance(chosen.command, MeasuredCommand):
         chosen = _driven(chosen, campaign)
-    base = _time_base(chosen, sample_rate_hz, duration_s)
+    base = time_base(chosen, campaign, sample_rate_hz, duration_s)
     offset = chosen.time_offset.value
     simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=abs(offset))
     try:
@@ -92,10 +93,18 @@ def simulate_all(
 
 
 def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None) -> tuple[str, ...]:
-    """Return a warning where a time base is asked for that no record uses."""
-    if (sample_rate_hz is None and duration_s is None) or not all(r.file for r in campaign.records):
+    """Return what is assumed of records without a file, or a warning where a time base is asked for that none uses."""
+    planned = [r for r in campaign.records if r.file is None]
+    if not planned and not (sample_rate_hz is None and duration_s is None):
+        return ("every record has a file, whose time base is kept: sample rate and duration are not used",)
+    if sample_rate_hz is not None and duration_s is not None:
         return ()
-    return ("every record has a file, whose time base is kept: sample rate and duration are not used",)
+    bases = ((r.name, time_base(r, campaign, sample_rate_hz, duration_s)) for r in planned)
+    return tuple(
+        f'record "{name}" has no file: simulated for {base.duration_s:.9g} s at {base.sample_rate_hz:.9g} Hz; '
+        "--duration-s and --sample-rate-hz choose otherwise"
+        for name, base in bases
+    )
 
 
 def _only_record(campaign: Campaign) -> CampaignRecord:
@@ -105,17 +114,19 @@ def _only_record(campaign: Campaign) -> CampaignRecord:
     return campaign.records[0]
 
 
-def _time_base(record: CampaignRecord, rate_hz: float | None, duration_s: float | None) -> TimeBase:
-    """Return what is asked for, the rest as the file has it."""
+def time_base(
+    record: CampaignRecord, campaign: Campaign, rate_hz: float | None = None, duration_s: float | None = None
+) -> TimeBase:
+    """Return the sample instants of a record: what is asked for, the rest as its file has it, or as it is planned."""
     data = record.data if rate_hz is not None and duration_s is not None else _data(record)
     start_s = data.time_start_s if data else 0.0
     if data and rate_hz is None and duration_s is None:
         return TimeBase(data.sample_rate_hz, data.samples, start_s)
-    rate_hz = rate_hz if rate_hz is not None else data.sample_rate_hz if data else record.spec.sample_rate_hz
-    duration_s = data.duration_s if data and duration_s is None else duration_s
-    if rate_hz is None or duration_s is None:
-        remedy = "give both a sample rate and a duration for it (--sample-rate-hz, --duration-s)"
-        raise UsageError(f'record "{record.name}" has no file; {remedy}')
+    if rate_hz is None:
+        known = (r.data.sample_rate_hz for r in campaign.records if r.data is not None)
+        rate_hz = data.sample_rate_hz if data else planned_rate_hz(record, known)
+    if duration_s is None:
+        duration_s = data.duration_s if data else planned_duration_s(record.command)
     return TimeBase(rate_hz, _samples(rate_hz, duration_s), start_s)
 
 

@@ -71,6 +71,8 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
     name = _name(required(table, "name", place, 'write a name, as name = "full_46"'), place.key("name"))
     file = _file(table, place, needed=need_file)
     spec = _spec(table, name, file or "", place)
+    if file is None and any(channel.role is Role.INPUT for channel in spec.channels):
+        raise place.key("file").error('missing; channels of role = "input" drive the record, name the file they are in')
     use = one_of(table.get("use", "estimate"), USES, place.key("use"))
     taken_out = {key: flag(table[key], place.key(key)) for key in ("offset", "drift") if key in table}
     return CampaignRecord(

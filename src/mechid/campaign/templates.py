@@ -14,6 +14,7 @@ from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.channel_entry import QUANTITIES
 from mechid.campaign.mechanism_text import mechanism_text
+from mechid.campaign.not_filled_in import EXAMPLE_COMMAND, TEMPLATE
 from mechid.campaign.place import in_unit
 from mechid.campaign.toml_file import toml_text
 from mechid.command.entry import quoted
@@ -25,12 +26,13 @@ from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
 NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
-COMMAND = '{ stepping = "full", rate = 46.0, start_angle_deg = 0.0 }'
-FILL_IN = "  # an example: write how this record was driven"
+EMPTY = f"{{}}  # write how this record was driven, as {EXAMPLE_COMMAND}"
+TEMPLATE_LINE = f"{TEMPLATE} = true  # delete this line when the numbers below are those of your mechanism\n\n"
 
 MECHANISM_GUIDE = """\
 What is believed of the mechanism. The numbers are an example, the catalogue of the mechanism in
-Kornienko, Wuseni, Specht (IFAC ACA 2013): write your supplier's in their place.
+Kornienko, Wuseni, Specht (IFAC ACA 2013): write your supplier's in their place. Until the line
+"template = true" is deleted the file is refused, and what is still the example's is named.
 
 A bare number is known. A table { value, min, max } is to be estimated, starting at value; a start on
 a bound is legal. sigma = ... in the table is the standard deviation of a prior on the value.
@@ -55,14 +57,14 @@ class RecordDraft:
     file : str
         As the campaign file is to name it.
     command : str
-        The command as TOML writes it; the default is an example to be replaced.
+        The command as TOML writes it; the default is empty and refused until it is filled in.
     use : str
         One of `USES`.
     """
 
     name: str
     file: str
-    command: str = COMMAND + FILL_IN
+    command: str = EMPTY
     use: str = "estimate"
 
 
@@ -98,8 +100,9 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[P
 
 
 def new_mechanism_text() -> str:
-    """Return a mechanism file to start from."""
-    return mechanism_text(catalogue_mechanism(), MECHANISM_GUIDE)
+    """Return a mechanism file to start from, refused as long as it says that it is one."""
+    guide, *rest = mechanism_text(catalogue_mechanism(), MECHANISM_GUIDE).partition("\n\n")
+    return "".join([guide, rest[0], TEMPLATE_LINE, *rest[1:]])
 
 
 def campaign_text(records: Iterable[RecordDraft], header_comment: str = "", *, mechanism: str = MECHANISM_NAME) -> str:
@@ -118,7 +121,7 @@ def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
 
 
 def _new_text(folder: Path, files: Sequence[Path | str]) -> str:
-    example = [] if files else [RecordDraft(name="full_46", file="full_46.csv", command=COMMAND)]
+    example = [] if files else [RecordDraft(name="full_46", file="full_46.csv", command=EXAMPLE_COMMAND)]
     commented = [line for record in example for line in ("", *_comment("\n".join(_record(record))))]
     ending = "\n".join([*commented, "", *_comment(STAGE_GUIDE)])
     return campaign_text(drafts(folder, files), _campaign_guide()) + ending + "\n"

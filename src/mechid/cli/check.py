@@ -29,7 +29,7 @@ def check(
             raise UsageError(f"--out: {campaign} is a data file; pictures are of a campaign's records")
         print_file(file_data(campaign), console_on())
         return
-    loaded = load_campaign(campaign)
+    loaded = load_campaign(campaign, need_files=False)
     prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, start_warnings(loaded)), console_on())
     if out is not None:

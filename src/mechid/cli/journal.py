@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import time
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -45,15 +46,23 @@ class StageLines:
         self.journal = journal
         self.latest: Progress | None = None
         self.noted = -math.inf
+        self.over_noise: Mapping[str, float] = {}
 
     def tell(self, progress: Progress) -> None:
         """Listen to a report; when its stage is another one, the last has ended."""
         if self.latest is not None and progress.stage != self.latest.stage:
             self._note_stage(self.latest)
         self.latest = progress
+        self.over_noise = progress.over_noise or self.over_noise
         if time.perf_counter() - self.noted >= EVERY_S:
             self.noted = time.perf_counter()
-            self.journal.note("progress", **_entries(progress), values=dict(progress.values))
+            self.journal.note("progress", **_entries(progress), **self._reached(progress))
+
+    def _reached(self, progress: Progress) -> dict[str, Any]:
+        """Return the values, and how far off the records are where that was looked at since the last note."""
+        ratios = {name: ratio if math.isfinite(ratio) else None for name, ratio in self.over_noise.items()}
+        self.over_noise = {}
+        return {"values": dict(progress.values), "over_noise": ratios}
 
     def finish(self, fit: Fit) -> None:
         """Note the stage at work and the outcome."""

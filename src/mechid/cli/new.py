@@ -23,4 +23,4 @@ def new(
         if not file.is_file():
             why = "is a folder, no file" if file.is_dir() else "there is no such file yet"
             typer.echo(f"warning: {file}: {why}", err=True)
-    typer.echo(f"next: fill them in, then mechid check {folder}")
+    typer.echo(f"next: fill them in; mechid check {folder} says what is left")

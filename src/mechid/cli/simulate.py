@@ -11,8 +11,12 @@ import typer
 def simulate(
     campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for <record>.csv; made where missing.")],
-    sample_rate_hz: Annotated[float | None, typer.Option(help="For records without a file.")] = None,
-    duration_s: Annotated[float | None, typer.Option(help="For records without a file.")] = None,
+    sample_rate_hz: Annotated[
+        float | None, typer.Option(help="For records without a file, else 10000 or as others have it.")
+    ] = None,
+    duration_s: Annotated[
+        float | None, typer.Option(help="For records without a file, else to the end of the rate profile, or 1.")
+    ] = None,
 ) -> None:
     """Simulate each record at the mechanism's values, without noise."""
     from mechid.campaign import load_campaign

@@ -252,7 +252,7 @@ class _Making:
         highest = RATE_MARGIN * max(rates)
 
         def one(command: Command) -> RateMap:
-            return rate_map(self.mechanisms[0], self.mechanisms, command, highest)
+            return rate_map(self.mechanisms[0], self.mechanisms[1:], command, highest)
 
         return tuple(mapped(one, self._commands(), self.workers))
 

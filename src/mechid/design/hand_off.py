@@ -119,6 +119,7 @@ def _map(found: RateMap) -> dict[str, Any]:
         "stepping": found.stepping,
         "rate": found.rates.tolist(),
         "amplitude_Nm": found.amplitude.tolist(),
+        "mechanisms": found.mechanisms,
         "low_Nm": found.spread[0].tolist(),
         "high_Nm": found.spread[1].tolist(),
         "peaks": [{"rate": rate, "amplitude_Nm": amplitude} for rate, amplitude in found.peaks],

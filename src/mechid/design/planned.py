@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.planned_record import DURATION_S, SAMPLE_RATE_HZ, planned_duration_s, planned_rate_hz
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
 from mechid.identification.output_error.target import (
@@ -22,7 +23,7 @@ from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 TORQUE = "torque"
-SAMPLE_RATE_HZ, DURATION_S, NOISE_NM = 10_000.0, 1.0, 0.002
+NOISE_NM = 0.002
 """What is assumed where neither a file nor the user says it."""
 
 
@@ -93,8 +94,9 @@ class Recording:
 def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[PlannedRecord, ...], tuple[str, ...]]:
     """Return the campaign's records as planned ones, and what had to be assumed.
 
-    A record whose file is there has its length, sample rate and noise floor; one without lasts to the end of its rate
-    profile, or `recording.duration_s`.
+    A record whose file is there has its length, sample rate and noise floor; one without is planned
+    (`campaign.planned_record`). So is one whose file is not there yet, as in the campaign that a design proposes; that
+    is said, since the name may be wrong.
 
     Raises
     ------
@@ -110,36 +112,38 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
     noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else NOISE_NM)
     said = () if recording.noise_Nm or sigmas else (
         f"the noise is assumed, {NOISE_NM:g} N m a sample; write noise_Nm in the design file",)  # fmt: skip
-    rate = recording.sample_rate_hz or next((s[0] for s in seen.values() if s), SAMPLE_RATE_HZ)
-    found = tuple(_planned(r, seen[r.name], recording, rate, noise) for r in campaign.estimated)
-    return found, said
+    rates = [s[0] for s in seen.values() if s]
+    found = tuple(_planned(r, seen[r.name], recording, rates, noise) for r in campaign.estimated)
+    return found, (*said, *_not_there(campaign))
+
+
+def _not_there(campaign: Campaign) -> tuple[str, ...]:
+    """Name the records whose file is not there."""
+    absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not Path(r.file).is_file()]
+    return tuple(f'record "{r.name}": {r.spec.path} is not there: taken as planned' for r in absent)
 
 
 def _planned(
-    record: CampaignRecord, seen: tuple[float, float, float] | None, recording: Recording, rate: float, noise: float
-) -> PlannedRecord:
+    record: CampaignRecord, seen: tuple[float, float, float] | None, recording: Recording, rates: Sequence[float],
+    noise: float,
+) -> PlannedRecord:  # fmt: skip
     if isinstance(record.command, MeasuredCommand):
         raise UsageError(f'record "{record.name}" is driven by measured channels; a design is made of step commands')
     if record.leading != TORQUE:
         raise UsageError(f'record "{record.name}" measures {record.leading}; a design is made of records of torque')
     match, delay = record.estimated[0], record.time_offset
     asked = (recording.durations_s or {}).get(record.name)
-    own_rate, own_duration, own_sigma = seen or (record.spec.sample_rate_hz or rate, None, noise)
+    planned = planned_rate_hz(record, rates), planned_duration_s(record.command, recording.duration_s), noise
+    own_rate, own_duration, own_sigma = seen or planned
     return PlannedRecord(
         name=record.name,
         command=record.command,
-        duration_s=asked or own_duration or profile_end_s(record.command) or recording.duration_s,
+        duration_s=asked or own_duration,
         sample_rate_hz=recording.sample_rate_hz or own_rate,
         sigma=recording.noise_Nm or own_sigma,
         linear=(2 if match.drift else 1) if match.offset else 0,
         time_offset=(delay.value, delay.min, delay.max) if delay.is_free else None,
     )
-
-
-def profile_end_s(command: Command) -> float | None:
-    """Return the time of the last breakpoint of a command's rate in s, None where the rate is constant."""
-    end = command.rate.times_s[-1]
-    return end if len(command.rate.times_s) > 1 and end > 0.0 else None
 
 
 def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:

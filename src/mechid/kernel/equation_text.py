@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from html import escape
+from typing import Any
 
 import sympy as sp
-from sympy.printing.mathml import mathml
+from sympy.printing.mathml import MathMLPresentationPrinter
 
 from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
@@ -27,7 +28,7 @@ class Style:
     """How expressions, time derivatives, initial values, words and relations are written."""
 
     expression: Callable[[sp.Basic], str]
-    rate: str
+    rate: Callable[[sp.Symbol], str]
     initial: str
     word: str
     separator: str = ", "
@@ -42,18 +43,72 @@ def _latex(expression: sp.Basic) -> str:
         base, _, index = str(symbol).partition("_")
         if len(base) > 1 and str(sp.latex(sp.Symbol(base))) == base:
             words[symbol] = rf"\mathrm{{{base}}}" + (f"_{{{index}}}" if index else "")
+        elif _dots(symbol)[1]:
+            words[symbol] = _latex_dotted(*_dots(symbol))
     return str(sp.latex(expression, symbol_names=words))
 
 
+def _latex_dotted(symbol: sp.Symbol, dots: int) -> str:
+    """Return a symbol with dots on its letter, its index behind them: over both they would sit on the index."""
+    letter, index_sign, index = _latex(symbol).partition("_")
+    return rf"\{'d' * dots}ot{{{letter}}}{index_sign}{index}"
+
+
+def _latex_rate(symbol: sp.Symbol) -> str:
+    plain, dots = _dots(symbol)
+    return _latex_dotted(plain, dots + 1)
+
+
+class _Presentation(MathMLPresentationPrinter):
+    """SymPy's MathML, in which a state that is a rate itself, as ``q_dot_1``, is a letter with a dot."""
+
+    def _print_Symbol(self, symbol: sp.Symbol, style: str = "plain") -> Any:
+        plain, dots = _dots(symbol)
+        return self.dotted(plain, dots) if dots else super()._print_Symbol(symbol, style)
+
+    def dotted(self, symbol: sp.Symbol, dots: int) -> Any:
+        """Return a symbol with dots on its letter, its index behind them; as accents they would touch the letter."""
+        whole = self._print_Symbol(symbol)
+        index = whole.lastChild if whole.tagName == "msub" else None
+        mark, over = self.dom.createElement("mo"), self.dom.createElement("mover")
+        mark.appendChild(self.dom.createTextNode(DOTS[dots]))
+        over.appendChild(whole if index is None else whole.firstChild)
+        over.appendChild(mark)
+        if index is None:
+            return over
+        whole.insertBefore(over, index)
+        return whole
+
+
 def _mathml(expression: sp.Basic) -> str:
-    return str(mathml(expression, printer="presentation"))
+    return str(_Presentation().doprint(expression))
 
 
-TEXT = Style(sp.sstr, "d{}/dt", "{}(0)", "{}")
-LATEX = Style(_latex, r"\dot{{{}}}", "{}(0)", r"\text{{{}}}", r",\ ")
+def _mathml_rate(symbol: sp.Symbol) -> str:
+    plain, dots = _dots(symbol)
+    return str(_Presentation().dotted(plain, dots + 1).toxml())
+
+
+def _dots(symbol: sp.Symbol) -> tuple[sp.Symbol, int]:
+    """Return a symbol without the dots that its name says, and their number.
+
+    Examples
+    --------
+    >>> _dots(sp.Symbol("q_dot_1")), _dots(sp.Symbol("alpha_gear"))
+    ((q_1, 1), (alpha_gear, 0))
+    """
+    parts = str(symbol).split("_")
+    plain = [part for k, part in enumerate(parts) if k == 0 or part != "dot"]
+    return sp.Symbol("_".join(plain)), len(parts) - len(plain)
+
+
+DOTS = ("", "˙", "¨")
+"""Over the letter of a rate, and of a rate's rate."""
+TEXT = Style(sp.sstr, "d{}/dt".format, "{}(0)", "{}")
+LATEX = Style(_latex, _latex_rate, "{}(0)", r"\text{{{}}}", r",\ ")
 MATHML = Style(
     _mathml,
-    '<mover accent="true">{}<mo>˙</mo></mover>',
+    _mathml_rate,
     "<mrow>{}<mo>(</mo><mn>0</mn><mo>)</mo></mrow>",
     '<mspace width="0.3em"/><mtext>{}</mtext><mspace width="0.3em"/>',
     '<mo separator="true">,</mo><mspace width="0.4em"/>',
@@ -95,7 +150,7 @@ def equations_with(plant: Plant, name: str) -> tuple[tuple[str, str], ...]:
     symbols = {s for s, e in plant.coordinates.items() if own in e.free_symbols}
     sides = [(_mathml(s), e) for s, e in plant.terms]
     rates = [*zip(plant.states, plant.rates, strict=True), *_filter_rates(plant)]
-    sides += [(MATHML.rate.format(_mathml(s)), e) for s, e in rates]
+    sides += [(MATHML.rate(s), e) for s, e in rates]
     guards = [(switch.name, g) for switch in plant.switches for held in switch.guards.values() for g in held]
     sides += [(MATHML.word.format(escape(f"margin of {switch}")), g.margin) for switch, g in guards]
     return tuple((left, _mathml(e)) for left, e in sides if symbols & e.free_symbols)
@@ -128,7 +183,7 @@ def _sections(plant: Plant, style: Style) -> Iterator[Section]:
 
 def _rates(pairs: Iterable[tuple[sp.Symbol, sp.Expr]], style: Style) -> Iterator[tuple[str, str]]:
     for state, rate in pairs:
-        yield style.rate.format(style.expression(state)), style.expression(rate)
+        yield style.rate(state), style.expression(rate)
 
 
 def _modes(switch: Switch, style: Style) -> Iterator[tuple[str, str]]:

@@ -11,8 +11,10 @@ from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.report.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.report.digits import plain
+from mechid.report.noise import against_noise, level_words
 from mechid.report.quantities import torque_alone
-from mechid.report.summary import noise_ratio, summary_data
+from mechid.report.summary import summary_data
+from mechid.report.use import use_word
 from mechid.simulation.resonances import resonances
 
 
@@ -65,7 +67,8 @@ def _record_table(data: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _record_row(
     data: Mapping[str, Any], row: Mapping[str, Any], fit: Mapping[str, Any], plainly: bool
 ) -> dict[str, Any]:
-    ratio = noise_ratio(data, row)
+    residual = against_noise(data, row)
+    ratio = residual.ratio
     texts = row["text"]
     unit, rate = (", N m", ", N m/s") if plainly else ("", " a second")
     cells = [
@@ -80,7 +83,9 @@ def _record_row(
         (f"offset{unit}", fit["text"]["offset"]),
         (f"drift{rate}", fit["text"]["drift"]),
     ]
-    return {"name": row["name"], "use": row["use"], "quantity": row["quantity"], "noise_ratio": ratio, "cells": cells}
+    use = use_word(row["use"], left_out=row["left_out"])
+    own = {"noise_ratio": ratio, "words": level_words(residual), "cells": cells}
+    return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 
 
 def _origin(provenance: Mapping[str, Any]) -> list[tuple[str, str]]:

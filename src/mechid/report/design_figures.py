@@ -30,21 +30,26 @@ def design_figures(data: Mapping[str, Any]) -> dict[str, Figure]:
 
 
 def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
-    """Draw a panel for each stepping: the curve of the values believed over the band of those that may be true."""
+    """Draw a panel for each stepping: the curve of the values believed in the band of all that may be true."""
     axes = figure.subplots(3, 1, sharex=True, gridspec_kw={"hspace": 0.12})
     for ax, m in zip(axes, data["torque_over_rate"], strict=True):
         colour, style = STEPPINGS[m["stepping"]]
         rate, amplitude = np.array(m["rate"]), np.array(m["amplitude_Nm"], dtype=np.float64)
-        ax.fill_between(rate, m["low_Nm"], m["high_Nm"], color=colour, alpha=0.15, linewidth=0.0)
-        ax.plot(rate, amplitude, color=colour, linestyle=style, linewidth=1.2)
+        low, high = (np.array(m[key], dtype=np.float64) for key in ("low_Nm", "high_Nm"))
+        ax.fill_between(rate, low, high, color=colour, alpha=0.15, linewidth=0.0, label=_band_words(m["mechanisms"]))
+        ax.plot(rate, amplitude, color=colour, linestyle=style, linewidth=1.2, label="at the values believed")
         for p in m["peaks"][:4]:
             ax.annotate(f"{p['rate']:.0f}", (p["rate"], p["amplitude_Nm"]), xytext=(0, 2), ha="center",
                         textcoords="offset points", fontsize=7.0, color=colour)  # fmt: skip
-        highest = max(float(np.nanmax(amplitude)), float(np.median(m["high_Nm"])))
-        ax.set(ylim=(0.0, 1.2 * highest), xlim=(0.0, rate[-1]))
-        ax.text(0.99, 0.9, f"{m['stepping']} stepping", transform=ax.transAxes, ha="right", va="top")
+        ax.set(ylim=(0.0, 1.05 * float(np.nanmax(high))), xlim=(0.0, rate[-1]))
+        ax.legend(title=f"{m['stepping']} stepping", loc="upper right", fontsize=7.0, borderpad=0.2)
     axes[1].set_ylabel(AMPLITUDE)
     axes[-1].set_xlabel(RATE)
+
+
+def _band_words(mechanisms: int) -> str:
+    """Return what the band holds."""
+    return f"least to largest of {mechanisms} mechanisms that may be true"
 
 
 def _standard_errors(data: Mapping[str, Any], figure: Any) -> None:

@@ -14,6 +14,7 @@ from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.report.digits import digits
 from mechid.report.overview import command_words
+from mechid.report.use import use_word
 from mechid.simulation.resonances import Resonance
 
 
@@ -66,9 +67,9 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
     """Return how each record was taken to be driven and where it comes from, by name."""
     return {
         record.name: {
-            "use": record.use,
+            "use": use_word(record.use, left_out=fit.records[record.name].taken.left_out),
             "command": command_words(record.command),
-            "taken": fit.records[record.name].taken.to_dict(),
+            "taken": {key: v for key, v in fit.records[record.name].taken.to_dict().items() if key != "use"},
             "file": record.spec.path,
             "duration_s": _duration(campaign, record.name),
         }

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import mechanism_name
+from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
@@ -51,7 +52,7 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "estimated": len(campaign.estimated),
         "validated": len(campaign.validated),
         "free": [parameter.name for parameter in campaign.free],
-        "records": [_record(record) for record in campaign.records],
+        "records": [_record(record, campaign) for record in campaign.records],
         "channels": channel_rows(record.data for record in campaign.records),
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
         + [_parameter(q, None) for record in campaign.records for q in record.parameters if q.is_free],
@@ -113,12 +114,12 @@ def _rate_words(rate: RateProfile) -> str:
     return f"{span} full steps/s{through}{over}"
 
 
-def _record(record: CampaignRecord) -> dict[str, Any]:
-    found = _measured(record.data, record) if record.data else {"edges": None}
+def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
+    found = _measured(record.data, record) if record.data else _planned(record, campaign)
     data = {
         "name": record.name,
         "use": record.use,
-        "file": record.spec.path,
+        "file": record.spec.path or "no file",
         "command": command_words(record.command),
         "time_offset_s": record.time_offset.value,
         "test_stand": {mechanism_name(q.name): q.value for q in record.test_stand if not q.is_free},
@@ -145,18 +146,34 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "noise_sigma": noise_floor(torque, data.sample_rate_hz),
         "start_time": data.start_time,
         "conditioning": [treatment["text"] for treatment in data.treatments],
+        "planned": False,
+    }
+
+
+def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
+    """Return what is known of a record that has no file."""
+    base = time_base(record, campaign)
+    return {
+        "samples": base.samples,
+        "sample_rate_hz": base.sample_rate_hz,
+        "start_s": base.start_s,
+        "duration_s": base.duration_s,
+        "edges": record.command.excitation(base.duration_s).times.size,
+        "stepped": True,
+        "planned": True,
     }
 
 
 def _lines(data: Mapping[str, Any]) -> list[str]:
-    edges = "" if data["edges"] is None or not data["stepped"] else f": {data['edges']} step edges"
+    edges = f": {data['edges']} step edges" if data["stepped"] else ""
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
     lines = [data["command"] + offset + edges]
     if data["test_stand"]:
         own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
         lines.append(f"its own test stand: {own}")
-    if data["edges"] is None:
-        return lines
+    if data["planned"]:
+        as_if = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
+        return [*lines, f"planned: it has no file, and is taken {as_if}"]
     until = data["start_s"] + data["duration_s"]
     span = f"{data['start_s']:.9g} s to {until:.9g} s"
     low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))

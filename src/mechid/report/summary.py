@@ -6,10 +6,13 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.details import worst_pair
 from mechid.report.digits import digits, plain
+from mechid.report.noise import above_words, against_noise
 from mechid.report.quantities import quantity_words, torque_alone
+from mechid.report.use import held_out, left_out, left_out_words
 
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 HEADLINE = {
@@ -24,6 +27,8 @@ WORTH = 0.98
 """A record that would not lower a standard error below this factor is not proposed."""
 
 Data = Mapping[str, Any]
+Residuals = list[tuple[Data, AgainstNoise]]
+"""The rows of a validation, each with its residual beside the record's noise."""
 
 
 def summary_data(data: Data) -> dict[str, Any]:
@@ -34,15 +39,15 @@ def summary_data(data: Data) -> dict[str, Any]:
     data : mapping
         The report's, with ``correlation`` and ``information``.
     """
-    misfits = [row for row in data["validation"] if _ratio(data, row) > MISFIT]
-    grade = _grade(data, misfits)
+    residuals = [(row, against_noise(data, row)) for row in data["validation"]]
+    grade = _grade(data, residuals)
     return {
         "grade": grade,
         "headline": HEADLINE[grade],
         "questions": [
-            {"question": "Is this fit good?", "answers": _quality(data, misfits)},
+            {"question": "Is this fit good?", "answers": _quality(data, residuals)},
             {"question": "What is least certain?", "answers": _uncertain(data)},
-            {"question": "What would improve it?", "answers": _improvement(data, misfits)},
+            {"question": "What would improve it?", "answers": _improvement(data, residuals)},
         ],
     }
 
@@ -60,32 +65,20 @@ def relative_error(row: Data) -> float:
     return float(row["std_error"] / abs(row["estimate"])) if row["estimate"] else math.inf
 
 
-def noise_ratio(data: Data, row: Data) -> float:
-    """Return a validated channel's residual over its record's noise floor, NaN where there is none."""
-    return _ratio(data, row)
-
-
-def _ratio(data: Data, row: Data) -> float:
-    rows = [r for r in (*data["channels"], *data["records"]) if r["name"] == row["name"]]
-    noise = next((r["noise_sigma"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
-    residual = row["residual_rms"]
-    return residual / noise if noise and residual is not None else math.nan
-
-
-def _grade(data: Data, misfits: list[Data]) -> str:
+def _grade(data: Data, residuals: Residuals) -> str:
     if not data["outcome"]["good"]:
         return BAD
     unsure = any(row["status"] in ("at_bound", "frozen") or row["local_only"] for row in data["parameters"])
-    failed = any(not math.isfinite(_ratio(data, row)) for row in data["validation"])
-    return CAUTION if misfits or unsure or failed or _coloured(data) or data["warnings"] else GOOD
+    unexplained = any(not residual.is_noise for _, residual in residuals)
+    return CAUTION if unexplained or unsure or _coloured(data) or data["warnings"] else GOOD
 
 
-def _quality(data: Data, misfits: list[Data]) -> list[str]:
+def _quality(data: Data, residuals: Residuals) -> list[str]:
     rows = data["validation"]
-    ratios = [r for row in rows if math.isfinite(r := _ratio(data, row))]
+    ratios = [r.ratio for _, r in residuals if r.level is not NoiseLevel.LOST]
     lines = [data["outcome"]["message"]]
     if ratios:
-        within = sum(r <= MISFIT for r in ratios)
+        within = sum(r.is_noise for _, r in residuals)
         what = "records" if torque_alone(rows) else "channels"
         lines.append(
             f"{within} of {len(rows)} {what} are explained down to their noise: the residual is "
@@ -93,26 +86,33 @@ def _quality(data: Data, misfits: list[Data]) -> list[str]:
         )
     lines += [
         f"Record {_called(row)}: the simulation does not come to its end."
-        for row in rows
-        if not math.isfinite(_ratio(data, row))
+        for row, residual in residuals
+        if residual.level is NoiseLevel.LOST
     ]
-    lines += [_misfit(data, row) for row in misfits]
-    held_out = [row for row in rows if row["use"] == "validate"]
+    lines += [_misfit(row, residual) for row, residual in _misfits(residuals)]
+    lines += [left_out_words(_called(row), row["text"]["fit_percent"]) for row in left_out(rows)]
+    tested = held_out(rows)
     lines += [
         f"Record {_called(row)} was held out and is predicted with a fit of {row['text']['fit_percent']} %."
-        for row in held_out
+        for row in tested
     ]
-    if rows and not held_out:
+    if rows and not tested:
         lines.append('No record was held out (use = "validate"): the prediction of new records is not tested.')
     return lines
 
 
-def _misfit(data: Data, row: Data) -> str:
+def _misfits(residuals: Residuals) -> Residuals:
+    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure."""
+    above = (NoiseLevel.COLOURED, NoiseLevel.ABOVE)
+    return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
+
+
+def _misfit(row: Data, residual: AgainstNoise) -> str:
     where = ""
-    if row["bands"]:
+    if row["bands"] and residual.ratio > MISFIT:  # below, the largest band may be that of the noise
         band = max(row["bands"], key=lambda b: float(b["residual_rms"]))
         where = f", most of it in the third octave at {digits(band['centre_hz'], 3)} Hz"
-    return f"Record {_called(row)}: the residual is {_ratio(data, row):.1f} times the noise floor{where}."
+    return f"Record {_called(row)}: the residual is {above_words(residual)}{where}."
 
 
 def _called(row: Data) -> str:
@@ -159,10 +159,14 @@ def _coloured(data: Data) -> list[str]:
     ]
 
 
-def _improvement(data: Data, misfits: list[Data]) -> list[str]:
+def _improvement(data: Data, residuals: Residuals) -> list[str]:
     lines = [
         f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
-        for row in misfits
+        for row, _ in _misfits(residuals)
+    ]
+    lines += [
+        f"Knowing how record {_called(row)} was taken: the warnings say what was tried of it."
+        for row in left_out(data["validation"])
     ]
     row, information = least_certain(data), data["information"]
     if row and information and row["name"] in information["parameters"]:

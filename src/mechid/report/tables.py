@@ -12,6 +12,7 @@ from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate,
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.quantities import quantity_words
+from mechid.report.use import with_left_out, with_use
 from mechid.report.validation import order_rows, validation_rows
 from mechid.units import unit_words
 
@@ -43,16 +44,18 @@ def report_data(
         Numbers, and beside those that need rounding their text. JSON can hold it.
     """
     truth = truth or {}
+    left_out = {name for name, r in fit.records.items() if r.taken.left_out}
+    channels = [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()]
     return {
         "format": FORMAT,
         "synthetic": synthetic,
         "outcome": {"code": fit.outcome.code, "good": fit.outcome.good, "message": fit.outcome.value},
         "has_truth": bool(truth),
         "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
-        "records": [_record(r) for r in fit.records.values()],
-        "channels": [_channel(r, quantity, c) for r in fit.records.values() for quantity, c in r.channels.items()],
-        "validation": validation_rows(validation or {}),
-        "orders": order_rows(validation or {}),
+        "records": with_use([_record(r) for r in fit.records.values()], left_out),
+        "channels": with_use(channels, left_out),
+        "validation": with_left_out(validation_rows(validation or {}), left_out),
+        "orders": with_left_out(order_rows(validation or {}), left_out),
         "stages": [_stage(s) for s in fit.stages],
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from mechid.report.quantities import torque_alone
 from mechid.report.text_table import Column, print_table, print_tables
+from mechid.report.use import held_out, left_out
 from mechid.report.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
 
 LOG_WIDTH = 120
@@ -55,6 +56,8 @@ CHANNEL_LAYOUTS = (
     ((RECORD, *CHANNEL, *FOLLOWED, *LINEAR),),
     ((RECORD, *CHANNEL, *FOLLOWED), (RECORD, *CHANNEL, *LINEAR)),
 )
+HELD_OUT_WORDS = "Prediction of the records held out"
+LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
 STAGE_COLUMNS = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -106,12 +109,13 @@ def _print_priors(data: Mapping[str, Any], console: Console) -> None:
 
 
 def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
-    """Print how the records kept out of the fit are predicted, where there are any."""
-    held_out, orders = ([r for r in data[key] if r["use"] == "validate"] for key in ("validation", "orders"))
-    if held_out:
-        unit = "N m" if torque_alone(held_out) else "the unit"
-        say(console, f"Prediction of the records held out; residual in {unit}", "bold")
-        print_tables(console, VALIDATION_LAYOUTS, held_out)
+    """Print how the records kept out of the fit are predicted, where there are any; those left out by themselves."""
+    for rows, words in ((held_out(data["validation"]), HELD_OUT_WORDS), (left_out(data["validation"]), LEFT_OUT_WORDS)):
+        if rows:
+            unit = "N m" if torque_alone(rows) else "the unit"
+            say(console, f"{words}; residual in {unit}", "bold")
+            print_tables(console, VALIDATION_LAYOUTS, rows)
+    orders = held_out(data["orders"])
     if orders:
         unit = "N m" if torque_alone(orders) else "the unit"
         said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"

@@ -8,7 +8,7 @@ from mechid.signal.noise import noise_floor
 from mechid.signal.orders import order_amplitudes
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.spectrum import amplitude_spectrum, line_amplitude, peak_spectrum
-from mechid.signal.whiteness import LjungBox, effective_samples, ljung_box
+from mechid.signal.whiteness import LjungBox, effective_samples, effective_samples_of, ljung_box
 
 __all__ = [
     "Band",
@@ -17,6 +17,7 @@ __all__ = [
     "amplitude_spectrum",
     "autocorrelation",
     "effective_samples",
+    "effective_samples_of",
     "envelope",
     "fit_percent",
     "line_amplitude",

@@ -34,6 +34,8 @@ PARTS = (1, 2, 4)
 """Into how many parts the band is cut, in search of a quieter one."""
 SIGNIFICANT = 3.0
 """Standard errors by which another floor must be lower; otherwise the lowest is so by chance."""
+FLOOR_ERROR = 1.7
+"""Relative standard error of a floor times the root of the number of samples, white Gaussian noise."""
 BLOCK = 256
 """Segments transformed at once: the spectra of a long record are never all in memory."""
 
@@ -74,7 +76,7 @@ def noise_floor(
     -------
     float
         Sigma of one sample, in the unit of `y`. For white Gaussian noise its own relative standard
-        error is about 1.7 / sqrt(N).
+        error is about `FLOOR_ERROR` / sqrt(N).
 
     Raises
     ------

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 from scipy.stats import chi2
 
@@ -106,5 +107,26 @@ def effective_samples(series: Series) -> float:
         total, squares = total + float(power.sum()), squares + float(np.sum(power**2))
     if not total > 0.0:
         return math.nan
-    share = 4.0 * total**2 / squares / size
-    return min(max(share * series.size, 1.0), float(series.size))
+    return min(max(_share(total, squares, size) * series.size, 1.0), float(series.size))
+
+
+def effective_samples_of(amplitude: NDArray[np.float64], samples: int) -> float:
+    """Return the same as `effective_samples` from a spectrum that has been worked out already.
+
+    Parameters
+    ----------
+    amplitude : ndarray, shape (N // 2 + 1,)
+        Single-sided amplitude spectrum of N samples under no window.
+    samples : int
+        N.
+    """
+    power = amplitude[1 : (samples + 1) // 2] ** 2
+    total, squares = float(power.sum()), float(np.sum(power**2))
+    if not total > 0.0:
+        return math.nan
+    return min(max(_share(total, squares, samples) * samples, 1.0), float(samples))
+
+
+def _share(total: float, squares: float, size: int) -> float:
+    """Return the effective share of `size` samples from sums over the ordinates of their periodogram."""
+    return 4.0 * total**2 / squares / size

@@ -40,6 +40,11 @@ class TimeBase:
         return 1.0 / self.sample_rate_hz
 
     @property
+    def duration_s(self) -> float:
+        """Time from the first sample to the last in s."""
+        return (self.samples - 1) / self.sample_rate_hz
+
+    @property
     def times(self) -> FloatArray:
         """All sample instants, (n,) s."""
         return self.start_s + np.arange(self.samples) / self.sample_rate_hz

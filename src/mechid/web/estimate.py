@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.report import report_data
 from mechid.report.contents import report_contents
+from mechid.report.noise import against_noise
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +36,10 @@ class Estimate:
         Names of the parameters that are angles in degrees.
     records : tuple of CampaignRecord
         As the fit took them.
+    left_out : frozenset of str
+        Records that the fit left out although the campaign file gives them to estimate from.
+    over_noise : mapping of str to float
+        Residual over noise floor of each record that was estimated from.
     """
 
     source: str
@@ -42,6 +48,8 @@ class Estimate:
     summary: Mapping[str, Any]
     angles: frozenset[str] = frozenset()
     records: tuple[CampaignRecord, ...] = ()
+    left_out: frozenset[str] = frozenset()
+    over_noise: Mapping[str, float] = field(default_factory=dict)
 
     def away(self, name: str, value: float) -> float | None:
         """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
@@ -63,7 +71,18 @@ def estimate_of(fit: Fit, campaign: Campaign, source: str) -> Estimate:
         summary=report_contents(data, campaign, fit)["summary"],
         angles=frozenset(name for name, p in fit.parameters.items() if p.unit == "deg"),
         records=tuple(as_fitted(record, fit) for record in campaign.records),
+        over_noise=_over_noise(data),
+        left_out=frozenset(name for name, r in fit.records.items() if r.taken.left_out),
     )
+
+
+def _over_noise(data: Mapping[str, Any]) -> dict[str, float]:
+    """Return residual over noise floor of each record that was estimated from, of all its channels together."""
+    squares: dict[str, list[float]] = {}
+    for row in data["validation"]:
+        if row["use"] == "estimate":
+            squares.setdefault(row["name"], []).append(against_noise(data, row).ratio ** 2)
+    return {name: math.sqrt(sum(own) / len(own)) for name, own in squares.items()}
 
 
 def read_estimated(path: Path, campaign: Campaign) -> Estimate:

@@ -31,7 +31,7 @@ LEAST_RESIDUAL, LEAST_EFFECT = 5.0, 0.1
 TINY = 1e-15
 ROUND = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 EFFECT = "effect, N m"
-REPORTS, COST, PLACE = "reports of the fit", "cost a sample", "place between its ends"
+REPORTS, OVER_NOISE, PLACE = "reports of the fit", "residual over noise floor", "place between its ends"
 FEWEST_REPORTS = 10.0
 LABEL_GAP = 0.05
 LINES = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#8a8a8a", "#9467bd")
@@ -140,7 +140,7 @@ class Slot:
         """Draw what a small step of the knob in hand does."""
         kept = self._kept(picture, effect.torque)
         self.effect.data = {"time": picture.start_s + kept * picture.interval_s, "effect": effect.torque[kept]}
-        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.noise_sigma))
+        height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.residual.noise_sigma))
         hold(self.heights["effect"], -height, height)
 
     def _kept(self, picture: Picture, y: FloatArray) -> NDArray[np.int64]:
@@ -155,7 +155,7 @@ class Slot:
         return first + envelope(y[first : max(last, first)], COLUMNS)
 
     def _set_heights(self, picture: Picture) -> None:
-        noise = picture.numbers.noise_sigma
+        noise = picture.numbers.residual.noise_sigma
         torque = round_up(largest(picture.measured, picture.modelled))
         residual = round_up(max(largest(picture.residual), LEAST_RESIDUAL * noise))
         for name, height in (("torque", torque), ("residual", residual)):
@@ -166,12 +166,12 @@ class Slot:
 
 
 class RunFigures:
-    """The course of a fit: its cost, and where each parameter stands between its ends."""
+    """The course of a fit: how far off the worst and the median record are, and each parameter between its ends."""
 
     def __init__(self) -> None:
         self.reports = Range1d(start=0.0, end=FEWEST_REPORTS)
-        self.costs = Range1d(start=0.1, end=10.0)
-        self.cost = ColumnDataSource({"x": [], "y": []})
+        self.ratios = Range1d(start=0.5, end=10.0)
+        self.noise = {name: ColumnDataSource({"x": [], "y": []}) for name in ("worst", "median")}
         self.places = ColumnDataSource({"xs": [], "ys": [], "name": [], "colour": []})
         self.ends = ColumnDataSource({"x": [], "y": [], "symbol": [], "colour": []})
         root = self._plots()
@@ -179,11 +179,16 @@ class RunFigures:
         self.roots = {"run": root}
 
     def _plots(self) -> Any:
-        cost = empty_plot(REPORTS, COST, height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports, y_range=self.costs)
-        line = cost.line("x", "y", source=self.cost, name="modelled", line_width=1.6)
-        points = cost.scatter("x", "y", source=self.cost, name="modelled points", size=4)
-        cost.add_tools(hover_on([line, points], [("report", "@x"), ("cost a sample", "@y{0.0000}")]))
-        cost.yaxis.formatter = NumeralTickFormatter(format="0.[00]a")
+        noise = empty_plot(
+            REPORTS, OVER_NOISE, height=RUN_HEIGHT, y_axis_type="log", x_range=self.reports, y_range=self.ratios
+        )
+        noise.hspan(y=[1.0], name="noise", line_width=1.2, line_dash="dashed")
+        points = []
+        for name, source in self.noise.items():
+            noise.line("x", "y", source=source, name=name, line_width=1.6)
+            points.append(noise.scatter("x", "y", source=source, name=f"{name} points", size=4))
+        noise.add_tools(hover_on(points, [("report", "@x"), (OVER_NOISE, "@y{0.00}")]))
+        noise.yaxis.formatter = NumeralTickFormatter(format="0.[00]a")
         places = empty_plot(REPORTS, PLACE, height=PLACES_HEIGHT, x_range=self.reports)
         places.y_range = Range1d(start=-0.03, end=1.03)
         curves = places.multi_line(
@@ -195,20 +200,21 @@ class RunFigures:
         hover = hover_on([curves], tips)
         hover.tooltips = tips
         places.add_tools(hover)
-        for plot in (cost, places):
+        for plot in (noise, places):
             plot.min_border_left = LEFT
-        cost.xaxis.visible = False
-        return stacked([cost, places])
+        noise.xaxis.visible = False
+        return stacked([noise, places])
 
-    def show(self, costs: Course, places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
-        """Draw the cost a sample of each report that told one, and the place of each parameter over the reports."""
+    def show(self, ratios: Mapping[str, Course], places: Mapping[str, Course], symbols: Mapping[str, str]) -> None:
+        """Draw residual over noise floor of the worst and the median record, and each parameter, over the reports."""
         names = [name for name, course in places.items() if course]
-        last = max([k for k, _ in costs] + [places[name][-1][0] for name in names], default=1)
-        self.reports.end = max(1.1 * last, FEWEST_REPORTS)
-        if costs:
-            told = [c for _, c in costs]
-            self.costs.update(start=0.8 * min(told), end=1.25 * max(told))
-        self.cost.data = {"x": [k for k, _ in costs], "y": [c for _, c in costs]}
+        ends = [own[-1][0] for own in (*ratios.values(), *places.values()) if own]
+        self.reports.end = max(1.1 * max(ends, default=1), FEWEST_REPORTS)
+        told = [ratio for own in ratios.values() for _, ratio in own]
+        if told:
+            self.ratios.update(start=min(0.8, 0.8 * min(told)), end=max(2.0, 1.25 * max(told)))
+        for name, own in ratios.items():
+            self.noise[name].data = {"x": [k for k, _ in own], "y": [ratio for _, ratio in own]}
         colours = [LINES[k % len(LINES)] for k in range(len(names))]
         self.places.data = {
             "xs": [[k for k, _ in places[name]] for name in names],

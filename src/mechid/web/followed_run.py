@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import time
 from datetime import datetime
 from pathlib import Path
@@ -76,6 +77,7 @@ class FollowedRun:
             self.reports, self.state = [], RunState.RUNNING
             self.began_at = datetime.fromisoformat(entry["time"]).timestamp()
         elif event == "progress":
-            self.reports.append(Progress(**{key: entry[key] for key in KEPT}))
+            ratios = {name: math.inf if r is None else r for name, r in entry.get("over_noise", {}).items()}
+            self.reports.append(Progress(**{key: entry[key] for key in KEPT}, over_noise=ratios))
         elif event == "finished":
             self.state = RunState.FINISHED

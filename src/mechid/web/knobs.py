@@ -13,6 +13,10 @@ from mechid.plant.mechanism import Mechanism
 
 HALF_TURN_DEG = 180.0
 PERCENT = 0.01
+NOTCHES = 2000
+"""Of a slider between its ends; an arrow key moves it by one."""
+FINE_SIGMAS, FINE_NOTCHES = 0.1, 0.01
+"""A fine step, in standard errors of the last estimate, and in notches where there is none."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +61,17 @@ class Knob:
         if value != 0.0:
             return PERCENT * abs(value), "1 %"
         return PERCENT * (self.parameter.max - self.parameter.min), "1 % of its range"
+
+    def fine_step(self, value: float, sigma: float | None) -> float:
+        """Return the step at a value that an arrow key makes with Shift: a tenth of a standard error.
+
+        A notch is a share of the range between the bounds, hundreds of standard errors where the records tell much.
+        """
+        if sigma:
+            return FINE_SIGMAS * sigma
+        low, high = self.parameter.min, self.parameter.max
+        notch = value * math.log(high / low) / NOTCHES if self.is_log else (high - low) / NOTCHES
+        return FINE_NOTCHES * notch
 
 
 def knobs(campaign: Campaign) -> dict[str, Knob]:

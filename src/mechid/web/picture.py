@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
+from mechid.analysis.against_noise import AgainstNoise
 from mechid.campaign import CampaignRecord, Match
 from mechid.identification.output_error.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.report.curves import ORDERS, rate_over
-from mechid.signal import amplitude_spectrum, fit_percent, peak_groups
+from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
 from mechid.signal.remainder import Remainder
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
@@ -35,23 +36,17 @@ class Numbers:
 
     Attributes
     ----------
-    residual_rms, noise_sigma : float
-        N m.
+    residual : AgainstNoise
+        The residual beside the record's noise floor, in the channel's unit.
     fit_percent : float
     offset, drift : float
         What was removed, N m and N m/s.
     """
 
-    residual_rms: float
-    noise_sigma: float
+    residual: AgainstNoise
     fit_percent: float
     offset: float
     drift: float
-
-    @property
-    def noise_ratio(self) -> float:
-        """Residual over the record's own noise floor; 1 is all that a model can do."""
-        return self.residual_rms / self.noise_sigma if self.noise_sigma > 0.0 else math.nan
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -201,11 +196,11 @@ class Scene:
         removed = line.at(0, n)
         residual -= removed
         measured = self.channel.measured[:n] - removed
-        frequency, spectra = self._spectra(measured, modelled, residual)
+        frequency, spectra, share = self._spectra(measured, modelled, residual)
         return Picture(
             start_s=self.base.start_s, interval_s=self.base.interval_s, measured=measured, modelled=modelled,
             residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
-            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, line),
+            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, share, line),
         )  # fmt: skip
 
     def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
@@ -249,8 +244,10 @@ class Scene:
             directions=None if direction is None else np.ascontiguousarray(direction[:, None]),
         )
 
-    def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
+    def _spectra(self, *curves: FloatArray) -> tuple[FloatArray, list[FloatArray], float]:
         """Return the peak of each group of bins up to the shown frequency, of each curve.
+
+        And what share of the last curve's samples is effective, which its whole spectrum says.
 
         The last few samples are left out, since lengths with a large prime factor take many times as long.
         """
@@ -260,12 +257,18 @@ class Scene:
         kept = max(int(np.searchsorted(frequency, self.shown_hz, side="right")), 2)
         starts = peak_groups(kept, MOST_BINS)
         stops = np.append(starts[1:], kept)
-        return frequency[(starts + stops - 1) // 2], [np.maximum.reduceat(y[:kept], starts) for _, y in both]
+        peaks = [np.maximum.reduceat(y[:kept], starts) for _, y in both]
+        return frequency[(starts + stops - 1) // 2], peaks, effective_samples_of(both[-1][1], n) / n
 
-    def _numbers(self, measured: FloatArray, residual: FloatArray, line: Line) -> Numbers:
+    def _numbers(self, measured: FloatArray, residual: FloatArray, share: float, line: Line) -> Numbers:
         return Numbers(
-            residual_rms=float(np.sqrt(np.mean(residual**2))),
-            noise_sigma=self.channel.sigma,
+            residual=AgainstNoise(
+                residual_rms=float(np.sqrt(np.mean(residual**2))),
+                noise_sigma=self.channel.sigma,
+                samples=residual.size,
+                effective_samples=share * residual.size,
+                floor_samples=self.base.samples,
+            ),
             fit_percent=fit_percent(measured, residual),
             offset=line.offset,
             drift=line.slope * self.base.sample_rate_hz,

@@ -57,6 +57,11 @@ def scenes_of(campaign: Campaign) -> dict[str, Scene]:
     return {scene.label: scene for scene in found}
 
 
+def _end_of(estimate: Estimate) -> Progress:
+    """Return the last report of a fit that has ended: how far off the records are at its estimate."""
+    return Progress(1, 1, "verdict", "all records judged", None, 0.0, over_noise=estimate.over_noise)
+
+
 class Session:
     """One tab.
 
@@ -203,6 +208,16 @@ class Session:
         """The run that is shown: this tab's own, or one elsewhere that was at work while the tab was open."""
         return self.run or (self.followed if self.followed and self.followed.is_alive else None)
 
+    @property
+    def is_at_catalogue(self) -> bool:
+        """Whether what is free stands where the file has it, and no estimate: a fit from there seldom succeeds."""
+        now = self.state.now
+        begun = {q.name: q.value for q in self.source.campaign.parameters.values()}
+        estimated = self.estimate.values if self.estimate else {}
+        return all(now.values[name] == begun.get(name) for name in now.free) and not all(
+            now.values[name] == estimated.get(name) for name in now.free
+        )
+
     def fit_from_here(self) -> None:
         """Begin a fit of what is free from the knobs' values."""
         values = dict(self.state.now.values)
@@ -211,11 +226,6 @@ class Session:
     def search(self) -> None:
         """Begin an identification with its own search for a start, as ``mechid identify`` does."""
         self._begin(lambda campaign, told: identify(campaign, workers=self.source.workers, listener=told))
-
-    @property
-    def samples(self) -> int:
-        """Samples of all records that are estimated from."""
-        return sum(r.data.samples for r in self.campaign.estimated if r.data is not None)
 
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
@@ -250,6 +260,8 @@ class Session:
         for run in (self.run, self.reading):
             if run is not None and run.state is RunState.FINISHED and run.result is not None:
                 self._take_estimate(run.result)
+                if self.watched is not None:
+                    self.watched.reports.append(_end_of(run.result))
                 run.result = None
                 return True
         return False
@@ -262,6 +274,9 @@ class Session:
         self.to_estimate()
 
     def _as_taken(self, estimate: Estimate) -> tuple[CampaignRecord, ...]:
-        """Return the records with the sign and command that a fit took them to have, and their own knobs."""
+        """Return the records with the sign and command that a fit took them to have, and their own knobs.
+
+        Their use stays the file's: a record that one fit left out is one to estimate from for the next.
+        """
         own = {r.name: r for r in estimate.records}
-        return tuple(replace(own.get(r.name, r), parameters=r.parameters) for r in self.campaign.records)
+        return tuple(replace(own.get(r.name, r), parameters=r.parameters, use=r.use) for r in self.campaign.records)

@@ -3,35 +3,30 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
+from mechid.analysis.against_noise import NoiseLevel
 from mechid.campaign import Campaign
-from mechid.identification.computation.progress import Progress
-from mechid.identification.uncertainty.noise import MISFIT
+from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Parameter
 from mechid.report.digits import digits, plain, with_sigma
+from mechid.report.noise import level_words
 from mechid.report.payload import order_word
-from mechid.web.fit_run import FitRun, RunState
-from mechid.web.followed_run import FollowedRun
-from mechid.web.knobs import Knob
+from mechid.web.estimate import Estimate
+from mechid.web.fit_shown import run_data
+from mechid.web.knobs import FINE_SIGMAS, NOTCHES, Knob
 from mechid.web.picture import Effect, Picture, Scene
 from mechid.web.session import Session
 from mechid.web.sweep import SweepPicture
 
-VALUE_DIGITS = 5
-MOST_REPORTS = 300
-"""Of a fit: of more, some are left out of the figure."""
+VALUE_DIGITS, MOST_DIGITS = 5, 9
 LEAST_AWAY, MOST_AWAY = 0.05, 1e3
 """Standard errors: less is said to be none, more is written with a power of ten."""
 GREEK = {"alpha": "α", "omega": "ω", "phi": "φ", "theta": "θ", "zeta": "ζ", "beta": "β", "delta": "δ", "sigma": "σ",
          "tau": "τ", "mu": "μ", "eta": "η", "gamma": "γ"}  # fmt: skip
+GRADES = {NoiseLevel.NOISE: "good", NoiseLevel.LOST: "bad"}
 Data = dict[str, Any]
-ELSEWHERE = {
-    RunState.RUNNING: "an identification is at work elsewhere",
-    RunState.FINISHED: "the identification elsewhere has ended",
-    RunState.CANCELLED: "the identification elsewhere has stopped",
-}
 
 
 def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str, Scene]) -> Data:
@@ -40,6 +35,7 @@ def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str
         "title": campaign.path.resolve().parent.name or campaign.path.name,
         "path": str(campaign.path),
         "groups": _groups(knobs),
+        "notches": NOTCHES,
         "records": [_scene_entry(scene) for scene in scenes.values()],
         "fixed": [
             _fixed_entry(q, campaign.mechanism.value(q.name))
@@ -111,7 +107,7 @@ def _scene_entry(scene: Scene) -> Data:
     assert record.data is not None
     return {
         "name": scene.label,
-        "use": scene.match.use,
+        "use": "validate" if "validate" in (scene.record.use, scene.match.use) else "estimate",
         "duration": f"{plain(record.data.duration_s, 3)} s",
         "file": str(record.file or ""),
         "column": record.data.channel(scene.match.quantity).column,
@@ -131,37 +127,62 @@ def shown_data(
         "sweeps": [
             {"name": name, "words": _sweep_words(sweep), "tops_hz": sweep.tops_hz} for name, sweep in sweeps.items()
         ],
+        "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),
         "compares": session.compares,
         "free": len(session.state.now.free),
+        "primary": "search" if session.is_at_catalogue else "fit",
         "estimate": session.estimate.source if session.estimate else "",
         "verdict": session.estimate.summary if session.estimate else None,
         "run": run_data(session.watched, session.state.knobs) if session.watched else None,
     }
 
 
+def _use_words(scene: Scene, estimate: Estimate | None) -> str:
+    """Return what a record is not used for, or was not; nothing of one that is estimated from."""
+    if estimate and scene.record.name in estimate.left_out:
+        return f"{LEFT_OUT} of the last fit"
+    return "held out" if "validate" in (scene.record.use, scene.match.use) else ""
+
+
 def _knob_now(session: Session, knob: Knob) -> Data:
     value = session.state.now.values[knob.name]
+    estimate = session.estimate
+    sigma = estimate.sigmas.get(knob.name) if estimate else None
+    fine = knob.fine_step(value, sigma)
     now: Data = {
         "value": value,
-        "text": plain(value, VALUE_DIGITS),
+        "text": plain(value, _digits_to(fine, value)),
+        "fine": fine,
+        "fine_text": f"{plain(fine, 2)} {_unit(knob.parameter.declaration.unit)}".rstrip()
+        + (f" ({FINE_SIGMAS:g} σ)" if sigma else " (a hundredth of a notch)"),
         "place": knob.place(value),
         "free": knob.name in session.state.now.free,
         "estimate_place": None,
         "away": "",
         "estimate": "",
     }
-    estimate = session.estimate
     if estimate and knob.name in estimate.values:
-        sigma = estimate.sigmas.get(knob.name)
         text, error = with_sigma(estimate.values[knob.name], sigma)
         away = estimate.away(knob.name, value)
         now["estimate_place"] = knob.place(estimate.values[knob.name])
         now["estimate"] = f"{text} ± {error}" if error else text
         now["away"] = _away_text(away)
     return now
+
+
+def _digits_to(step: float, value: float) -> int:
+    """Return the digits of a value in which a step of it is seen, as a rule five.
+
+    Examples
+    --------
+    >>> _digits_to(0.09, 913.47), _digits_to(1e-5, 913.47)
+    (5, 8)
+    """
+    needed = math.ceil(math.log10(abs(value) / step)) if step > 0.0 and abs(value) > step else 0
+    return min(max(needed, VALUE_DIGITS), MOST_DIGITS)
 
 
 def _away_text(away: float | None) -> str:
@@ -172,20 +193,21 @@ def _away_text(away: float | None) -> str:
 
 def _panel(name: str, picture: Picture, effect: Effect | None, session: Session) -> Data:
     n, unit = picture.numbers, session.scenes[name].unit
-    ratio = n.noise_ratio
+    residual, ratio = n.residual, n.residual.ratio
     return {
         "name": name,
-        "grade": "bad" if not math.isfinite(ratio) else "good" if ratio <= MISFIT else "caution",
+        "grade": GRADES.get(residual.level, "caution"),
         "numbers": [
-            ("residual", amount(n.residual_rms, unit)),
-            ("noise floor", amount(n.noise_sigma, unit)),
+            ("residual", amount(residual.residual_rms, unit)),
+            ("noise floor", amount(residual.noise_sigma, unit)),
             ("residual / noise", digits(ratio, 3)),
+            ("by chance up to", plain(residual.most_by_chance, 4)),
             ("fit", f"{digits(n.fit_percent, 4)} %"),
             ("offset", amount(n.offset, unit)),
             ("drift", f"{amount(n.drift, unit)}/s"),
         ],
         "ratio": None if not math.isfinite(ratio) else ratio,
-        "words": _in_words(ratio),
+        "words": level_words(residual),
         "effect": _effect_words(effect, session, unit),
     }
 
@@ -201,14 +223,6 @@ def amount(value: float, unit: str) -> str:
     if unit == "N*m":
         return f"{digits(1e3 * value, 3)} mN m"
     return f"{digits(value, 3)} {_unit(unit)}".rstrip()
-
-
-def _in_words(ratio: float) -> str:
-    if not math.isfinite(ratio):
-        return "The model cannot be simulated to the end of this stretch."
-    if ratio <= MISFIT:
-        return "Explained down to the noise."
-    return f"The model misses {ratio:.3g} times as much as the noise."
 
 
 def _effect_words(effect: Effect | None, session: Session, channel_unit: str) -> str:
@@ -231,56 +245,3 @@ def _sweep_words(sweep: SweepPicture) -> str:
     swinging = ", ".join(f"{r.name} {digits(r.frequency_hz, 3)} Hz" for r in sweep.resonances)
     marked = f"Marked are the orders {orders} of the step rate"
     return f"{marked} and the resonances as set: {swinging}." if swinging else f"{marked}."
-
-
-def run_data(run: FitRun | FollowedRun, knobs: Mapping[str, Knob]) -> Data:
-    """Return where a fit stands."""
-    latest = run.reports[-1] if run.reports else None
-    words = {
-        RunState.RUNNING: "at work; standard errors and verdict come last",
-        RunState.FINISHED: "ended; the parameters are at its estimate, Undo takes them back",
-        RunState.CANCELLED: "cancelled; the parameters are where you left them",
-        RunState.FAILED: run.fault,
-    }[run.state]
-    if run.is_elsewhere:
-        words = run.fault or ELSEWHERE[run.state]
-    values = latest.values if latest else {}
-    places = {name: knobs[name].place(value) for name, value in values.items() if name in knobs}
-    return {
-        "state": run.state.value,
-        "elsewhere": run.is_elsewhere,
-        "words": words,
-        "places": places,
-        "elapsed": f"{run.elapsed_s:.0f} s",
-        **_progress(latest),
-    }
-
-
-def _progress(latest: Progress | None) -> Data:
-    if latest is None:
-        return {"stage": "starting", "line": "", "cost": ""}
-    finite = latest.cost is not None and math.isfinite(latest.cost)
-    return {
-        "stage": f"stage {latest.number} of {latest.total}: {latest.stage}" if latest.total > 1 else latest.stage,
-        "line": latest.line,
-        "cost": f"cost {latest.cost:.6g}" if finite else "",
-    }
-
-
-def course(
-    reports: Sequence[Progress], knobs: Mapping[str, Knob], samples: int
-) -> tuple[list[tuple[int, float]], dict[str, list[tuple[int, float]]]]:
-    """Return the costs told, over the number of samples, and the place of each parameter between its ends.
-
-    Both are lists of the number of the report and the value.
-    """
-    apart = max(len(reports) // MOST_REPORTS, 1)
-    drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]
-    told = [(k, r.cost / samples) for k, r in drawn if r.cost is not None]
-    costs = [(k, cost) for k, cost in told if math.isfinite(cost) and cost > 0.0]
-    places: dict[str, list[tuple[int, float]]] = {}
-    for k, report in drawn:
-        for name, value in report.values.items():
-            if name in knobs:
-                places.setdefault(name, []).append((k, knobs[name].place(value)))
-    return costs, places

@@ -14,9 +14,10 @@ from bokeh.server.contexts import BokehSessionContext
 from mechid.errors import MechidError, UsageError
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
+from mechid.web.fit_shown import course
 from mechid.web.page import page_template
 from mechid.web.session import MOST_SHOWN, Session, Source
-from mechid.web.shown import course, page_data, shown_data
+from mechid.web.shown import page_data, shown_data
 from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200
@@ -173,8 +174,8 @@ class Tab:
         if state == self.seen and not ended:
             return
         self.seen = state
-        costs, places = course(run.reports, self.session.state.knobs, max(self.session.samples, 1))
-        self.course.show(costs, places, self.symbols)
+        ratios, places = course(run.reports, self.session.state.knobs)
+        self.course.show(ratios, places, self.symbols)
         if ended:
             self.redraw()
         self.tell()

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.prediction import simulate
+from mechid.campaign.prediction import simulate, time_base
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
@@ -35,16 +35,19 @@ def sensitivities(campaign: Campaign) -> int:
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
-    """Return what the mechanism as written does wrong, and what no record sees, one line each."""
-    lost = tuple(_lost(campaign, record) for record in campaign.records if record.data is not None)
-    unseen = tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
+    """Return what the mechanism as written does wrong, and what no record sees, one line each.
+
+    While a record is planned, what the others do not see it may; what it would tell `mechid design` says.
+    """
+    lost = tuple(_lost(campaign, record) for record in campaign.records)
+    planned = any(record.data is None for record in campaign.estimated)
+    unseen = () if planned else tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
     return (*filter(None, lost), *unseen)
 
 
 def _lost(campaign: Campaign, record: CampaignRecord) -> str:
     """Return what is to be said of a record that cannot be simulated at the values of the file."""
-    assert record.data is not None
-    duration_s = min(LOOK_S, record.data.duration_s)
+    duration_s = min(LOOK_S, time_base(record, campaign).duration_s)
     trajectory = simulate(campaign, record.name, duration_s=duration_s)
     if trajectory.outcome is SimulationOutcome.COMPLETE:
         return ""

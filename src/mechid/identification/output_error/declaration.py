@@ -13,6 +13,9 @@ from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.parameter import Parameter, Status
 from mechid.simulation.simulator import excitation_over
 
+LEFT_OUT = "left out"
+"""The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Taken:

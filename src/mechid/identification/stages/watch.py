@@ -6,15 +6,17 @@ import time
 from dataclasses import replace
 
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.result.fit import StageReport
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.stages.over_noise import OverNoise
 
 
 class Watch:
     """The listener, journal and clock of a search, and its latest state, which an interruption leaves usable.
 
-    `note` is the one place where anything changes here. A step notes what it has come to, and returns it.
+    `note` is the one place where a search changes anything here; `noise` keeps its own time for looks at all records. A
+    step notes what it has come to, and returns it.
 
     Parameters
     ----------
@@ -31,6 +33,7 @@ class Watch:
         self.latest = state
         self.listener, self.total, self.journal = listener, total, journal or Journal()
         self.began = time.perf_counter()
+        self.noise = OverNoise(state.problem)
 
     def note(self, state: SearchState) -> SearchState:
         """Keep a state as the latest, and return it."""
@@ -46,7 +49,8 @@ class Watch:
         """Report progress of the stage at work, at the latest state."""
         at = self.latest
         number = min(len(at.stages) + 1, self.total)
-        self.listener(Progress(number, self.total, stage, line, cost, self.seconds, at.values))
+        noise = {} if self.listener is silent else self.noise.seen(stage, at.problem, at.q)
+        self.listener(Progress(number, self.total, stage, line, cost, self.seconds, at.values, noise))
 
     def close(
         self, state: SearchState, name: str, free: tuple[str, ...], cost: float, evaluations: int, note: str = ""

@@ -4,8 +4,10 @@
 
 const at = (id) => document.getElementById(id);
 const knobs = new Map([...document.querySelectorAll(".knob")].map((row) => [row.dataset.name, row]));
-const STEPS = 2000, SETTLED_MS = 150, waiting = [], latencies = [];
-let settling = 0, turned = false;
+const SETTLED_MS = 150, waiting = [], latencies = [];
+const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
+const pending = new Map(); // values asked for and not yet answered
+let settling = 0, turned = false, asked = null;
 let wire = null, number = 0, awaited = 0, grip = 0, began = 0, told = null;
 
 function ask(message) {
@@ -18,6 +20,7 @@ function ask(message) {
 function next() {
   if (!wire || awaited || !waiting.length) return;
   const message = waiting.shift();
+  asked = message;
   clearTimeout(settling);
   settling = 0;
   turned = message.do === "turn";
@@ -33,13 +36,38 @@ function valueAt(row, share) {
   return log ? low * (high / low) ** share : low + share * (high - low);
 }
 
+function turn(name, value) {
+  const [low, high] = ends(knobs.get(name)), inside = Math.min(Math.max(value, low), high);
+  pending.set(name, inside);
+  ask({ do: "turn", name, value: inside, grip: `grip ${grip}`, began: performance.now() });
+}
+
+// With Shift a press of an arrow key, or a pixel of a drag, is a fine step.
+const standing = (name) => pending.get(name) ?? told.knobs[name].value;
+
+function pressedFine(event, name) {
+  const steps = ARROWS[event.key];
+  if (!event.shiftKey || !steps || !told) return;
+  event.preventDefault();
+  turn(name, standing(name) + steps * told.knobs[name].fine);
+}
+
+function draggedFine(event, name) {
+  if (!event.shiftKey || event.button !== 0 || !told) return;
+  event.preventDefault(); // the thumb does not jump to the pointer
+  event.target.focus();
+  const from = standing(name), fine = told.knobs[name].fine, at = event.clientX;
+  const moved = (move) => turn(name, from + (move.clientX - at) * fine);
+  document.addEventListener("mousemove", moved);
+  document.addEventListener("mouseup", () => document.removeEventListener("mousemove", moved), { once: true });
+}
+
 for (const [name, row] of knobs) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
   range.addEventListener("pointerdown", () => { grip += 1; });
-  range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; });
-  range.addEventListener("input", () => {
-    ask({ do: "turn", name, value: valueAt(row, range.value / STEPS), grip: `grip ${grip}`, began: performance.now() });
-  });
+  range.addEventListener("mousedown", (event) => draggedFine(event, name));
+  range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; pressedFine(event, name); });
+  range.addEventListener("input", () => turn(name, valueAt(row, range.value / range.max)));
   for (const input of [range, written]) {
     input.addEventListener("focus", () => { if (told && told.hand !== name) ask({ do: "take", name }); });
   }
@@ -96,8 +124,12 @@ function set(target, name, value) {
 
 function printedKnob(row, now, before) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
-  const turning = waiting.some((m) => m.name === row.dataset.name);
-  if (!turning) set(range, "value", String(Math.round(now.place * STEPS)));
+  const name = row.dataset.name;
+  const turning = waiting.some((m) => m.name === name) || (awaited && told.answered !== awaited && asked.name === name);
+  if (!turning) {
+    pending.delete(name);
+    set(range, "value", String(Math.round(now.place * range.max)));
+  }
   if (before && JSON.stringify(now) === JSON.stringify(before)) return;
   range.setAttribute("aria-valuetext", now.text);
   if (document.activeElement !== written) set(written, "value", now.text);
@@ -145,7 +177,7 @@ function printedSweep(section, sweep) {
 function printedVerdict(verdict, source) {
   at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
-  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Fit from here” makes one from the values below; mechid identify makes one from the catalogue.";
+  at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Search from scratch” makes one from the catalogue, as mechid identify does; “Fit from here” makes one from the values below, once they are near.";
   at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {
     const part = element("div", ""), list = element("ul", "");
     list.append(...answers.map((answer) => element("li", answer)));
@@ -161,7 +193,7 @@ function printedRun(run) {
   at("course").hidden = !run;
   at("run-words").className = run ? run.state : "";
   at("run-words").textContent = run ? run.words : "";
-  at("run-line").textContent = run ? [run.stage, run.line, run.cost, run.elapsed].filter(Boolean).join(", ") : "";
+  at("run-line").textContent = run ? [run.stage, run.line, run.cost, run.noise, run.elapsed].filter(Boolean).join(", ") : "";
   if (running && !at("course").dataset.opened) { at("course").open = true; at("course").dataset.opened = "1"; }
   if (!running) delete at("course").dataset.opened;
   for (const [name, row] of knobs) marked(row, "run", running ? run.places[name] : null);
@@ -174,16 +206,21 @@ function printed() {
   for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
   document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, told.sweeps[k]));
-  for (const chip of chips) chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
+  for (const chip of chips) {
+    chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
+    set(chip.querySelector(".use"), "textContent", told.uses[chip.dataset.record]);
+  }
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
   set(at("undo"), "disabled", !told.can_undo);
   for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
   set(at("compare"), "checked", told.compares);
   at("panels").classList.toggle("comparing", told.compares);
+  for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === told.primary);
   set(at("free-count"), "textContent", `${told.free} parameters free`);
   set(at("note"), "textContent", told.note);
   set(at("note"), "hidden", !told.note);
   set(at("hand-name"), "textContent", told.hand);
+  set(at("hand-fine"), "textContent", told.knobs[told.hand].fine_text);
   set(at("hand-hover"), "textContent", knobs.get(told.hand).querySelector(".name").title);
   if (told.equations) at("equations").innerHTML = told.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
   if (JSON.stringify([told.verdict, told.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {

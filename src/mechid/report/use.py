@@ -1,0 +1,52 @@
+"""What a record was used for, in a word and in a sentence: also of one that the fit left out against its file."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from mechid.identification.output_error.declaration import LEFT_OUT
+
+Row = Mapping[str, Any]
+
+
+def use_word(use: str, *, left_out: bool) -> str:
+    """Return what stands in a column of uses.
+
+    Examples
+    --------
+    >>> use_word("validate", left_out=False), use_word("validate", left_out=True)
+    ('validate', 'left out')
+    """
+    return LEFT_OUT if left_out else use
+
+
+def with_left_out(rows: Sequence[dict[str, Any]], names: Collection[str]) -> list[dict[str, Any]]:
+    """Return rows of records with whether the fit left the record out."""
+    return [{**row, "left_out": row["name"] in names} for row in rows]
+
+
+def with_use(rows: Sequence[dict[str, Any]], names: Collection[str]) -> list[dict[str, Any]]:
+    """Return the same with the word for the use of each."""
+    return [
+        {**row, "text": {**row["text"], "use": use_word(row["use"], left_out=row["left_out"])}}
+        for row in with_left_out(rows, names)
+    ]
+
+
+def held_out(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of what the campaign file keeps out of the fit."""
+    return [row for row in rows if row["use"] == "validate" and not row["left_out"]]
+
+
+def left_out(rows: Sequence[Row]) -> list[Row]:
+    """Return the rows of what the fit left out although the campaign file gives it to estimate from."""
+    return [row for row in rows if row["left_out"]]
+
+
+def left_out_words(name: str, fit_percent: str) -> str:
+    """Return what happened to a record that was left out."""
+    return (
+        f"Record {name} was left out of the fit, although the campaign file gives it to estimate from: it contradicts "
+        f"the other records, as the warnings say. Their model predicts it with a fit of {fit_percent} %."
+    )
