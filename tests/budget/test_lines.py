@@ -65,15 +65,17 @@ def test_the_filter_s_response_is_that_of_its_block(flying):
     assert linearised(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_a8"
 
 
-FAST = ("paper", "strong output friction", "imbalance", "stepper alone", "kinematic error of the input turn")
+QUICK = (("paper", "full"), ("strong output friction", "full"), ("imbalance", "micro"))
+PAIRS = [
+    (name, stepping) if (name, stepping) in QUICK else pytest.param(name, stepping, marks=pytest.mark.slow)
+    for name in CASES
+    for stepping in COMMANDS
+]
 
 
-@pytest.mark.parametrize("stepping", COMMANDS)
-@pytest.mark.parametrize("name", [
-    name if name in FAST else pytest.param(name, marks=pytest.mark.slow) for name in CASES
-])  # fmt: skip
+@pytest.mark.parametrize(("name", "stepping"), PAIRS)
 def test_what_flies_is_what_is_simulated(name, stepping):
-    """Truth: `simulate` of the bench's file without housing, 10 s at 200 kHz; docs/budget.md has the table."""
+    """Truth: `simulate` of the bench's file without housing, 12 s at 0.8 and 1.6 MHz; docs/budget.md has the table."""
     found = compared(name, stepping)
     if not found.periods:
         assert found.rms_off < 4.0 * found.state.rms_error / found.rms + 0.02

@@ -13,8 +13,8 @@ from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.fit import FitOutcome
 from mechid.parameter import Status
+from mechid.plant.tables import TABLES, table_of
 
-PERIOD = ".period_deg"
 SHOWN = 8
 """Digits of a digest that tell one from another in a message."""
 
@@ -153,7 +153,7 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
             name=name,
             outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
             equations=str(content["provenance"].get("plant", "")),
-            parameters={n: _believed(n, p) for n, p in _detents_by_period(content["parameters"]).items()},
+            parameters={n: _believed(n, p) for n, p in _entries_by_what_tells_them(content["parameters"]).items()},
             records={n: _evidence(n, r) for n, r in content["records"].items()},
         )
     except (KeyError, TypeError, StopIteration) as error:
@@ -161,12 +161,19 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
         raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
 
 
-def _detents_by_period(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return parameters with each detent's number replaced by its period: the same harmonic, wherever it stands."""
-    own = {n.removesuffix(PERIOD): f"{p['value']:.9g}deg" for n, p in parameters.items() if n.endswith(PERIOD)}
-    if len(set(own.values())) < len(own):
+def _entries_by_what_tells_them(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters with the number of each entry of a list replaced by its period or order.
+
+    It is the same harmonic wherever it stands in its list.
+    """
+    tables: dict[str, str] = {}
+    for name, p in parameters.items():
+        listed = TABLES.get(table_of(name))
+        if listed and listed.entry and name.rpartition(".")[2] == listed.told_by:
+            unit = "" if p["unit"] == "1" else p["unit"]
+            tables[name.rpartition(".")[0]] = f"{listed.name}.{p['value']:.9g}{unit}"
+    if len(set(tables.values())) < len(tables):
         return dict(parameters)
-    tables = {table: f"{table.rpartition('.')[0]}.{period}" for table, period in own.items()}
     split = ((*name.rpartition("."), p) for name, p in parameters.items())
     return {f"{tables.get(table, table)}{dot}{key}": p for table, dot, key, p in split}
 

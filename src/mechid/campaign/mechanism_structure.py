@@ -142,7 +142,7 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
         if listed.told_by == ORDER_KEY:
             yield _order(entry, place.key(f"{name}.{index}"), listed.order)
         else:
-            yield _by_period(_at(table, "stepper.poles"), entry.get(listed.told_by))
+            yield _by_period(_at(table, listed.beside), entry.get(listed.told_by))
 
 
 def _by_period(poles: Any, period_deg: Any) -> int | None:

@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from mechid.errors import InputFileError, did_you_mean
+from mechid.plant.tables import TABLES
 
 _WHERE = re.compile(r"\s*\(at line (\d+), column (\d+)\)$")
 KINDS = {
-    "mechanism": {"assembly", "stepper", "friction", "gear", "load"},
+    "mechanism": {"assembly", *(name.partition(".")[0] for name in TABLES)},
     "campaign": {"mechanism", "record", "stage"},
     "budget": {"estimate", "requirement"},
 }

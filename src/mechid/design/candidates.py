@@ -10,7 +10,7 @@ import numpy as np
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS, Stepping
 from mechid.design.planned import PlannedRecord
-from mechid.plant.drive_train import LOAD_ON_GEAR
+from mechid.plant.load import LOAD_ON_GEAR
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
 

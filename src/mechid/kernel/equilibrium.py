@@ -31,6 +31,8 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
     for _ in range(50):
         f = np.asarray(rates(*x, *p, *inputs), dtype=np.float64)
         slopes = np.asarray(to_states(*x, *p, *inputs), dtype=np.float64)
+        if not (np.isfinite(f).all() and np.isfinite(slopes).all()):
+            break
         move = np.linalg.lstsq(slopes, -f, rcond=None)[0]
         x = x + move
         if np.max(np.abs(move)) <= 1e-14 * max(1.0, float(np.max(np.abs(x)))):

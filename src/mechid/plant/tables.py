@@ -35,6 +35,8 @@ class Table:
         Of a list, ``[[name]]``: what one entry is called; empty of a single table.
     told_by : str
         Key of a whole number or a period that shapes the equations: what tells the entries of a list apart.
+    beside : str
+        Dotted name of the count that makes an order of `told_by` where that is a period.
     order : int
         Of `told_by` where the file leaves it out.
     bench : str
@@ -52,6 +54,7 @@ class Table:
     own: bool = False
     entry: str = ""
     told_by: str = ""
+    beside: str = ""
     order: int = 1
     bench: str = ""
     of_record: bool = False
@@ -60,7 +63,7 @@ class Table:
 _ALL = (
     Table(name="stepper", title="two-phase stepper motor and the voltage that drives it", option="drive",
           choices=(*VOLTAGES, *CURRENTS)),
-    Table(name="stepper.detent", entry="harmonic", told_by="period_deg",
+    Table(name="stepper.detent", entry="harmonic", told_by="period_deg", beside="stepper.poles",
           title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
     Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
           title="one harmonic of the torque constant over the electrical angle"),

@@ -10,6 +10,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.simulation.linearisation import Linearised, held_inputs, linearised, rotor_held
@@ -37,13 +38,13 @@ def resonances(mechanism: Mechanism) -> tuple[Resonance, ...]:
     The load on the gear is the first, sqrt(K_s / J_m) / 2 pi, 46.9 Hz with the estimates of [Kornienko2013]_ (section
     5.1), and with a housing that one's omega_0 / 2 pi. Each is named for the block whose states move most.
 
-    Raises
-    ------
-    FitError
-        It has no place to rest.
+    A mechanism that has no place to rest, as one with values that are no numbers, has none.
     """
     plant = mechanism.plant
-    about = linearised(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant))
+    try:
+        about = linearised(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant))
+    except FitError:
+        return ()
     words = _words(plant)
     found = []
     for value, shares in _roots(about):

@@ -1,0 +1,147 @@
+"""The load of a drive train (test mass): rigid or with flexible modes, free or with friction of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sympy import Expr, Integer, Symbol, symbols
+
+from mechid.parameter import Declaration, Role
+from mechid.plant.block import Block
+from mechid.plant.drive_train import COMMANDED, G, alpha_gear, beta_acc, omega_gear
+
+LOAD_ON_GEAR = "load on the gear"
+CRAIG_BAMPTON = "Craig, Bampton, AIAA J. 6 (1968) 1313-1319"
+J_m, T_applied, T_fr, free = symbols("J_m T_applied_in T_fr_out_in free_out_in")
+drive, T_load, a_gear = symbols("T_drive_out T_load a_gear")
+beta_acc_held = Symbol("beta_acc_load_in")
+"""Acceleration that the base would have if friction held the load, rad/s2."""
+INERTIA = Declaration(
+    key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0, role=Role.LOAD_INERTIA
+)
+MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
+SWINGING = {alpha_gear: LOAD_ON_GEAR, omega_gear: LOAD_ON_GEAR}
+
+
+def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED, turns: bool = False) -> Block:
+    """Load on the output, rigid or with flexible modes, free or with friction of its own.
+
+    Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
+    kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring, q_k its deflection:
+
+        q_k'' + 2 zeta_k omega_k q_k' + omega_k^2 q_k = -A
+        (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr
+
+    (cantilever modes with effective inertias J_k; J_m is the inertia of the whole; A = alpha_g'' is the hub's
+    acceleration, on a base that turns alpha_g'' + beta''). The base feels T_load = T_applied - T_fr.
+
+    Parameters
+    ----------
+    modes : int
+    rubbed : bool
+        Whether a friction block acts on it.
+    start : Expr
+        The rotor's angle at the start of a record, rad.
+    turns : bool
+        Whether its base turns.
+    """
+    if not (modes or rubbed or turns):
+        return _test_mass(start)
+    flexible = [_Mode(k) for k in range(1, modes + 1)]
+    springs = sum((mode.spring for mode in flexible), Integer(0))
+    hub = J_m - sum((mode.J for mode in flexible), Integer(0))
+    held = hub * beta_acc_held if turns and rubbed else Integer(0)
+    moving: Expr = drive + held
+    if rubbed:
+        moving = free * (drive + held - T_fr) + ((1 - free) * hub * beta_acc if turns else 0)
+    on_base = {"T_free_load": T_applied - (T_fr if rubbed else 0), "T_held_load": -springs, "I_load": hub}
+    return Block(
+        name="load",
+        table="load",
+        declarations=(INERTIA, *(d for mode in flexible for d in mode.declarations)),
+        inputs=(T_applied, *([T_fr, free] if rubbed else []), *_base_inputs(rubbed=rubbed, turns=turns)),
+        terms={
+            **{mode.spring: mode.torque for mode in flexible},
+            drive: T_applied + springs - held,
+            a_gear: moving / hub,
+            T_load: moving - springs,
+        },
+        rates={
+            alpha_gear: omega_gear,
+            omega_gear: _relative(rubbed=rubbed) if turns else a_gear,
+            **{state: rate for mode in flexible for state, rate in mode.rates.items()},
+        },
+        initial={**_initial(start), **{state: 0 for mode in flexible for state in mode.rates}},
+        outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
+        swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
+    )
+
+
+def _test_mass(start: Expr) -> Block:
+    """Return the paper's: rigid and free, on a base at rest."""
+    return Block(
+        name="load",
+        table="load",
+        declarations=(INERTIA,),
+        inputs=(T_applied,),
+        rates={alpha_gear: omega_gear, omega_gear: T_applied / J_m},
+        initial=_initial(start),
+        outputs={**MEASURED, "T_load": T_applied},
+        swinging=SWINGING,
+    )
+
+
+def _initial(start: Expr) -> dict[Symbol, Expr]:
+    return {alpha_gear: start / G, omega_gear: Integer(0)}
+
+
+def _base_inputs(*, rubbed: bool, turns: bool) -> tuple[Symbol, ...]:
+    if not turns:
+        return ()
+    return (beta_acc, beta_acc_held) if rubbed else (beta_acc,)
+
+
+def _relative(*, rubbed: bool) -> Expr:
+    """Return the hub's acceleration against its base; none while friction holds it."""
+    return free * (a_gear - beta_acc) if rubbed else a_gear - beta_acc
+
+
+@dataclass(frozen=True)
+class _Mode:
+    """One cantilever mode, counted from 1."""
+
+    k: int
+
+    @property
+    def J(self) -> Symbol:
+        return Symbol(f"J_{self.k}")
+
+    @property
+    def spring(self) -> Symbol:
+        return Symbol(f"T_mode{self.k}")
+
+    @property
+    def _symbols(self) -> tuple[Symbol, Symbol, Symbol, Symbol]:
+        return tuple(Symbol(f"{name}_{self.k}") for name in ("zeta", "omega", "q", "v"))
+
+    @property
+    def torque(self) -> Expr:
+        zeta_k, omega_k, q_k, v_k = self._symbols
+        return self.J * (omega_k**2 * q_k + 2 * zeta_k * omega_k * v_k)
+
+    @property
+    def rates(self) -> dict[Symbol, Expr]:
+        _, _, q_k, v_k = self._symbols
+        return {q_k: v_k, v_k: -self.spring / self.J - a_gear}
+
+    @property
+    def declarations(self) -> tuple[Declaration, ...]:
+        where, k = f"load.mode.{self.k - 1}", self.k
+        return (
+            Declaration(key=f"{where}.frequency", symbol=f"omega_{k}", unit="rad/s", lower=0.0, source=CRAIG_BAMPTON,
+                        meaning="cantilever frequency of a flexible mode"),
+            Declaration(key=f"{where}.damping", symbol=f"zeta_{k}", unit="1", lower=0.0, source=CRAIG_BAMPTON,
+                        meaning="damping ratio of a flexible mode"),
+            Declaration(key=f"{where}.inertia", symbol=f"J_{k}", unit="kg m2", lower=0.0, source=CRAIG_BAMPTON,
+                        meaning="effective inertia of a flexible mode, part of the load's", part_of="load.inertia"),
+        )  # fmt: skip
