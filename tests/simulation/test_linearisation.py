@@ -6,9 +6,9 @@ from scipy.integrate import solve_ivp
 
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.kernel.equations import equations_of
-from mechid.plant.base import ACCELERATION
 from mechid.plant.flight import in_flight, on_base
 from mechid.plant.layout import Base, Flying
+from mechid.plant.moving_base import ACCELERATION
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
 from mechid.simulation.resonances import resonances
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import Command
-from mechid.plant.base import ACCELERATION
 from mechid.plant.flight import moving_base_objection, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.moving_base import ACCELERATION
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
 from mechid.structure import Modes, Structure
 

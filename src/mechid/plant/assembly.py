@@ -9,11 +9,11 @@ from functools import lru_cache
 from sympy import Integer
 
 from mechid.errors import InputFileError, did_you_mean
-from mechid.plant.base import ACCELERATION
 from mechid.plant.block import Block
 from mechid.plant.drive import RAMP, measured_quantities
 from mechid.plant.layout import Flying, Layout
 from mechid.plant.mechanisms import ASSEMBLIES
+from mechid.plant.moving_base import ACCELERATION
 from mechid.plant.plant import Plant, assemble
 
 

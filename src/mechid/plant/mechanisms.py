@@ -9,7 +9,6 @@ from sympy import Expr, Integer
 
 from mechid.parameter import Declaration, Role
 from mechid.plant import friction, test_stand
-from mechid.plant.base import Bodies, base_on_modes, driven_base
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -19,6 +18,7 @@ from mechid.plant.gear import gear
 from mechid.plant.housing import FORMS, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
+from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
 from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]

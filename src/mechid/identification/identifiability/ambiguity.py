@@ -28,7 +28,7 @@ def refuse_free_supply(campaign: Campaign) -> None:
     for supply in campaign.mechanism.plant.having(Role.SUPPLY):
         if free.issuperset(powers) and not _sees_current(campaign):
             raise InputFileError(
-                f"{campaign.mechanism_path}: {supply}: free together with {_listed(_others(campaign, supply))}, which "
+                f"{campaign.mechanism_path}: {supply}: free together with {_symbols(campaign, supply)}, which "
                 f"torque records cannot tell apart ({_scaling(campaign)} gives the same torque); {REMEDY}"
             )
 
@@ -59,6 +59,11 @@ def _powers(campaign: Campaign) -> dict[str, int]:
 
 def _others(campaign: Campaign, supply: str) -> dict[str, int]:
     return {n: power for n, power in _powers(campaign).items() if n != supply}
+
+
+def _symbols(campaign: Campaign, supply: str) -> str:
+    declared = campaign.mechanism.plant.declarations
+    return _listed(declared[name].symbol for name in _others(campaign, supply))
 
 
 def _scaling(campaign: Campaign) -> str:

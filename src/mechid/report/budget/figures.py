@@ -92,20 +92,15 @@ def _requirements(data: Data, figure: Any) -> None:
         axes.barh(k, shown[0], height=0.5, color=MEASURED, label=_once(axes, "level that decides"))
         axes.plot(shown[1:], [k, k], color="black", linewidth=1.6, label=_once(axes, "95 % band"))
         axes.plot(ecss, k, "D", color=MARK, markersize=4, label=_once(axes, "ECSS sum"))
-        other = r["two_way"] if decided["coupling"] == "one-way" else r
-        if other is not None:
-            words = "two-way" if other is r["two_way"] else "one-way"
-            axes.plot(1.0 - other["margin"], k, _OTHER[words], color=NOISE, markersize=9, markeredgewidth=1.4,
-                      label=_once(axes, f"{words}, does not decide"))  # fmt: skip
+        if decided["coupling"] == "two-way":
+            axes.plot(1.0 - r["margin"], k, "|", color=NOISE, markersize=9, markeredgewidth=1.4,
+                      label=_once(axes, "one-way, does not decide"))  # fmt: skip
     largest = max(max(1.0 - r["decided"]["margin95"][0], r["ecss_summation_rad"] / r["limit_rad"]) for r in rows)
     if largest > 4.0:
         axes.set_xscale("log")
         axes.set_xlim(left=min(0.05, *(0.5 - 0.5 * r["decided"]["margin"] for r in rows)))
     axes.set_xlabel("share of the limit")
     _legend_above(figure, axes, 6)
-
-
-_OTHER = {"one-way": "|", "two-way": "x"}
 
 
 def _once(axes: Any, words: str) -> str | None:
