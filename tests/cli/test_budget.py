@@ -154,7 +154,7 @@ def test_lines_of_the_microsteps_are_kept_or_named(run, tmp_path):
     assert {15.5, 16.0, 16.5, 17.0} <= orders.keys()
     assert float(orders[16.0]["frequency_Hz"]) == pytest.approx(760.0)
     for r in rows:
-        assert float(r["floor_Nm"]) == pytest.approx(1e4 * float(r["error_Nm"]), rel=1e-2)
+        assert float(r["floor_Nm"]) >= 0.99e4 * float(r["error_Nm"])
         assert float(r["sigma_Nm"]) >= 0.999 * float(r["error_Nm"])
         assert bool(r["two_way_phase_deg"]) == bool(r["two_way_amplitude_Nm"])
     assert "microsteps" not in result.stdout

@@ -9,6 +9,7 @@ import pytest
 
 import synthetic
 from mechid.identification.identify import identify, make_problem
+from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.stages.over_noise import SHARE, OverNoise, over_noise
 from mechid.simulation.interruption import interrupted_by
 from synthetic import bench, displaced, truth, with_leading
@@ -22,7 +23,7 @@ def problem():
 
 
 def test_at_the_truth_it_is_the_noise(problem):
-    q = problem.point({"gear.stiffness": truth().value("gear.stiffness")})
+    q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     floors = {(name, "torque"): synthetic.NOISE_NM for name in NAMES}
     for ratio in over_noise(problem, q, floors).values():
         assert ratio == pytest.approx(1.0, abs=4.0 / math.sqrt(2.0 * 3001))
@@ -34,7 +35,7 @@ def test_elsewhere_it_is_the_residual_with_offset_and_drift_removed(problem):
     found = over_noise(problem, problem.start, floors)
     assert min(found.values()) > 2.0
     for target in problem.targets:
-        r = problem.misfit(target, problem.start, (0, target.samples))[0]
+        r = misfit_series(problem.model, target, problem.start, (0, target.samples))[0]
         k = np.arange(r.size)
         r -= np.polynomial.Polynomial.fit(k, r, 1)(k)
         assert found[target.name] == pytest.approx(float(np.sqrt(np.mean(r**2))) / synthetic.NOISE_NM, rel=1e-6)
@@ -74,7 +75,7 @@ def test_what_does_not_count_is_left_out(problem):
     spoilt[rejected] = 1e3
     other = with_leading(target, measured=spoilt, rejected=rejected)
     problem_of = problem.only(["full_46"])
-    q = problem.point({"gear.stiffness": truth().value("gear.stiffness")})
+    q = problem.coordinates.point({"gear.stiffness": truth().value("gear.stiffness")})
     changed = type(problem)(problem_of.space, (other,))
     (ratio,) = over_noise(changed, q, {("full_46", "torque"): synthetic.NOISE_NM}).values()
     assert ratio == pytest.approx(1.0, abs=4.0 / math.sqrt(2.0 * 2700))
