@@ -81,8 +81,9 @@ def periodic_power(y: FloatArray) -> float:
 
     Examples
     --------
-    >>> periodic_power(np.array([0.0, 0.0, 0.0, 0.25, 1.0, 1.0, 1.0, 0.75]))
-    0.25
+    >>> y = np.array([0.0] * 10 + [0.25] + [1.0] * 10 + [0.75])
+    >>> round(periodic_power(y), 12), round(float(np.var(y)), 12)
+    (0.25, 0.232954545455)
     """
     step = np.diff(y, prepend=y[-1])
     after = np.roll(step, -1)
