@@ -64,9 +64,9 @@ class Compared:
         return self.state.periods
 
 
-def simulated(bench, command, seconds, rate_hz):
+def simulated(bench, command, seconds, rate_hz, start_s=0.0):
     """Return the bench's torque from rest, (N,) N m, at a rate of samples that is whole in a period of the steps."""
-    base = TimeBase(rate_hz, round(seconds * rate_hz) + 1)
+    base = TimeBase(rate_hz, round(seconds * rate_hz) + 1, start_s)
     return simulate_run(Simulator(bench.plant, command, base).run(bench.kernel_values())).torque
 
 
@@ -93,8 +93,14 @@ def compared(name: str, stepping: str) -> Compared:
 
 
 def _lines(bench, command, state, period_s, skipped, times, rate_hz):
-    """Return the complex lines of the last whole periods, and their mean square about the mean."""
+    """Return the complex lines of the last whole periods, and their mean square about the mean.
+
+    The first sample lies half an interval behind the first step, so that no step falls on a sample, where rounding
+    would say to which side it belongs.
+    """
     samples = round(period_s * rate_hz)
-    torque = simulated(bench, command, (skipped + times) * period_s, samples / period_s)
+    late_s = 0.5 * period_s / samples
+    torque = simulated(bench, command, (skipped + times) * period_s, samples / period_s, late_s)
     last = torque[skipped * samples : (skipped + times) * samples]
-    return 2.0 / last.size * np.fft.rfft(last)[state.orders * times], periodic_power(last)
+    turned = np.exp(-2j * np.pi * state.frequency_hz * late_s)
+    return 2.0 / last.size * np.fft.rfft(last)[state.orders * times] * turned, periodic_power(last)

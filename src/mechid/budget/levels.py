@@ -152,7 +152,7 @@ def quantile(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, confi
     def missing(x: float) -> float:
         return float(weights @ share_below(x, centres, sigmas)) - confidence
 
-    return float(brentq(missing, 0.0, np.abs(centres).max() + 40.0 * sigmas.max(), xtol=1e-9 * sigmas.max()))
+    return float(brentq(missing, 0.0, np.abs(centres).max() + 9.0 * sigmas.max(), xtol=1e-7 * sigmas.max()))
 
 
 def share_below(x: float, centres: FloatArray, sigmas: FloatArray) -> FloatArray:

@@ -63,9 +63,7 @@ class Repetition:
 
 def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS) -> Repetition:
     """Return how the motion of a stepped mechanism may repeat, within so many full steps."""
-    plant, p = mechanism.plant, mechanism.kernel_values()
-    a_step, odd = _turned(plant, p), _odd(plant)
-    steps = _least_steps(plant, p.tobytes())
+    steps, a_step, odd = _found(mechanism.plant, mechanism.kernel_values().tobytes())
     steps = steps if steps <= most_steps else 0
     period = steps or MIRRORED
     mirrored = period % ELECTRICAL != 0
@@ -79,11 +77,15 @@ def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS) -> Repetiti
 
 
 @lru_cache(maxsize=256)
-def _least_steps(plant: Plant, values: bytes) -> int:
-    """Return the least number of steps after which the equations are the same, 0 where there is none."""
+def _found(plant: Plant, values: bytes) -> tuple[int, FloatArray, NDArray[np.bool_]]:
+    """Return the least number of steps after which the equations are the same, 0 where there is none.
+
+    With it, how much further each state is after a step, and whether its sign may turn: all rates of a mode ask.
+    """
     p = np.frombuffer(values, dtype=np.float64)
-    tester = _Tester(_compared(plant), p, _turned(plant, p), np.where(_odd(plant), -1.0, 1.0), plant)
-    return next((n for n in range(MIRRORED, MOST_STEPS + 1, MIRRORED) if tester.same(n)), 0)
+    a_step, odd = _turned(plant, p), _odd(plant)
+    tester = _Tester(_compared(plant), p, a_step, np.where(odd, -1.0, 1.0), plant)
+    return next((n for n in range(MIRRORED, MOST_STEPS + 1, MIRRORED) if tester.same(n)), 0), a_step, odd
 
 
 def _odd(plant: Plant) -> NDArray[np.bool_]:
