@@ -27,6 +27,9 @@ SHRINKS = 0.7
 """A step of it that is no smaller than this, of the one before, leads nowhere."""
 REACH = 0.2
 """What the linear map may miss of where the simulated state goes, for the fixed point to be the one it goes to."""
+INTEGRATED = 1e-7
+"""In the states' own sizes: what integration leaves between a period begun anew, in finer steps at first, and one
+passed on the way."""
 LITTLE = 0.1
 """What is left of a distance when the simulated state has been followed far enough."""
 MOST_FOLLOWED = 10
@@ -114,7 +117,7 @@ def _tends(period: PeriodMap, start: FloatArray, x: FloatArray, image: Image, pe
     end = period.modulo(period.settled(start, times * periods) - x)
     missed = end - np.linalg.matrix_power(image.by_state, times) @ off
     size = float(np.max(np.abs(off) / image.size))
-    return float(np.max(np.abs(missed) / image.size)) <= REACH * size + CLOSED
+    return float(np.max(np.abs(missed) / image.size)) <= REACH * size + INTEGRATED
 
 
 def multipliers(by_state: FloatArray) -> ComplexArray:
