@@ -180,7 +180,7 @@ def test_the_verdict_tells_rates_drivers_and_coupling(data):
     assert f"{100.0 * least['decided']['margin']:.1f} % of the limit" in met[0]
     assert next(iter(least["variance_shares"])) in drives[0]
     assert any(re.search(r"avoid 47[.]\d+ to 47[.]\d+ steps/s", line) for line in worst)
-    assert "take the two-way result" in coupling[0]
+    assert "the two-way result decides" in coupling[0]
     scan = data["modes"][0]
     pairs = zip(scan["line_of_sight_rms_two_way_rad"], scan["line_of_sight_rms_rad"], strict=True)
     change = max((joined / held - 1.0 for joined, held in pairs), key=abs)

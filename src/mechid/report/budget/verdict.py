@@ -135,7 +135,7 @@ def _coupling(data: Data) -> list[str]:
         f"one-way suffices where it is far below 1, here {enough:g}: "
     )
     joined = any(mode["line_of_sight_rms_two_way_rad"] is not None for mode in data["modes"])
-    remedy = "take the two-way result" if joined else "give the structure's modes for a two-way result"
+    remedy = "the two-way result decides" if joined else "give the structure's modes for a two-way result"
     out = [said + ("it does." if gain <= enough else f"it does not, {remedy}.")]
     for mode in data["modes"]:
         two_way = mode["line_of_sight_rms_two_way_rad"]
