@@ -3,14 +3,15 @@
 import numpy as np
 import pytest
 
-from flown import CASES, COMMANDS, compared
+from flown import CASES, COMMANDS, compared, simulated
+from layouts import changed, mechanism_of, paper_table
 from mechid.budget.flight_entry import Flight
 from mechid.budget.flying_mechanism import read_flying
 from mechid.budget.lines import PROMISED
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.plant.flight import CUT_OFF, below
+from mechid.plant.flight import CUT_OFF, below, in_flight
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.simulation.linearisation import held_inputs, linearised, rotor_held
@@ -86,3 +87,21 @@ def test_what_flies_is_what_is_simulated(name, stepping):
     assert found.off.size > 0
     assert found.off.max() < 1e-4
     assert found.rms_off < 1e-4
+
+
+def test_what_never_repeats_is_right_to_its_sampling_error():
+    """Truth: 60 s simulated at 40 kHz, of a detent whose period no number of steps meets: RMS and lines."""
+    detents = [{"period_deg": 2.618034, "amplitude": 0.004}, {"period_deg": 1.8, "amplitude": 0.0231}]
+    bench = mechanism_of(changed(paper_table(), {"housing": None, "stepper": {"detent": detents}}))
+    command, rate = COMMANDS["micro"]
+    flying = in_flight(bench)
+    mode = OperatingMode(name="m", command=command, rates=np.array([rate]), highest_hz=500.0)
+    state = steady_state(flying, mode, rate, (), enough_substeps(flying, mode))
+    assert state.periods == 0
+    torque = simulated(bench, command, 62.0, 40_000.0)[80_000:-1]
+    assert state.rms == pytest.approx(np.std(torque), abs=4.0 * state.rms_error + 1e-3 * state.rms)
+    assert 0.0 < state.rms_error < 0.2 * state.rms
+    assert 0.01 < state.unsteady < 1.0
+    lines = np.abs(2.0 / torque.size * np.fft.rfft(torque))[np.round(state.frequency_hz * 60.0).astype(int)]
+    loud = np.abs(state.lines) > 0.1 * np.abs(state.lines).max()
+    assert np.all(np.abs(np.abs(state.lines) - lines)[loud] < 5.0 * state.error[loud] + 1e-3 * lines[loud])

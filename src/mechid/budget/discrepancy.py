@@ -40,7 +40,9 @@ class Discrepancy:
 
 
 def read_discrepancy(content: Mapping[str, Any], folder: Path) -> Discrepancy:
-    """Return what validation records (without any: all) say of the model.
+    """Return what validation records (without any: all that were fitted) say of the model.
+
+    A record that contradicted the others and was left out is none of them: it may be wrong itself.
 
     Single lines are those of the report beside the estimate, where it is of the same fit.
 
@@ -51,7 +53,7 @@ def read_discrepancy(content: Mapping[str, Any], folder: Path) -> Discrepancy:
     folder : Path
         Where it lies.
     """
-    records = content["records"]
+    records = {name: r for name, r in content["records"].items() if "use" not in r.get("taken", {})}
     held_out = {name: r for name, r in records.items() if r["use"] == "validate"}
     judged = held_out or records
     missed = {name: (1.0 - (r["fit_percent"] or 0.0) / 100.0) ** 2 * _beyond_noise(r) for name, r in judged.items()}
