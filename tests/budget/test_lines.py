@@ -69,7 +69,7 @@ def test_the_filter_s_response_is_that_of_its_block(flying):
     assert linearised(plant, lined.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant)).states[-1] == "x_a8"
 
 
-QUICK = (("paper", "full"), ("strong output friction", "full"), ("imbalance", "micro"))
+QUICK = (("strong output friction", "full"),)
 PAIRS = [
     (name, stepping) if (name, stepping) in QUICK else pytest.param(name, stepping, marks=pytest.mark.slow)
     for name in CASES
@@ -89,6 +89,7 @@ def test_what_flies_is_what_is_simulated(name, stepping):
     assert found.rms_off < 1e-4
 
 
+@pytest.mark.slow
 def test_what_never_repeats_is_right_to_its_sampling_error():
     """Truth: 60 s simulated at 40 kHz, of a detent whose period no number of steps meets: RMS and lines."""
     detents = [{"period_deg": 2.618034, "amplitude": 0.004}, {"period_deg": 1.8, "amplitude": 0.0231}]

@@ -87,7 +87,7 @@ FREE = {
     "piecewise_linear": (LAYOUTS["piecewise_linear"], ["gear.stiffness_2"]),
     "anti_alias": (LAYOUTS["test stand"], ["anti_alias.frequency", "charge_amplifier.time_constant"]),
 }  # fmt: skip
-QUICK = ("transducer", "imbalance", "flexible load")
+QUICK = ("transducer",)
 
 
 @pytest.mark.parametrize("name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in FREE])
@@ -208,6 +208,7 @@ def test_what_no_step_command_drives_cannot_fly(refused, tmp_path):
     assert 'assembly = "two_mass_drive": block drive follows a measured torque' in line
 
 
+@pytest.mark.slow
 def test_a_stepper_alone_flies_with_its_load(run, tmp_path):
     """Truth: the flight's inertia takes the place of what the stepper moves, which is its rotor with what is on it."""
     table = {"assembly": "current_driven_stepper", **SINGLE_STEPPER}
@@ -218,6 +219,7 @@ def test_a_stepper_alone_flies_with_its_load(run, tmp_path):
     assert data["modes"][0]["torque_rms_Nm"] > 0.0
 
 
+@pytest.mark.slow
 def test_an_own_load_flies_one_way_and_says_so(run, tmp_path):
     """Truth: the block is written for a base at rest; two-way is refused in a sentence, one-way is worked out."""
     (tmp_path / "own.py").write_text(
