@@ -19,9 +19,7 @@ from flown import CASES, COMMANDS, compared
 
 def main() -> None:
     """Print a row a mechanism and stepping."""
-    print(
-        "| mechanism | stepping | repeats after | lines above the floor | worst of them | RMS, N m | its error |"
-    )
+    print("| mechanism | stepping | repeats after | lines above the floor | worst of them | RMS, N m | its error |")
     print("|---|---|---|---|---|---|---|")
     for name in sys.argv[1:] or CASES:
         for stepping in COMMANDS:
