@@ -13,19 +13,25 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
+from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.verdict import Verdict, judge
 from mechid.identification.output_error.declaration import DECLARED, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.output_error.reduction import Triangle
+from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, PriorShare
+from mechid.identification.result.grading import Evidence, graded
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.doubts import promised_step, refused_gain
 from mechid.identification.uncertainty.standard_errors import StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
+REFUSED = (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+"""Outcomes with a promise of the derivatives that was not kept."""
 MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
@@ -38,11 +44,14 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
+    evidence = _evidence(campaign, state, seed, triangle, verdict)
+    if state.outcome in REFUSED and not evidence.lost:
+        state = replace(state, promised=promised_step(triangle, verdict.counted))
     errors = standard_errors(state, seed, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
-    return Fit(
+    fit = Fit(
         mechanism=mechanism,
         parameters=parameters,
         correlation_names=errors.names,
@@ -58,6 +67,33 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
         notes=ambiguity_notes(campaign),
         provenance=_provenance(campaign, state, seed, seconds),
+    )
+    return graded(fit, evidence)
+
+
+def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:
+    """Return what the grade rests on beside the fit."""
+    problem, windows, lost = state.problem, state.windows, not math.isfinite(triangle.norm)
+    targets = {t.name: t for t in problem.targets}
+
+    def circumstances(record: str, at_s: float) -> str:
+        base = targets[record].base
+        sample = min(max(round((at_s - base.start_s) * base.sample_rate_hz), 0), base.samples)
+        return departure(problem, verdict.q, targets[record], sample)
+
+    used_to_s = {
+        name: targets[name].base.start_s + stop / targets[name].base.sample_rate_hz
+        for name, (_, stop) in windows.items()
+        if not campaign.stages and stop < targets[name].samples
+    }
+    return Evidence(
+        campaign=str(campaign.path),
+        used_to_s=used_to_s,
+        promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
+        cost=triangle.cost,
+        lost=lost,
+        circumstances=circumstances,
+        seed=seed,
     )
 
 

@@ -45,8 +45,8 @@ def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: in
     lost = _lost(by_own_residuals(state.problem, state.q), state.q)
     if not lost:
         return state
-    said = f"the joint optimum does not follow {', '.join(lost)} to the end"
-    return watch.note(state.ending(FitOutcome.HORIZON).saying(said))
+    said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
+    return watch.note(state.ending(FitOutcome.EVENT_MISSED).saying(said))
 
 
 def _cost(problem: Problem, q: FloatArray) -> float:

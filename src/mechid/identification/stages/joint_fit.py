@@ -14,7 +14,7 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
-from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.watch import Watch
 
@@ -22,8 +22,6 @@ FloatArray = NDArray[np.float64]
 MOST_CLIFFS = 3
 BACK_FROM_EDGE = 4.0
 """Sigmas squared that it may cost to stand clear of a cliff."""
-WORTH_SAYING = 1.0
-"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
 
 
 def joint_fit(
@@ -111,12 +109,13 @@ def _refused(state: SearchState) -> float:
     return refused_gain(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
 
 
-def cliff_warnings(name: str, state: SearchState) -> list[str]:
+def threshold_warnings(name: str, state: SearchState) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
     gain = _refused(state)
     if gain <= WORTH_SAYING:
         return []
     return [
-        f"{name}: stopped where the cost should still fall by {gain:.3g} but does not: a stick/slip hangs by a thread "
-        "near the estimate, which may be off by more than its error; try another seed, or a shorter record"
+        f"{name}: the fit stopped at a stick/slip threshold: by its derivatives the cost should still fall by "
+        f"{gain:.3g}, but beyond the threshold a stick/slip falls the other way and the cost rises; try another seed, "
+        "or a shorter record"
     ]
