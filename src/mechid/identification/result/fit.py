@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import stdtrit
 
 from mechid.identification.output_error.declaration import DECLARED, Taken
+from mechid.identification.result.consistency import Consistency
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
@@ -75,9 +78,12 @@ class PriorShare:
 class ParameterEstimate:
     """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
 
-    `std_error` is robust to coloured residuals, `std_error_white` assumes white ones; both are None
-    unless the parameter is free. `local_only`: the cost within its standard error is not what the derivatives
-    say, so that the error is none to rely on; `reason` says where.
+    `std_error` holds where the model lacks something too, `std_error_noise` counts noise of any colour alone,
+    `std_error_white` white noise alone; all are None unless the parameter is free. `dof`: degrees of freedom of
+    Student's t, by which the interval follows from `std_error`; None: so many that it is the normal distribution.
+    `local_only`: the cost within its standard error is not what the derivatives
+    say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
+    its bound by more than chance. `one_sided`: its 95 % interval where it lies on a bound that the records allow.
     """
 
     name: str
@@ -93,13 +99,18 @@ class ParameterEstimate:
     reason: str = ""
     local_only: bool = False
     prior: PriorShare | None = None
+    std_error_noise: float | None = None
+    dof: float | None = None
+    contradicted: bool = False
+    one_sided: tuple[float, float] | None = None
 
     @property
     def ci95(self) -> tuple[float, float] | None:
-        """95 % interval from the standard error, or None."""
+        """95 % interval from the standard error; one-sided at a bound; or None."""
         if self.std_error is None:
-            return None
-        return self.value - 1.959964 * self.std_error, self.value + 1.959964 * self.std_error
+            return self.one_sided
+        reach = self.std_error * float(stdtrit(math.inf if self.dof is None else self.dof, 0.975))
+        return self.value - reach, self.value + reach
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,6 +237,8 @@ class Fit:
         What records of this kind can never tell.
     provenance : mapping
         Versions, digests of the inputs, seed, wall time.
+    consistency : Consistency or None
+        Whether parts of the records contradict one another; None where it was not tested.
     """
 
     mechanism: Mechanism
@@ -239,6 +252,7 @@ class Fit:
     warnings: tuple[str, ...]
     notes: tuple[str, ...]
     provenance: Mapping[str, object]
+    consistency: Consistency | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
@@ -248,6 +262,7 @@ class Fit:
             "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
+            "consistency": self.consistency.to_dict() if self.consistency else None,
             "records": {name: _record_dict(r) for name, r in self.records.items()},
             "stages": [_stage_dict(s) for s in self.stages],
             "warnings": list(self.warnings),
@@ -260,9 +275,10 @@ def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:
     interval = p.ci95
     return {
         "value": p.value, "unit": p.unit, "symbol": p.symbol, "std_error": p.std_error,
-        "std_error_white": p.std_error_white, "ci95": list(interval) if interval else None,
+        "std_error_noise": p.std_error_noise, "std_error_white": p.std_error_white, "dof": p.dof,
+        "ci95": list(interval) if interval else None,
         "start": p.start, "min": p.min, "max": p.max, "status": p.status, "reason": p.reason,
-        "local_only": p.local_only, "prior": asdict(p.prior) if p.prior else None,
+        "local_only": p.local_only, "prior": asdict(p.prior) if p.prior else None, "contradicted": p.contradicted,
     }  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from mechid.campaign import Campaign
 from mechid.errors import InputFileError
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.inputs import file_digest
+from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import (
     ChannelFit,
@@ -39,6 +40,9 @@ PARAMETER = (
     "status",
     "reason",
     "local_only",
+    "std_error_noise",
+    "dof",
+    "contradicted",
 )
 NUMBERS = ("fit_percent", "residual_rms", "noise_sigma", "horizon_s", "cost")
 """Entries of which null means that there is no such number."""
@@ -70,7 +74,10 @@ def read_fit(path: Path | str, campaign: Campaign) -> Fit:
 def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     parameters = {
         name: ParameterEstimate(
-            name=name, prior=PriorShare(**p["prior"]) if p["prior"] else None, **_kept(p, PARAMETER)
+            name=name,
+            prior=PriorShare(**p["prior"]) if p["prior"] else None,
+            one_sided=tuple(p["ci95"]) if p["ci95"] and p["std_error"] is None else None,
+            **_kept(p, PARAMETER),
         )
         for name, p in content["parameters"].items()
     }
@@ -95,6 +102,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         warnings=tuple(content["warnings"]),
         notes=tuple(content["notes"]),
         provenance=content["provenance"],
+        consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
     )
 
 
