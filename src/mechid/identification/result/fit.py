@@ -48,9 +48,14 @@ class FitOutcome(Enum):
         return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
 
     @property
+    def stopped_short(self) -> bool:
+        """Whether the derivatives may still promise a step, which counts in the errors."""
+        return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+
+    @property
     def has_optimum(self) -> bool:
         """Whether all that was to be fitted was, up to an optimum or near it."""
-        return self.good or self in (FitOutcome.EVENT_MISSED, FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
 
     @property
     def code(self) -> str:

@@ -132,7 +132,7 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= NEAR_OPTIMUM * evidence.cost:
         text = f"{fit.outcome.value} The sum of squares could still fall by {_percent(fall, evidence.cost)}."
         yield Reason(cause=Cause.NOT_CONVERGED, text=text, next_command=again)
-    elif fit.outcome in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED) and fall > WORTH_SAYING:
+    elif fit.outcome.stopped_short and fall > WORTH_SAYING:
         text = (
             f"{fit.outcome.value} The step that was promised and not reached (a fall of the cost by {fall:.3g}) "
             "counts in the error bars."

@@ -50,9 +50,6 @@ class SearchState:
         Parameters held, in the order in which they were.
     solution : Solution or None
         Of the last joint fit.
-    promised : (n,) or None
-        The step to the optimum that the derivatives promise at `q` and the solver refused, in search coordinates; None
-        where it stands at an optimum.
     """
 
     problem: Problem
@@ -64,7 +61,6 @@ class SearchState:
     warnings: tuple[str, ...] = ()
     frozen: tuple[Frozen, ...] = ()
     solution: Solution | None = None
-    promised: FloatArray | None = None
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
         """Return it at a better point; with how far that follows the records where this is what makes it better."""

@@ -26,19 +26,6 @@ def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
     return float(triangle.cost * np.sum(U[0, s > SINGULAR * s.max(initial=0.0)] ** 2))
 
 
-def promised_step(triangle: Triangle, counted: NDArray[np.bool_]) -> FloatArray:
-    """Return the step to the optimum that the derivatives promise, (n,) in search coordinates; 0 where not `counted`.
-
-    Where the solver refuses it, it is how far the estimate may be from the optimum: its square adds to the variances.
-    """
-    U, s, Vt = _decomposed(triangle, counted)
-    seen = s > SINGULAR * s.max(initial=0.0)
-    size = np.linalg.norm(triangle.jacobian[:, counted], axis=0)
-    step = np.zeros(counted.size)
-    step[counted] = -(Vt[seen].T @ (U[0, seen] / s[seen])) * triangle.norm / np.where(size > 0.0, size, 1.0)
-    return step
-
-
 def _decomposed(triangle: Triangle, counted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray, FloatArray]:
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
