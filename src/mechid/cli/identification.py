@@ -69,8 +69,8 @@ def identify_into(
 
 def _refusal(fit: Fit, folder: Path) -> str:
     """Say why the values are not to be used as they are, and what to do next."""
-    first = fit.reasons[0]
-    return f"{GRADE_WORDS[fit.grade]} {first.text} Next: {first.next_command}. {folder} holds what was reached"
+    said = [f"{reason.text} Next: {reason.next_command}." for reason in fit.reasons[:1]]
+    return " ".join([GRADE_WORDS[fit.grade], *said, f"{folder} holds what was reached"])
 
 
 def _report(

@@ -68,7 +68,7 @@ class StageLines:
         """Note the stage at work and the outcome."""
         if self.latest is not None:
             self._note_stage(self.latest)
-        self.journal.note("finished", outcome=fit.outcome.code, message=fit.outcome.value)
+        self.journal.note("finished", grade=str(fit.grade), outcome=fit.outcome.code, message=fit.outcome.value)
 
     def _note_stage(self, progress: Progress) -> None:
         self.journal.note("stage", **_entries(progress))

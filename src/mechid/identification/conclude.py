@@ -15,6 +15,7 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
+from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
 from mechid.identification.output_error.declaration import DECLARED, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
@@ -30,6 +31,7 @@ from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
+ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
@@ -45,6 +47,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     evidence = _evidence(campaign, state, seed, triangle, verdict)
     errors = standard_errors(state, seed, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
+    errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
     fit = Fit(
@@ -61,7 +64,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
-        notes=ambiguity_notes(campaign),
+        notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ())),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
     )
@@ -92,6 +95,22 @@ def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Trian
         circumstances=circumstances,
         seed=seed,
     )
+
+
+def _without_unknown(
+    campaign: Campaign, problem: Problem, errors: StandardErrors, verdict: Verdict
+) -> tuple[StandardErrors, Verdict]:
+    """Return errors and verdict with the parameters that no record knows frozen, without an error."""
+    own = {p.name: p for record in campaign.estimated for p in record.parameters}
+    values = problem.coordinates.values(verdict.q)
+    found = {}
+    for name in errors.names:
+        parameter = campaign.mechanism.parameters.get(name) or own[name]
+        sigma = errors.of(name).held
+        reason = not_known(parameter, values[name], sigma) if sigma is not None else ""
+        if reason:
+            found[name] = Status.FROZEN, reason
+    return errors.without(found), replace(verdict, reasons={**verdict.reasons, **found})
 
 
 def _mechanism(campaign: Campaign, problem: Problem, verdict: Verdict) -> Mechanism:

@@ -84,7 +84,7 @@ def _record_row(
         (f"drift{rate}", fit["text"]["drift"]),
     ]
     use = use_word(row["use"], left_out=row["left_out"])
-    own = {"noise_ratio": ratio, "words": level_words(residual), "cells": cells}
+    own = {"noise_ratio": ratio, "words": level_words(residual, complete=data["grade"] == "A"), "cells": cells}
     return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 
 

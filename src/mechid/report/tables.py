@@ -9,6 +9,7 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.quantities import quantity_words
@@ -49,7 +50,10 @@ def report_data(
     return {
         "format": FORMAT,
         "synthetic": synthetic,
-        "outcome": {"code": fit.outcome.code, "good": fit.outcome.good, "message": fit.outcome.value},
+        "grade": str(fit.grade),
+        "grade_words": GRADE_WORDS[fit.grade],
+        "reasons": [_reason(reason) for reason in fit.reasons],
+        "outcome": {"code": fit.outcome.code, "message": fit.outcome.value},
         "has_truth": bool(truth),
         "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
         "records": with_use([_record(r) for r in fit.records.values()], left_out),
@@ -61,6 +65,11 @@ def report_data(
         "notes": list(fit.notes),
         "provenance": dict(fit.provenance),
     }
+
+
+def _reason(reason: Reason) -> dict[str, Any]:
+    """Return why a fit has no better grade, the cause in words beside its code."""
+    return {**reason.to_dict(), "words": CAUSE_WORDS[reason.cause]}
 
 
 def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
@@ -76,6 +85,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "nominal": p.start,
         "estimate": p.value,
         "std_error": p.std_error,
+        "std_error_noise": p.std_error_noise,
         "std_error_white": p.std_error_white,
         "ci95": list(p.ci95) if p.ci95 else None,
         "truth": truth,
@@ -85,6 +95,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "status": p.status,
         "reason": p.reason,
         "local_only": p.local_only,
+        "contradicted": p.contradicted,
         "prior": asdict(p.prior) if p.prior else None,
         "estimated": p.status != Status.KNOWN,
         "text": {

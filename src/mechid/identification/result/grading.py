@@ -15,7 +15,7 @@ from mechid.identification.search.doubts import WORTH_SAYING
 NEAR_OPTIMUM = 0.1
 """Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
 errors; beyond it there is no optimum near."""
-PART_WORDS = {"phase": "the phases of a step", "record": "the records", "time": "stretches of 0.1 s"}
+PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,14 +113,11 @@ def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence)
 
 def _bound(p: ParameterEstimate, again: str) -> Reason:
     """Return what is wrong with a parameter that the records want beyond its bound."""
-    text = (
-        f"{p.name}: the records want it beyond its bound at {p.value:.6g} {p.unit}".rstrip()
-        + f" ({p.reason}); all values are off by what that shifts them."
-    )
-    return Reason(
-        cause=Cause.BOUND_CONTRADICTED, parameter=p.name, text=text,
-        next_command=f"{again}, with a wider range of {p.name} in the mechanism file",
-    )  # fmt: skip
+    at = f"{p.value:.6g} {p.unit}".rstrip()
+    text = f"{p.name} is held at {at}: {p.reason}. The other values are shifted by it."
+    of_file = any(limit is not None and math.isclose(p.value, limit, rel_tol=1e-6) for limit in (p.min, p.max))
+    wider = f", with a wider range of {p.name} in the mechanism file" if of_file else ", with another friction law"
+    return Reason(cause=Cause.BOUND_CONTRADICTED, parameter=p.name, text=text, next_command=again + wider)
 
 
 def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
@@ -148,13 +145,15 @@ def _percent(fall: float, cost: float) -> str:
 def _disagreement(fit: Fit, found: Consistency, evidence: Evidence) -> Reason:
     """Return what disagrees, by how much, and how much the error bars were widened for it."""
     tests: dict[str, Scatter | None] = {"phase": found.phase, "record": found.record, "time": found.time}
-    said = [f"{PART_WORDS[key]} by {test.ratio:.3g} times" for key, test in tests.items() if test and not test.agrees]
+    said = [
+        f"between {PART_WORDS[key]} {test.ratio:.3g} times" for key, test in tests.items() if test and not test.agrees
+    ]
     most, middle = widened(fit.parameters)
     whose = (found.parameter, found.contested_record and f"record {found.contested_record}")
     contested = " and ".join(filter(None, whose))
     text = (
-        f"The model lacks something: {', '.join(said)} what noise explains"
-        f"{f'; most contested: {contested}' if contested else ''}."
+        f"The model lacks something: what parts of the records say of the values scatters {', '.join(said)} as much as "
+        f"noise explains{f'; most contested: {contested}' if contested else ''}."
     )
     if most is not None and middle is not None:
         text += f" The error bars are widened for it, by {most:.3g} times at most and {middle:.3g} in the median."

@@ -7,6 +7,7 @@ bound forces on the others (`bounds`), the step that a stick/slip refused the so
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
 from mechid.identification.result.consistency import Consistency
+from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
 from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
@@ -85,6 +87,21 @@ class StandardErrors:
             return None
         return float(self.without_priors[self.names.index(name)])
 
+    def without(self, names: Collection[str]) -> StandardErrors:
+        """Return the errors of the other parameters; what is left out stays uncertain in theirs."""
+        kept = [i for i, name in enumerate(self.names) if name not in names]
+        square = np.ix_(kept, kept)
+        return replace(
+            self,
+            names=tuple(self.names[i] for i in kept),
+            sigma=self.sigma[kept],
+            dof=self.dof[kept],
+            correlation=self.correlation[square],
+            noise=self.noise[square],
+            white=self.white[square],
+            without_priors=self.without_priors[kept] if self.without_priors.size else self.without_priors,
+        )
+
     @property
     def covariance(self) -> FloatArray:
         """Covariance with the standard errors that hold, (n, n)."""
@@ -104,11 +121,13 @@ class ParameterErrors:
 def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict; `seed` is that of the draws.
 
-    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held. Draws and
-    switches are looked at within the errors of noise, by which the cost is one.
+    A fit that has failed or was interrupted has none; those of one that is not good are not tested by draws. Draws
+    leave held parameters where they are held. Draws and switches are looked at within the errors of noise, by which the
+    cost is one.
     """
     problem, q = state.problem, verdict.q
-    if not verdict.counted.any() or not np.isfinite(triangle.norm):
+    failed = state.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED)
+    if failed or not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
     every, slopes = problem.coordinates.value_slopes(q)
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
