@@ -31,7 +31,7 @@ class ComparisonOutcome(Enum):
     UNDECIDED_BY_PREDICTION = "The criteria prefer one hypothesis; the records held out are predicted equally well."
     DISPUTED = "The criteria prefer one hypothesis, the records held out another: what decides is not the noise."
     CRITERIA_DISAGREE = "AIC and BIC prefer different hypotheses: the parameters more are worth it to one alone."
-    OPEN = "The records do not tell the hypotheses apart; the simpler one will do."
+    OPEN = "The records do not separate the hypotheses; the simpler one will do."
     ONLY_ONE = "Only one of the fits has grade A or B; the others show what they reached, not what they could reach."
     NONE = "None of the fits has grade A or B, so none can be preferred."
 

@@ -196,7 +196,7 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
              for p in parameters.values() if p.status in said]  # fmt: skip
     return lines + [
         f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
-        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would tell it"
+        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would determine it"
         for p in parameters.values()
         if p.prior and p.prior.dominates
     ]

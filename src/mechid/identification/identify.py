@@ -139,7 +139,7 @@ def _follow_plan(
 
 def _judged(state: SearchState) -> SearchState:
     """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
-    said = threshold_warnings("noise released", state)
+    said = threshold_warnings("noise re-estimated", state)
     state = state.saying(*said)
     if state.outcome.has_optimum and said:
         return state.ending(FitOutcome.CLIFF)

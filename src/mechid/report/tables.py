@@ -107,7 +107,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
             "unit": "" if p.unit == "1" else p.unit,
             "min": "" if p.min is None else plain(p.min),
             "max": "" if p.max is None else plain(p.max),
-            "status": "local only" if p.local_only else p.status.replace("_", " "),
+            "status": "near threshold" if p.local_only else p.status.replace("_", " "),
             "prior": "" if p.prior is None else plain(p.prior.value),
             "prior_sigma": "" if p.prior is None else plain(p.prior.sigma),
             "without_prior": "" if p.prior is None else _records_alone(p.prior),
@@ -117,7 +117,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
 
 def _records_alone(prior: PriorShare) -> str:
     """Return the standard error that the records alone would give, as text."""
-    return "not told" if prior.std_error_without == math.inf else digits(prior.std_error_without, 3)
+    return "not known" if prior.std_error_without == math.inf else digits(prior.std_error_without, 3)
 
 
 def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:

@@ -32,7 +32,6 @@ def not_known(parameter: Parameter, value: float, std_error: float) -> str:
         return ""
     if not math.isfinite(std_error):
         return f"not known from these records: nothing limits it; {REMEDY}"
-    whole = (
-        f"its range of {parameter.min:.6g} to {parameter.max:.6g} allows" if math.isfinite(span) else "can be of use"
-    )
-    return f"not known from these records: its standard error of {std_error:.3g} exceeds what {whole}; {REMEDY}"
+    allowed = f"its range of {parameter.min:.6g} to {parameter.max:.6g} allows"
+    over = f"what {allowed}" if math.isfinite(span) else f"{MOST_RELATIVE:g} times its value"
+    return f"not known from these records: its standard error of {std_error:.3g} exceeds {over}; {REMEDY}"

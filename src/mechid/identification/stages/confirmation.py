@@ -62,7 +62,7 @@ def _suspicion(growth: Growth, problem: Problem) -> str:
     }
     places = ", ".join(f"record {name} at {seconds:.4g} s" for name, seconds in at.items())
     return (
-        f"{places}: a stick/slip hangs by a thread; it falls the other way than measured, or does so in finer "
+        f"{places}: near a stick/slip threshold: a stick/slip falls the other way than measured, or does so in finer "
         "integration steps, and no estimate near by was found that settles it"
     )
 

@@ -74,7 +74,7 @@ def fit_past_cliffs(watch: Watch, state: SearchState, free: tuple[str, ...], see
         better = _along_cliff(watch, state, rng, WORTH_SAYING)
         if better is None:
             break
-        state = joint_fit(watch, watch.note(state.at(better)), "along a cliff", free)
+        state = joint_fit(watch, watch.note(state.at(better)), "along a threshold", free)
     if _refused(state) > 0.1 and _depends_on_steps(state):
         back = _along_cliff(watch, state, rng, -BACK_FROM_EDGE)
         state = state if back is None else watch.note(state.at(back))

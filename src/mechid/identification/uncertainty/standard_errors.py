@@ -268,12 +268,13 @@ def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: list[
     names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
     names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
-    return dict.fromkeys(names, f"local only: a stick/slip may fall the other way within the error: {where}")
+    return dict.fromkeys(names, f"near a stick/slip threshold, its error holds on this side only: {where}")
 
 
 def _warning(departure: Departure) -> str:
     return (
-        f"{departure}: the cost departs from what its derivatives say in {departure.draws} of 30 draws from the "
-        f"covariance, by up to {departure.excess:.3g}: a stick/slip hangs by a thread there, and the standard errors "
-        "that rest on this record are local only; see `mechid profile` and `mechid bootstrap`"
+        f"{departure}: near a stick/slip threshold: in {departure.draws} of 30 draws within the standard errors a "
+        f"stick/slip falls the other way there, which changes the cost by up to {departure.excess:.3g}; the standard "
+        "errors that rest on this record hold on this side of the threshold only; see `mechid profile` and `mechid "
+        "bootstrap`"
     )
