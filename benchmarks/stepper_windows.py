@@ -3,8 +3,8 @@
 A hybrid stepper is stepped at 10 pulses/s with an encoder on its shaft (examples/measured/stepper). The record is laid
 out by a rule that knows no fit: a transient begins at the first sample that moves by 3 counts after 25 ms of rest; a
 window is 40 transients that begin within 1 ms of every 100 ms; one that does not is listed as a burst of lost samples,
-and the next window begins one transient after it. Each window is fitted on its own, from two starts, and the estimates of
-every two windows are compared: z is their difference over the root of the sum of their squared standard errors.
+and the next window begins one transient after it. Each window is fitted on its own, from two starts, and the estimates
+of every two windows are compared: z is their difference over the root of the sum of their squared standard errors.
 
     MECHID_DATA=FOLDER python benchmarks/stepper_windows.py
 """
