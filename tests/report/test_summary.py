@@ -69,7 +69,7 @@ def test_a_good_fit_is_called_good(data):
 
 @pytest.mark.parametrize(("grade", "tone"), [("B", CAUTION), ("C", BAD), ("failed", BAD)])
 def test_a_lower_grade_is_said_with_its_reason_and_what_to_do_and_explains_nothing_down_to_the_noise(data, grade, tone):
-    """Truth: the same residuals, of the size of the noise, under a grade that says that values are not to be trusted."""
+    """Truth: the same residuals, of the size of the noise, under a grade of a model that is not complete."""
     reason = {"text": "gear.stiffness is held at 2000.", "next_command": "mechid identify bench --out DIR"}
     data |= {"grade": grade, "grade_words": GRADE_WORDS[grade], "reasons": [reason]}
     found = summary_data(data)
