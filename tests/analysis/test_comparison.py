@@ -19,10 +19,10 @@ ONE = {"gear.stiffness": free(914.0, 0.4), "gear.damping": known(0.48)}
 def pair(tmp_path):
     """Return a function that writes and compares two fits, A with two free parameters, B with one."""
 
-    def make(a, b, *, parameters=(BOTH, ONE), grades=("A", "A")):
+    def make(a, b, *, parameters=(BOTH, ONE), outcomes=("converged", "converged")):
         folders = [
-            write(tmp_path / name, records, own, grade=grade)
-            for name, records, own, grade in zip("AB", (a, b), parameters, grades, strict=True)
+            write(tmp_path / name, records, own, outcome)
+            for name, records, own, outcome in zip("AB", (a, b), parameters, outcomes, strict=True)
         ]
         return mechid.compare(*folders)
 
@@ -96,7 +96,7 @@ def test_without_held_out_records_the_prediction_is_untested(pair):
 
 
 def test_a_fit_that_did_not_succeed_is_no_rival(pair):
-    found = pair({"x": record(0.002)}, {"x": record(0.001, used=150)}, grades=("B", "C"))
+    found = pair({"x": record(0.002)}, {"x": record(0.001, used=150)}, outcomes=("converged", "horizon"))
     assert found.preference.outcome is ComparisonOutcome.ONLY_ONE
     assert found.preference.preferred == "A"
     assert any("150 of 10000" in line for line in found.cautions)
@@ -110,7 +110,7 @@ def test_a_record_that_cannot_be_simulated_is_no_rival(pair):
 
 
 def test_none_is_preferred_where_none_succeeded(pair):
-    found = pair({"x": record(None)}, {"x": record(0.1)}, grades=("A", "failed"))
+    found = pair({"x": record(None)}, {"x": record(0.1)}, outcomes=("converged", "failed"))
     assert (found.preference.outcome, found.preference.preferred) == (ComparisonOutcome.NONE, None)
 
 

@@ -109,7 +109,9 @@ def test_each_grade_has_its_exit_code_and_leaves_the_files(run, ended, staged, t
         assert (content["grade"], content["grade_reasons"][0]["text"]) == (grade, LOST.text)
         assert sorted(path.name for path in out.iterdir()) == WITHOUT_REPORT
         said = [line for line in result.stderr.splitlines() if line.startswith("mechid: ")]
-        wanted = f"mechid: {GRADE_WORDS[grade]} {LOST.text} Next: {LOST.next_command}. {out} holds what was reached"
+        wanted = (
+            f"mechid: error: {GRADE_WORDS[grade]} {LOST.text} Next: {LOST.next_command}. {out} holds what was reached"
+        )
         assert said == ([] if grade.good else [wanted])
 
 

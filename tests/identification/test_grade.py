@@ -48,7 +48,14 @@ def fit(*records, outcome=FitOutcome.CONVERGED, consistency=None, parameters=())
 
 
 EVIDENCE = Evidence(
-    campaign="bench", used_to_s={}, promised_fall=0.0, cost=2000.0, lost=False, circumstances=lambda *_: EVENT, seed=4
+    campaign="bench",
+    used=("full", "sweep", "fast"),
+    used_to_s={},
+    promised_fall=0.0,
+    cost=2000.0,
+    lost=False,
+    circumstances=lambda *_: EVENT,
+    seed=4,
 )
 AGAIN = "mechid identify bench --out DIR --seed 5"
 
@@ -138,7 +145,12 @@ def test_a_record_left_out_is_c():
 
 
 def test_a_record_held_out_that_is_not_followed_takes_nothing_from_the_fit():
-    assert graded(fit(record("full"), record("sweep", use="validate", lost_at_s=0.1)), EVIDENCE).grade is Grade.A
+    held_out = fit(record("full"), record("other", use="validate", lost_at_s=0.1))
+    assert graded(held_out, EVIDENCE).grade is Grade.A
+
+
+def test_a_record_in_no_stage_takes_nothing_from_the_fit():
+    assert graded(fit(record("full"), record("other", lost_at_s=0.1)), EVIDENCE).grade is Grade.A
 
 
 @pytest.mark.parametrize(

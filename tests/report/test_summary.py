@@ -74,7 +74,7 @@ def test_a_lower_grade_is_said_with_its_reason_and_what_to_do_and_explains_nothi
     data |= {"grade": grade, "grade_words": GRADE_WORDS[grade], "reasons": [reason]}
     found = summary_data(data)
     assert (found["grade"], found["tone"], found["headline"]) == (grade, tone, GRADE_WORDS[grade])
-    assert answers(data, 0).startswith("It has converged. gear.stiffness is held at 2000. The residual is 1.00 to 1.00")
+    assert answers(data, 0).startswith("It has converged. gear.stiffness is held at 2000. The residual is 1.01 to 1.01")
     assert "explained" not in answers(data, 0)
     assert answers(data, 2).startswith("Next: mechid identify bench --out DIR.")
 

@@ -10,7 +10,6 @@ from enum import Enum
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.identification.output_error.declaration import LEFT_OUT
-from mechid.identification.result.grade import GRADE_WORDS
 from mechid.parameter import Status
 
 LEVELS = ((2.0, "hardly"), (6.0, "slightly"), (10.0, "clearly"), (math.inf, "decisively"))
@@ -32,8 +31,8 @@ class ComparisonOutcome(Enum):
     DISPUTED = "The criteria prefer one hypothesis, the records held out another: what decides is not the noise."
     CRITERIA_DISAGREE = "AIC and BIC prefer different hypotheses: the parameters more are worth it to one alone."
     OPEN = "The records do not separate the hypotheses; the simpler one will do."
-    ONLY_ONE = "Only one of the fits has grade A or B; the others show what they reached, not what they could reach."
-    NONE = "None of the fits has grade A or B, so none can be preferred."
+    ONLY_ONE = "Only one of the fits came to an optimum; the others show what they reached, not what they could reach."
+    NONE = "None of the fits came to an optimum, so none can be preferred."
 
     @property
     def code(self) -> str:
@@ -57,7 +56,7 @@ class Preference:
 def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Preference:
     """Return which hypothesis is preferred, and why."""
     by_name = {h.name: h for h in hypotheses}
-    succeeded = [s for s in scores if by_name[s.hypothesis].grade.good and math.isfinite(s.aic_effective)]
+    succeeded = [s for s in scores if by_name[s.hypothesis].outcome.has_optimum and math.isfinite(s.aic_effective)]
     lost = [_why_lost(by_name[s.hypothesis]) for s in scores if s not in succeeded]
     if not succeeded:
         return Preference(outcome=ComparisonOutcome.NONE, preferred=None, grounds=tuple(lost))
@@ -74,11 +73,7 @@ def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Pre
 
 def _why_lost(hypothesis: Hypothesis) -> str:
     unfollowed = "a record it was estimated from cannot be simulated to its end with its values"
-    return f"{hypothesis.name}: {unfollowed if hypothesis.grade.good else _not_good(hypothesis)}"
-
-
-def _not_good(hypothesis: Hypothesis) -> str:
-    return f"{GRADE_WORDS[hypothesis.grade]} {hypothesis.outcome.value}"
+    return f"{hypothesis.name}: {unfollowed if hypothesis.outcome.has_optimum else hypothesis.outcome.value}"
 
 
 def _outcome(ranked: Sequence[Score]) -> ComparisonOutcome:

@@ -88,6 +88,7 @@ def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Trian
     }
     return Evidence(
         campaign=str(campaign.path),
+        used=windows,
         used_to_s=used_to_s,
         promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
         cost=triangle.cost,

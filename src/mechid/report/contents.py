@@ -75,6 +75,7 @@ def _record_row(
         *([] if plainly else [("channel", texts["quantity"]), ("unit", texts["unit"])]),
         ("samples", str(row["samples"])),
         ("fit, %", texts["fit_percent"]),
+        ("followed, %", fit["text"]["followed_percent"]),
         (f"residual{unit}", texts["residual_rms"]),
         (f"noise{unit}", fit["text"]["noise_sigma"]),
         ("residual / noise", f"{ratio:.2f}" if math.isfinite(ratio) else "-"),

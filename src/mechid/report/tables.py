@@ -140,7 +140,8 @@ def _record(r: RecordFit) -> dict[str, Any]:
         "noise_sigma": r.noise_sigma,
         "offset": r.offset,
         "drift": r.drift,
-        "followed_s": r.horizon_s,
+        "followed_percent": r.followed_percent,
+        "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order,
         "rejected": r.rejected,
         "channels": list(r.channels),
@@ -151,7 +152,7 @@ def _record(r: RecordFit) -> dict[str, Any]:
             "noise_sigma": digits(r.noise_sigma, 3),
             "offset": digits(r.offset, 3),
             "drift": digits(r.drift, 3),
-            "followed_s": plain(r.horizon_s),
+            "followed_percent": plain(r.followed_percent, 4),
         },
     }
 
@@ -172,6 +173,9 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
         "quantisation": c.quantisation,
         "prefilter_order": c.prefilter_order,
         "rejected": c.rejected,
+        "followed_percent": c.followed_percent,
+        "lost_at_s": c.lost_at_s,
+        "out_of_step_at_s": c.out_of_step_at_s,
         "text": {
             "quantity": quantity_words(quantity),
             "unit": unit,
@@ -181,7 +185,7 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
             "noise_sigma": digits(c.noise_sigma, 3),
             "offset": digits(c.offset, 3),
             "drift": digits(c.drift, 3),
-            "followed_s": plain(r.horizon_s),
+            "followed_percent": plain(c.followed_percent, 4),
         },
     }
 

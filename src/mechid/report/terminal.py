@@ -48,7 +48,7 @@ FOLLOWED = (
     Column("fit %", "fit_percent"),
     Column("residual", "residual_rms"),
     Column("noise", "noise_sigma"),
-    Column("followed s", "followed_s"),
+    Column("followed %", "followed_percent"),
 )
 LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
 RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))

@@ -199,7 +199,8 @@ class RecordFit:
     samples : int
         Samples used.
     horizon_s : float
-        How far the model follows the record, s from its first sample.
+        How far the residual stays within what the noise explains, s from the first sample; where a model lacks
+        something that is not far, and yet the record may be followed.
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
@@ -223,6 +224,11 @@ class RecordFit:
     rejected: int = 0
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Taken = DECLARED
+
+    @property
+    def followed_percent(self) -> float:
+        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
+        return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""

@@ -25,7 +25,7 @@ class Grade(StrEnum):
 GRADE_WORDS: Mapping[Grade, str] = {
     Grade.A: "Grade A: the model follows all records, and their parts agree on the values.",
     Grade.B: "Grade B: the model follows all records; the error bars are widened for what it does not explain.",
-    Grade.C: "Grade C: use no value before the reasons below are settled.",
+    Grade.C: "Grade C: use no value before its reasons are settled.",
     Grade.FAILED: "Failed: there is no estimate to use.",
 }
 """A grade as its reader sees it, everywhere."""

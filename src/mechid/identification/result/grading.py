@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 from mechid.identification.result.consistency import Consistency, Scatter
@@ -26,8 +26,10 @@ class Evidence:
     ----------
     campaign : str
         Its file or folder, as it is typed.
+    used : collection of str
+        Records that the fit rests on.
     used_to_s : mapping of record to float
-        Record time up to which a record was used that was to be used whole.
+        Record time up to which one of them was used that was to be used whole.
     promised_fall : float
         By how much the cost should still fall by its derivatives, in sigmas squared.
     cost : float
@@ -40,6 +42,7 @@ class Evidence:
     """
 
     campaign: str
+    used: Collection[str]
     used_to_s: Mapping[str, float]
     promised_fall: float
     cost: float
@@ -78,7 +81,7 @@ def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
         check = f"mechid check {evidence.campaign}"
         yield Reason(cause=Cause.LEFT_OUT, record=record.name, text=text, next_command=check)
         return
-    if record.use != "estimate":
+    if record.name not in evidence.used:
         return
     if record.name in evidence.used_to_s:
         at_s = evidence.used_to_s[record.name]

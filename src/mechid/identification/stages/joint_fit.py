@@ -85,7 +85,7 @@ def _along_cliff(watch: Watch, state: SearchState, rng: np.random.Generator, lea
     """Return a better point along a cliff, from the journal where it is there."""
     problem, q, windows = state.problem, state.q, state.windows
     found: FloatArray | None = watch.journal.step(
-        "along a cliff",
+        "along a threshold",
         [identity(problem), q, windows, least_gain],
         lambda: along_cliff(problem, q, windows, rng, least_gain=least_gain),
         rng,
