@@ -69,7 +69,8 @@ def on_bounds(
     step : (n,)
         The unbounded Newton step.
     covariance : (n, n)
-        Of the coordinates where none is bounded.
+        Of the coordinates where none is bounded, by noise alone: a bound that excludes the truth makes parts of the
+        records disagree, and errors widened by that would hide it.
     """
     found: dict[str, OnBound] = {}
     for j in np.flatnonzero(on):

@@ -161,7 +161,7 @@ def _gather(
         spread.add(inside.error_if(consistency))
     else:
         unbounded, step = over(counted | on).error_if(consistency), newton_step(triangle, counted | on)
-        bounded = on_bounds(state.problem, verdict.q, on, step, unbounded.matrix)
+        bounded = on_bounds(state.problem, verdict.q, on, step, unbounded.noise)
         spread.add(unbounded)
         if any(b.contradicted for b in bounded):
             spread.add(inside.error_if(consistency))
