@@ -137,7 +137,7 @@ def line(effect, parameters, *, part="whole", grade="B", agrees=False):
     """Return a fit's line."""
     own = {f"p{k}": p for k, p in enumerate(parameters)}
     return {"effect": effect, "seed": 0, "part": part, "size": {}, "outcome": "converged", "grade": grade,
-            "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
+            "cpu_s": 3.0, "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
 
 
 def test_the_table_counts_what_lies_within_the_errors():
