@@ -22,9 +22,14 @@ from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
+from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
+LOUDER_CANDIDATES = 3
+"""Starts grown at each raised noise level."""
+MUCH_FURTHER = 2.0
+"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
 
 
 def searched(
@@ -38,6 +43,8 @@ def searched(
     if best is None:
         return state, None
     state, growth = _grown(watch, state, campaign, best, found, seed)
+    if not growth.complete:
+        state, growth = _grown_louder(watch, state, growth, seed)
     state = state.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     return watch.close(state, "gated growth", names, math.nan, growth.rounds, followed), growth
@@ -78,6 +85,28 @@ def _grown(
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
     return state.saying(*said), growth
+
+
+def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
+    """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
+
+    Where no level brings that about, they stay as they are known, unless the records are followed much further at
+    another: then at the lowest of which none higher does much better.
+    """
+    kept, growth, at = (state, known), known, state
+    while not growth.complete:
+        problem = raised(at.problem, growth)
+        if problem is at.problem:
+            break
+        at = watch.note(replace(at.of(problem), before_raised=known.horizons))
+        watch.tell("noise level raised", raised_words(problem, growth))
+        found = list(islice(_candidates(watch, at, seed), LOUDER_CANDIDATES))
+        if not found:
+            break
+        growth = _grow_best(watch, at, iter(found), seed)
+        if growth.complete or growth.reached(problem) > MUCH_FURTHER * kept[1].reached(problem):
+            kept = at, growth
+    return kept
 
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
