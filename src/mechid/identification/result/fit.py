@@ -146,6 +146,11 @@ class ChannelFit:
     noise_rests_on: str = ""
     noise_known: float | None = None
 
+    @property
+    def known(self) -> float:
+        """The noise as known before the fit."""
+        return self.noise_sigma if self.noise_known is None else self.noise_known
+
 
 @dataclass(frozen=True, kw_only=True)
 class RecordFit:
@@ -200,13 +205,12 @@ class RecordFit:
     @property
     def noise_known(self) -> float:
         """The noise of the leading channel as known before the fit."""
-        known = next((c.noise_known for c in self.channels.values()), None)
-        return self.noise_sigma if known is None else known
+        return next((c.known for c in self.channels.values()), self.noise_sigma)
 
-    def noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel, in its SI unit."""
+    def known_noise_of(self, quantity: str) -> float:
+        """Return the noise of a channel as known before the fit, in its SI unit."""
         own = self.channels.get(quantity)
-        return own.noise_sigma if own else self.noise_sigma
+        return own.known if own else self.noise_sigma
 
 
 @dataclass(frozen=True, kw_only=True)

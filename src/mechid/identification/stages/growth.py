@@ -26,8 +26,6 @@ from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
-LOUDER_CANDIDATES = 3
-"""Starts grown at each raised noise level."""
 MUCH_FURTHER = 2.0
 """Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
 
@@ -100,10 +98,10 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
             break
         at = watch.note(replace(at.of(problem), before_raised=known.horizons))
         watch.tell("noise level raised", raised_words(problem, growth))
-        found = list(islice(_candidates(watch, at, seed), LOUDER_CANDIDATES))
-        if not found:
+        best = next(_candidates(watch, at, seed), None)
+        if best is None:
             break
-        growth = _grow_best(watch, at, iter(found), seed)
+        growth = _grow_best(watch, at, iter([best]), seed)
         if growth.complete or growth.reached(problem) > MUCH_FURTHER * kept[1].reached(problem):
             kept = at, growth
     return kept

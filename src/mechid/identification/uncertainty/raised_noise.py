@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -46,6 +47,23 @@ def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> li
     alone = {c.quantity: followed(problem, replace(target, channels=(c,)), growth.q) for c in target.channels}
     first = max(gate, min(alone.values()))
     return [quantity for quantity, samples in alone.items() if samples <= first]
+
+
+def at_levels_of(problem: Problem, records: Mapping[str, Any]) -> Problem:
+    """Return the problem with the levels that a search has raised, of the `records` of its estimate.json."""
+
+    def one(target: Target) -> Target:
+        found = records[target.name]["channels"]
+        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity, {})))
+
+    return replace(problem, targets=tuple(map(one, problem.targets)))
+
+
+def _at_level(channel: TargetChannel, found: Mapping[str, Any]) -> TargetChannel:
+    if found.get("noise_rests_on") != NoiseSource.RESIDUAL:
+        return channel
+    level = float(found["noise_sigma"])
+    return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
 
 
 def _raised_channel(channel: TargetChannel) -> TargetChannel:
@@ -97,10 +115,16 @@ def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mappi
 
 
 def _line(target: Target, channel: TargetChannel, known: NoiseLevel, before: int) -> str:
-    unit, rate = unit_words(channel.quantity), target.base.sample_rate_hz
+    unit = unit_words(channel.quantity)
     return (
         f"record {target.name}: the noise level of {channel.quantity} was raised from {known.sigma:.3g} {unit} "
         f"({known.rests_on}) to {channel.raised:.3g} {unit}, because below that the model follows the record for "
-        f"{before / rate:.3g} s of {target.samples / rate:.3g} s only; it ended at {channel.sigma:.3g} {unit}, the RMS of "
-        "the residual: how much of that is noise, and how much the model lacks, the record alone does not tell"
+        f"{_far(target, before)} only; it ended at {channel.sigma:.3g} {unit}, the RMS of the residual: how much of that "
+        "is noise, and how much the model lacks, the record alone does not tell"
     )
+
+
+def _far(target: Target, samples: int) -> str:
+    """Return how far a record is followed, in words."""
+    rate = target.base.sample_rate_hz
+    return f"{samples / rate:.3g} s of {target.samples / rate:.3g} s"
