@@ -44,10 +44,9 @@ def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
     assert record.data is not None
     channel = record.data.channel(match.quantity)
     told, resolution = _told(record, match), rounding(record, match)
-    if resolution > told.sigma:
-        return NoiseLevel(resolution, NoiseSource.RESOLUTION)
-    least = max(LEAST_SHARE * float(np.std(channel.data)), SMALLEST)
-    return NoiseLevel(min(max(told.sigma, least), LARGEST), told.rests_on)
+    source = NoiseSource.RESOLUTION if resolution > told.sigma else told.rests_on
+    least = max(LEAST_SHARE * float(np.std(channel.data)), resolution, SMALLEST)
+    return NoiseLevel(min(max(told.sigma, least), LARGEST), source)
 
 
 def _told(record: CampaignRecord, match: Match) -> NoiseLevel:

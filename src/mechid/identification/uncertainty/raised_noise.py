@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from mechid.campaign import Campaign
-from mechid.identification.output_error.noise_level import NoiseLevel, NoiseSource, known_noise
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import Growth, followed
@@ -94,37 +94,33 @@ def raised_words(problem: Problem, growth: Growth) -> str:
     return "; ".join(words)
 
 
-def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mapping[str, int]) -> list[str]:
-    """Say of each channel whose level was raised from where, why, and what it ended at.
+def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mapping[str, str]) -> list[str]:
+    """Say of each record whose levels were raised from where, what they ended at, and why.
 
     Parameters
     ----------
     campaign : Campaign
     targets : sequence of Target
         As the search has ended.
-    before : mapping of str to int
-        Samples of each record that were followed at the level known beforehand.
+    before : mapping of str to str
+        How far each record was followed at the levels known beforehand, in words.
     """
-    return [
-        _line(t, c, known_noise(record, next(m for m in record.matches if m.quantity == c.quantity)), before[t.name])
-        for t in targets
-        for record in (campaign.record(t.name),)
-        for c in t.channels
-        if c.raised > 0.0
-    ]
+    lines = []
+    for target in targets:
+        record = campaign.record(target.name)
+        levels = [_level_words(record, c) for c in target.channels if c.raised > 0.0]
+        if levels:
+            why = f"; at the level known beforehand {before[target.name]}" if target.name in before else ""
+            lines.append(
+                f"record {target.name}: to follow it the noise level was raised, {', '.join(levels)}, the RMS of the "
+                f"residual: how much of that is noise, and how much the model lacks, the record alone does not tell{why}"
+            )
+    return lines
 
 
-def _line(target: Target, channel: TargetChannel, known: NoiseLevel, before: int) -> str:
-    unit = unit_words(channel.quantity)
+def _level_words(record: CampaignRecord, channel: TargetChannel) -> str:
+    known = known_noise(record, next(m for m in record.matches if m.quantity == channel.quantity))
     return (
-        f"record {target.name}: the noise level of {channel.quantity} was raised from {known.sigma:.3g} {unit} "
-        f"({known.rests_on}) to {channel.raised:.3g} {unit}, because below that the model follows the record for "
-        f"{_far(target, before)} only; it ended at {channel.sigma:.3g} {unit}, the RMS of the residual: how much of that "
-        "is noise, and how much the model lacks, the record alone does not tell"
+        f"of {channel.quantity} from {known.sigma:.3g} ({known.rests_on}) to {channel.raised:.3g} "
+        f"{unit_words(channel.quantity)}, and ended at {channel.sigma:.3g}"
     )
-
-
-def _far(target: Target, samples: int) -> str:
-    """Return how far a record is followed, in words."""
-    rate = target.base.sample_rate_hz
-    return f"{samples / rate:.3g} s of {target.samples / rate:.3g} s"
