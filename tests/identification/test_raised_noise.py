@@ -17,9 +17,10 @@ from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.fit import FitOutcome
 from mechid.identification.search.gates import Growth
 from mechid.identification.uncertainty.raised_noise import FACTOR, MOST_SHARE, moved, raised
-from mechid.signal import noise_floor
 from synthetic import NOISE_NM, RATE_HZ, bench, campaign, displaced, truth
 
+STEPS_OF = 0.05
+ROUNDED = STEPS_OF / math.sqrt(12.0)
 KINDS = {
     "declared": ({"noise_sigma": 0.01}, 0.01, NoiseSource.DECLARED),
     "declared below the resolution": (
@@ -28,7 +29,7 @@ KINDS = {
         "resolution",
     ),
     "floor": ({}, NOISE_NM, NoiseSource.FLOOR),
-    "resolution above the floor": ({"quantisation": 0.05}, 0.05 / math.sqrt(12.0), NoiseSource.RESOLUTION),
+    "resolution above the floor": ({"quantisation": STEPS_OF}, ROUNDED, NoiseSource.RESOLUTION),
 }
 
 
@@ -70,7 +71,8 @@ def test_no_declared_level_is_beyond_arithmetic(sigma, quantisation, gain):
     record = replace(record, data=replace(record.data, channels=channels))
     (channel,) = make_problem(campaign(truth(), record), 1).targets[0].channels
     assert 0.0 < channel.sigma <= LARGEST
-    assert math.isfinite(channel.sigma**2) and math.isfinite(1.0 / channel.sigma**2)
+    assert math.isfinite(channel.sigma**2)
+    assert math.isfinite(1.0 / channel.sigma**2)
     assert 0.0 <= channel.rounded <= 1.0
 
 

@@ -71,7 +71,8 @@ def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterato
         spread = float(np.std(channel.data)) / abs(channel.scale)
         said = f"found {match.noise_sigma:.4g}, where the channel's own standard deviation is {spread:.4g}"
         if match.noise_sigma > FAR_OFF * spread:
-            at = place.key("channels").key(match.quantity).key("noise_sigma")
+            index = [c.quantity for c in record.spec.channels].index(match.quantity)
+            at = place.key("channels").item(index).key("noise_sigma")
             raise at.error(f"{said} in the numbers of the file; at that level any motion is as good as any other")
         if match.noise_sigma * FAR_OFF < spread:
             yield f"noise_sigma of {match.quantity}: {said}; a millionth of that is taken"
