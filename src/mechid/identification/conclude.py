@@ -21,6 +21,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -42,6 +43,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     mechanism = _mechanism(campaign, problem, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
+    louder = raised_warnings(campaign, problem.targets, state.before_raised)
     return Fit(
         mechanism=mechanism,
         parameters=parameters,
@@ -55,7 +57,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         },
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
+        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
         notes=ambiguity_notes(campaign),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,

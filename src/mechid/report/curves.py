@@ -127,7 +127,7 @@ def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) ->
 
 
 def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
-    noise = fit.records[record.name].noise_of(channel.quantity)
+    noise = fit.records[record.name].known_noise_of(channel.quantity)
     rate_hz = p.base.sample_rate_hz
     start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
     rate = rate_over(as_fitted(record, fit), p.base)

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
+from mechid.identification.result.channel_noise import ChannelNoise, channel_noises
 from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.search.gates import followed
 from mechid.signal.remainder import Remainder
@@ -28,10 +29,10 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     window = windows.get(record.name, (0, target.samples))
-    floors = {match.quantity: noise_sigma(record, match) for match in record.matches}
-    channels = _channels(record, target, problem, q, window, floors)
+    noises = channel_noises(record, problem.targets)
+    channels = _channels(record, target, problem, q, window, noises)
     leading = channels[record.leading]
-    judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
+    judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed(problem, judged, q)
     return RecordFit(
         name=record.name,
@@ -51,20 +52,20 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
 
 def _channels(
     record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int],
-    floors: Mapping[str, float],
+    noises: Mapping[str, ChannelNoise],
 ) -> dict[str, ChannelFit]:  # fmt: skip
     """Return how each channel is predicted, those that are only compared behind those that are fitted."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     whole = replace(target, channels=(*target.channels, *others))
     matches = {match.quantity: match for match in record.matches}
     return {
-        (name := channel.quantity): _channel(record.use, matches[name], floors[name], whole, channel, r, window)
+        (name := channel.quantity): _channel(record.use, matches[name], noises[name], whole, channel, r, window)
         for channel, r in zip(whole.channels, misfit_series(problem.model, whole, q, window), strict=True)
     }
 
 
 def _channel(
-    use: str, match: Match, floor: float, target: Target, channel: TargetChannel, r: FloatArray,
+    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: FloatArray,
     window: tuple[int, int],
 ) -> ChannelFit:  # fmt: skip
     first, stop = window
@@ -76,7 +77,9 @@ def _channel(
         use=match.use if use == "estimate" else use,
         fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
         residual_rms=rms,
-        noise_sigma=floor,
+        noise_sigma=noise.found.sigma,
+        noise_rests_on=str(noise.found.rests_on),
+        noise_known=noise.known.sigma,
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         quantisation=channel.rounding * math.sqrt(12.0),
