@@ -61,22 +61,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-VERBS = (
-    demo,
-    look,
-    new,
-    check,
-    simulate,
-    identify,
-    report,
-    explore,
-    compare,
-    profile,
-    bootstrap,
-    design,
-    budget,
-    kernel,
-)
+FIRST = (demo, look, new, check)
+VERBS = (*FIRST, simulate, identify, report, explore, compare, profile, bootstrap, design, budget, kernel)
 for verb in VERBS:
     app.command()(verb)
 

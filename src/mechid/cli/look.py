@@ -11,9 +11,7 @@ import typer
 def look(
     records: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="RECORD...", help="Measured files, or a campaign.toml: its records with their commands."
-        ),
+        typer.Argument(metavar="RECORD...", help="Measured files, or campaign.toml: records with their commands."),
     ],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for page, numbers and CSV; made where missing.")],
     sample_rate_hz: Annotated[
@@ -21,7 +19,7 @@ def look(
     ] = None,
     column: Annotated[
         list[str] | None,
-        typer.Option(help="Column to look at, by name or index from 0; may be given again. All without."),
+        typer.Option(help="Column, by name or index from 0; may be given again. All without it."),
     ] = None,
     quantity: Annotated[str | None, typer.Option(help="What the column is, as torque or rotor_rate.")] = None,
     unit: Annotated[str | None, typer.Option(help="Unit of the file's numbers, where the file states none.")] = None,

@@ -14,8 +14,8 @@ LEAST_RATIO = 20.0
 """From which a multiple is a line: hum gave 29 and more, benches without at most 9.4."""
 WANDER = 0.002
 """Relative distance from its nominal frequency at which a grid is looked for."""
-BINS = 1.5
-"""And bins, where a short record resolves no better."""
+BINS, INTERPOLATED = 1.5, 0.35
+"""And bins, of a peak and of the frequency interpolated between them, where a short record resolves no better."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,6 +54,8 @@ def _of_one(found: Prominence, mains: float, least_ratio: float) -> list[MainsLi
             continue
         at = first + int(np.argmax(ratio[first:stop]))
         peaked = found.amplitude[at] >= max(found.amplitude[at - 1], found.amplitude[at + 1])
-        if ratio[at] >= least_ratio and peaked:
-            lines.append(MainsLine(mains_hz=mains, multiple=multiple, line=found.line_at(at)))
+        line = found.line_at(at)
+        nearest = max(WANDER * multiple * mains, INTERPOLATED * found.bin_hz)
+        if ratio[at] >= least_ratio and peaked and abs(line.frequency_hz - multiple * mains) <= nearest:
+            lines.append(MainsLine(mains_hz=mains, multiple=multiple, line=line))
     return lines

@@ -196,8 +196,9 @@ def _line(seen: SeenLine) -> dict[str, Any]:
 def _step_line(line: StepLine) -> dict[str, Any]:
     amplitude, sigma = with_sigma(line.amplitude, line.sigma)
     resolved = line.amplitude > RESOLVED * line.sigma
+    least = f"below {digits(RESOLVED * line.sigma, 2)}"
     text = {
-        "order": plain(line.order, 4), "amplitude": amplitude if resolved else f"below {digits(RESOLVED * line.sigma, 2)}",
+        "order": plain(line.order, 4), "amplitude": amplitude if resolved else least,
         "sigma": sigma if resolved else "", "peak_rate": plain(line.peak_rate, 4) if resolved else "",
         "peak_amplitude": digits(line.peak_amplitude, 3) if resolved else "",
     }  # fmt: skip
@@ -229,19 +230,17 @@ def _resonance(found: MeasuredResonance) -> dict[str, Any]:
 
 def _shared_resonances(records: Sequence[Data]) -> list[dict[str, Any]]:
     """Return the resonances that several records show, or one does by several orders of its rate, by frequency."""
-    seen = sorted(
-        ((r["frequency_hz"], record["name"], r) for record in records for c in record["channels"] for r in c["resonances"]),
-        key=lambda one: one[0],
-    )  # fmt: skip
+    channels = [(record["name"], channel) for record in records for channel in record["channels"]]
+    found = ((r["frequency_hz"], name, r) for name, channel in channels for r in channel["resonances"])
+    seen = sorted(found, key=lambda one: one[0])
     groups: list[list[tuple[float, str, Data]]] = []
     for one in seen:
         if groups and one[0] <= groups[-1][0][0] * (1.0 + SHARED):
             groups[-1].append(one)
         else:
             groups.append([one])
-    return [
-        _shared(group) for group in groups if len({n for _, n, _ in group}) > 1 or any(r["orders"] for *_, r in group)
-    ]
+    sure = (len({name for _, name, _ in group}) > 1 or any(r["orders"] for *_, r in group) for group in groups)
+    return [_shared(group) for group, kept in zip(groups, sure, strict=True) if kept]
 
 
 def _shared(group: Sequence[tuple[float, str, Data]]) -> dict[str, Any]:

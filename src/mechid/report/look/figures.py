@@ -94,6 +94,10 @@ def _quiet(channel: ChannelLook) -> Runs:
     return tuple((stretch.first, stretch.stop) for stretch in channel.quiet)
 
 
+def _number(order: float) -> str:
+    return order_of(order).removeprefix("order ")
+
+
 def spectrum_groups(channel: ChannelLook) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return frequency, amplitude and level around, (M,) each: the largest of each group of bins, and its median."""
     spectrum = channel.spectrum
@@ -113,8 +117,9 @@ def _spectrum(channel: ChannelLook, figure: Any) -> None:
         colour = MODELLED if seen.mains and seen.order is None else MARK if seen.order is not None else RESIDUAL_COLOUR
         axes.plot(seen.line.frequency_hz, seen.line.amplitude, "o", color=colour, markersize=2.2)
         if k < MOST_LABELS and seen.order is not None:
-            axes.annotate(order_of(seen.order).removeprefix("order "), (seen.line.frequency_hz, seen.line.amplitude), xytext=(0, 3),
-                          textcoords="offset points", ha="center", color=MARK, fontsize=7)  # fmt: skip
+            place = (seen.line.frequency_hz, seen.line.amplitude)
+            axes.annotate(_number(seen.order), place, xytext=(0, 3), textcoords="offset points", ha="center",
+                          color=MARK, fontsize=7)  # fmt: skip
     for found in channel.resonances:
         axes.axvspan(
             found.frequency_hz - found.spread_hz,
@@ -200,9 +205,7 @@ def _over_rate(channel: ChannelLook, figure: Any) -> None:
         lines = sorted((line for line in channel.over_rate if line.order == order), key=lambda line: line.rate)
         rate = [line.rate for line in lines]
         size = np.sqrt([max(line.power(), 0.0) for line in lines])
-        axes.plot(
-            rate, size, color=COLOURS[k % len(COLOURS)], linewidth=0.9, label=order_of(order).removeprefix("order ")
-        )
+        axes.plot(rate, size, color=COLOURS[k % len(COLOURS)], linewidth=0.9, label=_number(order))
     for found in channel.resonances:
         for order in found.orders:
             axes.axvline(found.frequency_hz / order, color=MARK, linewidth=0.6, linestyle=":")

@@ -24,7 +24,7 @@ SHEETS = {
 
 
 def look_tables(data: Data, looks: Sequence[RecordLook]) -> dict[str, Iterable[str]]:
-    """Return the CSV files by name, line by line: one of each kind, each row with its channel; densities each its own."""
+    """Return the CSV files by name, line by line: a row with its channel; densities apart."""
     sheets: dict[str, Iterable[str]] = {name: _sheet(data, *sheet) for name, sheet in SHEETS.items()}
     for look in looks:
         for key, channel in zip(channel_keys(look), look.channels, strict=True):

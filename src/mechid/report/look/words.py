@@ -75,7 +75,7 @@ def driven_words(driven: Data) -> list[str]:
     if suggested is None:
         return [
             *lines,
-            "The record suggests no step rate: its lines are no multiples of one frequency, and no ridge runs over time.",
+            "The record suggests no step rate: its lines have no common fundamental, no ridge runs over time.",
         ]
     if len(suggested["rates"]) > 1:
         return [*lines, _sweep_words(suggested), *_other_ends(declared, suggested)]
@@ -86,8 +86,8 @@ def _sweep_words(suggested: Data) -> str:
     first, last = (digits(rate, 3) for rate in suggested["rates"])
     share = 100.0 * suggested["share"]
     return (
-        f"The record suggests a rate from {first} to {last} full steps/s: this ridge stands out in {share:.0f} % of its "
-        "windows. If the ridge is once every two full steps, the rate is twice that."
+        f"The record suggests a rate from {first} to {last} full steps/s: this ridge stands out in {share:.0f} % of "
+        "its windows. If the ridge is once every two full steps, the rate is twice that."
     )
 
 
@@ -165,21 +165,18 @@ def _health(channel: Data) -> list[str]:
     lines = []
     if gaps["count"]:
         lines.append(
-            f"{_count(gaps['count'], 'gap')}, {gaps['samples']} samples missing and bridged by straight lines; the longest "
-            f"{digits(gaps['longest_s'], 2)} s, the first at {_times(gaps)}."
+            f"{_count(gaps['count'], 'gap')}, {gaps['samples']} samples missing and bridged by straight lines; "
+            f"the longest {digits(gaps['longest_s'], 2)} s, the first at {_times(gaps)}."
         )
     if clipped["count"]:
         lines.append(
-            f"Stays at its extreme {_count(clipped['count'], 'time')}, {digits(clipped['longest_s'], 2)} s at most, first at "
-            f"{_times(clipped)}: clipped?"
+            f"Stays at its extreme {_count(clipped['count'], 'time')}, {digits(clipped['longest_s'], 2)} s at most, "
+            f"first at {_times(clipped)}: clipped?"
         )
     if spikes["count"]:
         lines.append(f"{_count(spikes['count'], 'single sample')} far off the neighbours, first at {_times(spikes)}.")
-    lines = lines or ["No gaps, no clipping, no spikes."]
-    return [
-        *lines,
-        f"{of_unit(channel['min'], 3, unit)} to {of_unit(channel['max'], 3, unit)}, RMS about the mean {of_unit(channel['rms'], 3, unit)}.",
-    ]
+    low, high, rms = (of_unit(channel[key], 3, unit) for key in ("min", "max", "rms"))
+    return [*(lines or ["No gaps, no clipping, no spikes."]), f"{low} to {high}, RMS about the mean {rms}."]
 
 
 def _count(number: int, word: str) -> str:
@@ -194,7 +191,7 @@ def _noise(channel: Data) -> list[str]:
     noise, unit = channel["noise"], channel["unit"]
     sigma, floor = (of_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
     rests = {
-        "floor": "from the quietest part of the upper band, above which no signal was found; coloured noise is more than that",
+        "floor": "from the quietest part of the upper band; coloured noise is more than that",
         "quiet stretch": f"from the longest quiet stretch; the white part of it is {floor}, so the noise is coloured",
         "resolution": f"that of the resolution: the upper band holds less, {floor}",
     }[noise["rests_on"]]
