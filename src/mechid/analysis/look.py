@@ -33,8 +33,10 @@ MORE_ORDERS = (0.25, *ORDERS, 6.0, 8.0)
 """A quarter: the currents of a two-phase motor repeat after four full steps."""
 QUARTERS = 4
 """A line is looked for at quarters of the step rate."""
-NEAR_BINS = 1.5
-"""A line this near to a multiple of the step rate is one."""
+NEAR_BINS, NEAR = 0.5, 5e-4
+"""A line this near to a multiple of the step rate, in bins or relative, is one."""
+BY_CHANCE = 0.2
+"""Chance of any line to be that near to a multiple, up to which it tells something."""
 RESOLVED = 3.0
 """Standard errors from which a line is told from noise."""
 CONSTANT = 0.02
@@ -159,17 +161,22 @@ class ChannelLook:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RecordLook:
-    """A record: how it is said to be driven, what it suggests itself, and its channels."""
+    """A record: how it is said to be driven, what it suggests itself, and its channels.
+
+    `constant_rate` is the one step rate in full steps/s, as declared, else as suggested; None where it varies or is not
+    known.
+    """
 
     record: Record
     declared: Drive | None
     suggested: SuggestedRate | None
+    constant_rate: float | None
     base: TimeBase
     channels: tuple[ChannelLook, ...]
 
     @property
     def rate(self) -> RateProfile | None:
-        """The step rate over the time since `rate_offset_s`: as declared, else as suggested, else unknown."""
+        """The step rate: as declared, else as suggested, else unknown."""
         if self.declared:
             return self.declared.command.rate
         return self.suggested.profile if self.suggested else None
@@ -194,15 +201,31 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     declared = declared if declared and declared.is_stepped else None
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
     lines = [spectral_lines(spectrum) for spectrum in spectra]
-    each = zip(record.channels, spectra, lines, strict=True)
-    suggestions = (suggested_rate(c.data - c.data.mean(), spectrum, found) for c, spectrum, found in each)
+    suggestions = (
+        _suggested(c, spectrum, found) for c, spectrum, found in zip(record.channels, spectra, lines, strict=True)
+    )
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
-    channels = [
-        _channel(c, spectrum, found, travel, base, _orders(declared, suggested))
-        for c, spectrum, found in zip(record.channels, spectra, lines, strict=True)
-    ]
-    return RecordLook(record=record, declared=declared, suggested=suggested, base=base, channels=tuple(channels))
+    channels = [_channel(c, spectrum, found, travel, base, _orders(declared, suggested)) for c, spectrum, found in each]
+    return RecordLook(
+        record=record,
+        declared=declared,
+        suggested=suggested,
+        constant_rate=_constant_rate(travel),
+        base=base,
+        channels=tuple(channels),
+    )
+
+
+def _suggested(channel: Channel, spectrum: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    """Return the rate that a channel suggests without mains hum, or with it where that has the lines of full steps."""
+    hum = {round(one.line.frequency_hz / spectrum.bin_hz) for one in mains_lines(spectrum)}
+    y = channel.data - channel.data.mean()
+    own = suggested_rate(y, spectrum, [one for one in lines if round(one.frequency_hz / spectrum.bin_hz) not in hum])
+    if own or not hum:
+        return own
+    with_hum = suggested_rate(y, spectrum, lines)
+    return with_hum if with_hum and with_hum.stepping == "full" else None
 
 
 def _travel(declared: Drive | None, suggested: SuggestedRate | None, base: TimeBase) -> Travel | None:
@@ -248,7 +271,6 @@ def _channel(
     line.take_from(level)
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
-    spacing = constant or 0.0
     return ChannelLook(
         channel=channel,
         mean=float(channel.data.mean()),
@@ -268,7 +290,13 @@ def _channel(
         mains=tuple(_seen(one.line, (one,), constant, spectrum.bin_hz) for one in mains),
         step_lines=_step_lines(tracked),
         over_rate=() if constant else tracked,
-        resonances=measured_resonances(() if constant else tracked, frequency, density, spacing),
+        resonances=measured_resonances(
+            () if constant else tracked,
+            frequency,
+            density,
+            lines_hz=[one.frequency_hz for one in lines],
+            spacing_hz=constant or 0.0,
+        ),
         waterfall=_waterfall(level, base, travel),
     )
 
@@ -289,10 +317,18 @@ def _noise(channel: Channel, sample_rate_hz: float) -> tuple[tuple[QuietStretch,
 
 def _seen(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float) -> SeenLine:
     """Return a line with what it may be."""
-    near = [one for one in mains if abs(one.line.frequency_hz - line.frequency_hz) < NEAR_BINS * bin_hz]
-    order = round(QUARTERS * line.frequency_hz / rate) / QUARTERS if rate else 0.0
-    is_order = order > 0.0 and abs(order * (rate or 0.0) - line.frequency_hz) < NEAR_BINS * bin_hz
-    return SeenLine(line=line, order=order if is_order else None, mains=near[0] if near else None)
+    near = [one for one in mains if abs(one.line.frequency_hz - line.frequency_hz) < bin_hz]
+    orders = (_order(line.frequency_hz, rate, parts, bin_hz) for parts in (1, QUARTERS) if rate)
+    order = next((order for order in orders if order), None)
+    return SeenLine(line=line, order=order, mains=near[0] if near else None)
+
+
+def _order(frequency_hz: float, rate: float, parts: int, bin_hz: float) -> float | None:
+    """Return the order of a line in whole parts of the rate; None where it is none, or may well be so by chance."""
+    order = round(parts * frequency_hz / rate) / parts
+    near = max(NEAR_BINS * bin_hz, NEAR * frequency_hz)
+    is_one = order > 0.0 and abs(order * rate - frequency_hz) <= near
+    return order if is_one and 2.0 * near * parts <= BY_CHANCE * rate else None
 
 
 def _step_lines(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:

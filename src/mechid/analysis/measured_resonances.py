@@ -30,6 +30,8 @@ HUMP_DB = 3.0
 SMOOTH = 0.03
 """Relative width over which a density is smoothed."""
 POINTS_A_DECADE = 400
+LINE_BINS = 2.5
+"""On both sides of a line, that are its own under a Hann window."""
 LINES_A_HUMP, WIDER = 4.0, 0.75
 """A hump of lines lies at so many times their distance or more, and is wider than one: half its width, in distances."""
 
@@ -56,21 +58,29 @@ class MeasuredResonance:
 
 
 def measured_resonances(
-    lines: Iterable[OrderLine], frequency: FloatArray, density: FloatArray, spacing_hz: float
+    tracked: Iterable[OrderLine],
+    frequency: FloatArray,
+    density: FloatArray,
+    *,
+    lines_hz: Sequence[float],
+    spacing_hz: float,
 ) -> tuple[MeasuredResonance, ...]:
     """Return the resonances that a record shows, by frequency.
 
     Parameters
     ----------
-    lines : iterable of OrderLine
+    tracked : iterable of OrderLine
         Of the record's orders over a varying rate; empty where the rate is constant or not known.
     frequency, density : ndarray, shape (M,)
         As `mechid.signal.power_density` makes them.
+    lines_hz : sequence of float
+        Lines of the spectrum.
     spacing_hz : float
-        Distance of the lines of a constant rate, 0 where there are none.
+        Distance of the lines of a constant rate, whose tops draw the humps; 0 where there is none, and what is between
+        the lines does.
     """
-    humps = _humps(frequency, density, spacing_hz)
-    groups = [group for group in _groups(_order_peaks(lines)) if len({order for order, _ in group}) > 1]
+    humps = _humps(frequency, density if spacing_hz else _between(frequency, density, lines_hz), spacing_hz)
+    groups = [group for group in _groups(_order_peaks(tracked)) if len({order for order, _ in group}) > 1]
     found = [_of_orders(group, humps) for group in groups]
     taken = [one.frequency_hz for one in found]
     alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * ALIKE for hz in taken)]
@@ -124,6 +134,15 @@ def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, floa
     return groups
 
 
+def _between(frequency: FloatArray, density: FloatArray, lines_hz: Sequence[float]) -> FloatArray:
+    """Return a density with straight lines in place of a spectrum's lines."""
+    number = np.arange(frequency.size)
+    kept = np.ones(frequency.size, dtype=bool)
+    for line in lines_hz:
+        kept[np.abs(number - line / frequency[1]) <= LINE_BINS] = False
+    return np.interp(number, number[kept], density[kept]) if kept.any() else density
+
+
 def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> list[tuple[float, float]]:
     """Return frequency and half width of the humps of a density, in Hz."""
     width = float(frequency[1])
@@ -133,7 +152,7 @@ def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> lis
     reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
     tops = maximum_filter1d(density, reach) if spacing_hz else density
     grid = np.geomspace(0.5 * lowest, frequency[-1], int(POINTS_A_DECADE * math.log10(frequency[-1] / lowest) + 8))
-    level = np.interp(grid, frequency, _running_mean(frequency, np.maximum(tops, np.finfo(float).tiny)))
+    level = np.maximum(np.interp(grid, frequency, _running_mean(frequency, tops)), np.finfo(float).tiny)
     decibels = 10.0 * gaussian_filter1d(np.log10(level), SMOOTH * POINTS_A_DECADE / math.log(10.0))
     floor = float(np.median(decibels[grid > 0.5 * frequency[-1]]))
     peaks, facts = find_peaks(decibels, prominence=HUMP_DB, width=1, rel_height=1.0)

@@ -32,6 +32,8 @@ EXPLAINED = 0.95
 WANDERING, MOST_POWER, MOSTLY_EXPLAINED = 3e-3, 0.9, 0.6
 """Of a rate that wanders: how near a multiple is, the share of the lines' power and of the lines."""
 FEWEST = 3
+BY_CHANCE = 5.0
+"""Decades by which it is unlikely that so many lines are that near to multiples by chance."""
 CONTRAST = 2.0
 """Times the others' amplitude, in the median, that lines of the step rate have."""
 REPEATS = 4
@@ -187,7 +189,9 @@ def _largest_of_which(
         best, sigma = _fitted(lines, trial, bin_hz, near)
         own = _multiples(frequencies, best, bin_hz, near)
         shares = weights[:, own].sum(axis=1)
-        if np.count_nonzero(own) >= FEWEST and np.all(shares >= least):
+        chance = 2.0 * np.maximum(NEAR_BINS * bin_hz, near * frequencies[own]) / best
+        unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())  # one line has told the trial
+        if np.count_nonzero(own) >= FEWEST and np.all(shares >= least) and unlikely >= BY_CHANCE:
             return best, sigma, float(shares[0])
     return None
 

@@ -121,7 +121,7 @@ def _columns(table: Table, hints: Hints) -> list[int]:
         asked = [int(name) if name.isdigit() else name for name in hints.columns]
         return [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
     indices = [k for k, column in enumerate(table.columns) if column.fault is None and not is_time(column)]
-    if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]):
+    if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):
         indices = indices[1:]
     if len(indices) > 1 and (hints.quantity or hints.unit):
         names = ", ".join(column_label(table.columns, k) for k in indices[:8])
@@ -142,9 +142,14 @@ def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
     beside = time_beside(table, index)
     if beside or hints.sample_rate_hz is not None:
         return beside
-    if index > 0 and _is_clock(table, 0):
+    if index > 0 and _is_clock(table, 0) and _rises(table, 0):
         return ChosenColumn(index=0, quantity="time", scale=1.0)
     raise table.error("no time column; give --sample-rate-hz")
+
+
+def _rises(table: Table, index: int) -> bool:
+    """Tell whether a column grows from sample to sample, as a clock does."""
+    return bool(np.all(np.diff(table.read([index])[0]) > 0.0))
 
 
 def _channel_of(table: Table, index: int, hints: Hints) -> tuple[ChosenColumn, str]:

@@ -11,6 +11,7 @@ import numpy as np
 from mechid.analysis.look import RESOLVED, ChannelLook, Drive, RecordLook, SeenLine, StepLine
 from mechid.analysis.measured_resonances import MeasuredResonance
 from mechid.analysis.order_tracking import OrderLine
+from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.look.words import (
@@ -28,8 +29,6 @@ FORMAT = "mechid-look/1"
 Data = Mapping[str, Any]
 TOLD = 8
 """Gaps, clipped peaks and quiet stretches that are told one by one."""
-SHARED = 0.06
-"""Relative distance within which resonances of different records are one."""
 _FILE_NAME = re.compile(r"[^A-Za-z0-9_-]+")
 
 
@@ -47,7 +46,7 @@ def look_data(looks: Sequence[RecordLook], left_out: Sequence[Data] = ()) -> dic
     return {
         "format": FORMAT,
         "records": records,
-        "resonances": _shared_resonances(records),
+        "resonances": [_shared(one) for one in shared_resonances(looks)],
         "left_out": [dict(one) for one in left_out],
     }
 
@@ -159,7 +158,7 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
             for b in look.bands
         ],
         "below_rms": look.below_rms,
-        "resonances": [_resonance(one) for one in look.resonances],
+        "resonances": [_resonance(one, rate_known=record.rate is not None) for one in look.resonances],
         "text": {name: digits(value, 4) for name, value in numbers.items()} | {"noise": digits(noise.sigma, 3)},
     }  # fmt: skip
     return data | {"words": channel_words(data)}
@@ -218,33 +217,16 @@ def _order_line(line: OrderLine) -> dict[str, float]:
     }
 
 
-def _resonance(found: MeasuredResonance) -> dict[str, Any]:
+def _resonance(found: MeasuredResonance, *, rate_known: bool) -> dict[str, Any]:
     data = {
         "frequency_hz": found.frequency_hz,
         "spread_hz": found.spread_hz,
         "orders": list(found.orders),
         "hump": found.hump,
     }
-    return data | {"words": resonance_word(data)}
+    return data | {"words": resonance_word(data, rate_known=rate_known)}
 
 
-def _shared_resonances(records: Sequence[Data]) -> list[dict[str, Any]]:
-    """Return the resonances that several records show, or one does by several orders of its rate, by frequency."""
-    channels = [(record["name"], channel) for record in records for channel in record["channels"]]
-    found = ((r["frequency_hz"], name, r) for name, channel in channels for r in channel["resonances"])
-    seen = sorted(found, key=lambda one: one[0])
-    groups: list[list[tuple[float, str, Data]]] = []
-    for one in seen:
-        if groups and one[0] <= groups[-1][0][0] * (1.0 + SHARED):
-            groups[-1].append(one)
-        else:
-            groups.append([one])
-    sure = (len({name for _, name, _ in group}) > 1 or any(r["orders"] for *_, r in group) for group in groups)
-    return [_shared(group) for group, kept in zip(groups, sure, strict=True) if kept]
-
-
-def _shared(group: Sequence[tuple[float, str, Data]]) -> dict[str, Any]:
-    tracked = [f for f, _, r in group if r["orders"]]
-    frequency = float(np.median(tracked or [f for f, *_ in group]))
-    names = list(dict.fromkeys(name for _, name, _ in group))
-    return {"frequency_hz": frequency, "records": names, "words": f"{digits(frequency, 3)} Hz in {', '.join(names)}"}
+def _shared(one: SharedResonance) -> dict[str, Any]:
+    words = f"{digits(one.frequency_hz, 3)} Hz in {', '.join(one.records)}"
+    return {"frequency_hz": one.frequency_hz, "records": list(one.records), "words": words}

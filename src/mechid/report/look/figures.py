@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
+from mechid.analysis.order_tracking import ORDERS
 from mechid.report.curves import drawn
 from mechid.report.figures import (
     BAR_IN,
@@ -40,6 +41,7 @@ from mechid.signal.spectrogram import largest_rows
 FloatArray = NDArray[np.float64]
 GROUPS, MOST_ROWS, MOST_MARKED, MOST_LABELS = 3000, 400, 200, 12
 """Of a spectrum, of a waterfall; gaps and lines that are marked."""
+KINDS = ("time", "spectrum", "waterfall", "bands", "over_rate")
 RATE = "step rate, full steps/s"
 COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
 SHOWN_DECADES = 3.5
@@ -50,11 +52,12 @@ LARGER = 0.03
 """Of the largest line."""
 
 
-def look_figures(looks: Sequence[RecordLook]) -> Iterator[tuple[str, Figure]]:
-    """Yield the figures of each channel with their names."""
+def look_figures(looks: Sequence[RecordLook], kinds: Sequence[str] = KINDS) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures of each channel with their names, or of some kinds alone."""
     for look in looks:
         for key, channel in zip(channel_keys(look), look.channels, strict=True):
-            for name, height, draw in _drawings(look, channel):
+            drawings = (one for one in _drawings(look, channel) if one[0] in kinds)
+            for name, height, draw in drawings:
                 with mpl.rc_context(STYLE), np.errstate(all="ignore"):
                     figure = made(draw, height)
                 yield f"{key}_{name}", figure
@@ -62,7 +65,7 @@ def look_figures(looks: Sequence[RecordLook]) -> Iterator[tuple[str, Figure]]:
 
 def _drawings(look: RecordLook, channel: ChannelLook) -> Iterator[tuple[str, float, Drawing]]:
     yield "time", 2.2, partial(_time, look, channel)
-    yield "spectrum", 2.6, partial(_spectrum, channel)
+    yield "spectrum", 2.6, partial(_spectrum, look, channel)
     yield "waterfall", 3.2, partial(_waterfall, channel)
     yield "bands", 2.4, partial(_bands, channel)
     if channel.over_rate:
@@ -107,8 +110,12 @@ def spectrum_groups(channel: ChannelLook) -> tuple[FloatArray, FloatArray, Float
     return middle * spectrum.bin_hz, amplitude, np.sqrt(spectrum.level[middle] / math.log(2.0))
 
 
-def _spectrum(channel: ChannelLook, figure: Any) -> None:
+def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
+    """Draw the amplitude over the level around it, its lines, and those that the command would make."""
     axes = figure.subplots()
+    if look.declared and look.constant_rate:
+        for order in sorted({*ORDERS, float(look.declared.command.microsteps)}):
+            axes.axvline(order * look.constant_rate, color=MARK, linewidth=0.7, linestyle="--", alpha=0.5, zorder=0)
     frequency, amplitude, level = spectrum_groups(channel)
     axes.loglog(frequency, amplitude, color=MEASURED, linewidth=0.7, label="amplitude")
     axes.loglog(frequency, level, color=NOISE, linewidth=0.8, linestyle="--", label="level around")
@@ -168,7 +175,7 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
     image = axes.pcolormesh(over[1], frequency, rows, norm=LogNorm(high / 10.0**SHOWN_DECADES, high), cmap="cividis",
                             rasterized=True, shading="nearest")  # fmt: skip
     if np.all(np.isfinite(w.rate)) and float(np.ptp(w.rate)) > 0.0:
-        for order in (0.5, 1.0, 2.0, 4.0):
+        for order in ORDERS:
             axes.plot(over[1], order * w.rate, "w--", linewidth=0.5, alpha=0.6)
     for found in channel.resonances:
         axes.axhline(found.frequency_hz, color="#FF8FC7", linewidth=0.8, linestyle=":")

@@ -54,11 +54,12 @@ def mains_word(line: Data) -> str:
     return f"mains {line['mains_hz']:g} Hz{times}"
 
 
-def resonance_word(found: Data) -> str:
+def resonance_word(found: Data, *, rate_known: bool) -> str:
     """Return a resonance with what it rests on."""
     orders = ", ".join(order_of(order).removeprefix("order ") for order in found["orders"])
     tracked = f"orders {orders} of the step rate are largest there, each at its own rate" if orders else ""
     hump = "a hump of the spectrum" if found["hump"] else ""
+    hump += "" if rate_known or not hump else "; without a known step rate it may be a line that wanders"
     spread = f" ± {digits(found['spread_hz'], 2)}" if found["spread_hz"] > 0.0 else ""
     return f"{digits(found['frequency_hz'], 3)}{spread} Hz: {'; '.join(filter(None, (tracked, hump)))}"
 
@@ -113,10 +114,10 @@ def _constant_words(suggested: Data) -> list[str]:
     stepping = {
         "full": f"full steps at {rate} /s (half steps at half that rate look the same)",
         "micro": f"{suggested['microsteps']} microsteps a full step, at {rate} full steps/s",
-        "": f"{rate} full steps/s",
+        "": f"{rate} full steps/s, if what repeats is the steps",
     }[suggested["stepping"]]
     repetition = digits(suggested["repetition_hz"], 5)
-    words = f"The record repeats itself at {repetition} Hz and suggests {stepping}."
+    words = f"The record repeats itself at {repetition} Hz, which suggests {stepping}."
     others = " or ".join(f"{digits(rate, 4)}" for rate in suggested["others"])
     return [words, f"{others} full steps/s would explain the same lines."] if others else [words]
 
