@@ -201,9 +201,8 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     declared = declared if declared and declared.is_stepped else None
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
     lines = [spectral_lines(spectrum) for spectrum in spectra]
-    suggestions = (
-        _suggested(c, spectrum, found) for c, spectrum, found in zip(record.channels, spectra, lines, strict=True)
-    )
+    each = list(zip(record.channels, spectra, lines, strict=True))
+    suggestions = (_suggested(c, spectrum, found) for c, spectrum, found in each)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
     channels = [_channel(c, spectrum, found, travel, base, _orders(declared, suggested)) for c, spectrum, found in each]
