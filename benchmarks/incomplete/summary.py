@@ -21,7 +21,8 @@ def told(line: Mapping) -> str:
     errors = errors_of(line)
     worst = max(errors, key=lambda pair: abs(pair[1]), default=("none", math.nan))
     return (
-        f"{name:34} {line['wall_s']:5.1f} s, concluding {line['concluding_s']:4.1f} s  {grade_of(line):13} "
+        f"{name:34} {line['cpu_s']:5.1f} s CPU, {line['wall_s']:5.1f} s wall, of it {line['concluding_s']:4.1f} s "
+        f"after the search  {grade_of(line):13} "
         f"RMS z {rms(errors):7.2f}  gate {gate_of(line):6}  worst {worst[0]} {worst[1]:.1f} sigma"
     )
 
@@ -151,12 +152,12 @@ def _reference(lines: Sequence[Mapping]) -> list[str]:
 
 
 def _cost(lines: Sequence[Mapping]) -> str:
-    wall, concluding = ([line[key] for line in lines] for key in ("wall_s", "concluding_s"))
-    if not wall:
+    cpu, wall, concluding = ([line[key] for line in lines] for key in ("cpu_s", "wall_s", "concluding_s"))
+    if not cpu:
         return "no bench"
     return (
-        f"a fit takes {median(wall):.1f} s in the median, {max(wall):.1f} s at most, of it "
-        f"{median(concluding):.1f} s and {max(concluding):.1f} s after the search; all {sum(wall) / 60.0:.0f} min"
+        f"a fit takes {median(cpu):.1f} s of CPU in the median, {max(cpu):.1f} s at most, all {sum(cpu) / 60.0:.1f} "
+        f"min; of the wall time {sum(concluding) / sum(wall):.0%} comes after the search"
     )
 
 

@@ -192,7 +192,7 @@ def test_a_model_that_lacks_the_waveform_says_how_far_it_goes():
 
 
 @pytest.mark.slow
-def test_a_model_that_lacks_a_detent_says_how_far_it_goes():
+def test_a_model_that_lacks_a_detent_follows_at_a_raised_noise_level_and_says_so():
     """Truth: a third detent, of 7.2 deg, made the record; the model has the other two, free, and the gear."""
     third = deepcopy(dict(CATALOGUE))
     third["stepper"]["detent"].append({"period_deg": 7.2, "amplitude": 0.03, "phase_deg": 60.0})
@@ -201,9 +201,15 @@ def test_a_model_that_lacks_a_detent_says_how_far_it_goes():
     names = [n for n in TRUTH if n.startswith(("stepper.detent", "gear"))]
     start = displaced(truth(), dict.fromkeys(names, 1.1))
     fit = identify(campaign(start, record("full_23", torque, COMMANDS["full_23"])), workers=1)
-    assert fit.outcome is FitOutcome.HORIZON
-    assert fit.records["full_23"].horizon_s < 0.3
-    (said,) = (w for w in fit.warnings if w.startswith("record full_23: the model follows it for"))
+    own = fit.records["full_23"]
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert (own.noise_rests_on, own.horizon_s) == ("residual", pytest.approx(0.4, abs=1e-3))
+    assert own.noise_known == pytest.approx(NOISE_NM, rel=0.1)
+    assert NOISE_NM < own.noise_sigma < 0.1 * np.std(torque)
+    stiffness = fit.parameters["gear.stiffness"]
+    assert abs(stiffness.value - TRUTH["gear.stiffness"]) < 5.0 * stiffness.std_error
+    (said,) = (w for w in fit.warnings if w.startswith("record full_23: to follow it the noise level was raised"))
+    assert "at the level known beforehand the model follows it for 0.0" in said
     assert "the command runs at 23 steps/s there" in said
     assert "the misfit around" in said
 

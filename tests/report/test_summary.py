@@ -40,7 +40,7 @@ def data():
         "outcome": {"message": "It has converged."},
         "validation": validation,
         "channels": [],
-        "records": [{"name": n, "noise_sigma": 0.002} for n in ("full_46", "sweep")],
+        "records": [{"name": n, "noise_known": 0.002} for n in ("full_46", "sweep")],
         "parameters": [
             parameter("gear.stiffness", 913.0, 0.9),
             parameter("friction.static", 0.008, 0.0004),

@@ -12,13 +12,8 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.planned_record import DURATION_S, SAMPLE_RATE_HZ, planned_duration_s, planned_rate_hz
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
-from mechid.identification.output_error.target import (
-    Target,
-    TargetChannel,
-    latest_of,
-    noise_sigma,
-    time_offset_of,
-)
+from mechid.identification.output_error.noise_level import known_noise
+from mechid.identification.output_error.target import Target, TargetChannel, latest_of, time_offset_of
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
@@ -153,4 +148,4 @@ def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:
         data = read_record(record.file, record.spec)
     if data is None or record.leading != TORQUE:
         return None
-    return data.sample_rate_hz, data.duration_s, noise_sigma(replace(record, data=data), record.estimated[0])
+    return data.sample_rate_hz, data.duration_s, known_noise(replace(record, data=data), record.estimated[0]).sigma

@@ -26,6 +26,7 @@ from mechid.identification.result.grading import Evidence, graded
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
+from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -50,6 +51,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
+    louder = raised_warnings(campaign, problem.targets, state.before_raised)
     fit = Fit(
         mechanism=mechanism,
         parameters=parameters,
@@ -63,7 +65,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         },
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
+        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
         notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ())),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,

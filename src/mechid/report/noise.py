@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
+from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.digits import digits, plain, rounded
 
@@ -16,7 +17,9 @@ DIGITS = (3, 4, 5, 6)
 
 
 def against_noise(data: Data, row: Data) -> AgainstNoise:
-    """Return a validated channel's residual beside its record's noise floor.
+    """Return a validated channel's residual beside the noise that was known of it before the fit.
+
+    A level that rests on the residual itself says nothing of it.
 
     Parameters
     ----------
@@ -26,7 +29,7 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
         One of its ``validation``.
     """
     rows = [r for r in (*data["channels"], *data["records"]) if r["name"] == row["name"]]
-    noise = next((r["noise_sigma"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
+    noise = next((r["noise_known"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
     return AgainstNoise(
         residual_rms=_number(row["residual_rms"]),
         noise_sigma=_number(noise),
@@ -34,6 +37,13 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
         effective_samples=_number(row["effective_samples"]),
         floor_samples=row["samples"],
     )
+
+
+def raised_words(fit: Data) -> str:
+    """Return that a channel's noise level was raised in the fit, nothing where it was not."""
+    if fit["noise_rests_on"] != NoiseSource.RESIDUAL:
+        return ""
+    return f"The search raised the noise level to follow the record; it ended at {fit['text']['noise_sigma']}."
 
 
 def _number(value: float | None) -> float:

@@ -22,6 +22,7 @@ from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
 from mechid.identification.uncertainty.noise import released, without_outliers
+from mechid.identification.uncertainty.raised_noise import at_levels_of
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
@@ -83,7 +84,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     campaign = taken_campaign(campaign, taken)
     parameters: dict[str, Any] = estimate["parameters"]
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
-    problem, q, windows = _at(campaign, make_problem(campaign, workers), values)
+    problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
     problem, q = _as_moved(problem, q, parameters, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options

@@ -139,7 +139,8 @@ class ChannelFit:
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        The noise is that of the channel itself: declared, or from its high-frequency floor and resolution.
+        The noise is that of the channel itself: declared, or from quiet stretches, its high-frequency floor, its
+        resolution; where growth stalled at that level, the residual's RMS.
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     quantisation : float
@@ -159,6 +160,10 @@ class ChannelFit:
         Where the residual is largest beside what is allowed there, and how many times that it is.
     out_of_step_at_s : float or None
         Record time at which an angle has left the one modelled by two full steps; None where it has not.
+    noise_rests_on : str
+        A `NoiseSource`'s words; empty in files of versions before it was written.
+    noise_known : float or None
+        The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
     """
 
     unit: str
@@ -172,6 +177,8 @@ class ChannelFit:
     prefilter_order: int = 0
     rejected: int = 0
     rejected_runs: Runs = ()
+    noise_rests_on: str = ""
+    noise_known: float | None = None
     followed_percent: float = 100.0
     lost_at_s: float | None = None
     worst_at_s: float = 0.0
@@ -183,6 +190,11 @@ class ChannelFit:
         """Whether the model follows it to its end."""
         return self.lost_at_s is None and self.out_of_step_at_s is None
 
+    @property
+    def known(self) -> float:
+        """The noise as known before the fit."""
+        return self.noise_sigma if self.noise_known is None else self.noise_known
+
 
 @dataclass(frozen=True, kw_only=True)
 class RecordFit:
@@ -193,7 +205,7 @@ class RecordFit:
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        In the channel's SI unit. The noise is that of the record itself, from its high-frequency floor.
+        In the channel's SI unit. The noise is that of the record itself, as of `ChannelFit`.
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     samples : int
@@ -235,10 +247,20 @@ class RecordFit:
         own = self.channels.get(quantity)
         return own.residual_rms if own else self.residual_rms
 
-    def noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel, in its SI unit."""
+    @property
+    def noise_rests_on(self) -> str:
+        """What the noise of the leading channel rests on, empty where that is not known."""
+        return next((c.noise_rests_on for c in self.channels.values()), "")
+
+    @property
+    def noise_known(self) -> float:
+        """The noise of the leading channel as known before the fit."""
+        return next((c.known for c in self.channels.values()), self.noise_sigma)
+
+    def known_noise_of(self, quantity: str) -> float:
+        """Return the noise of a channel as known before the fit, in its SI unit."""
         own = self.channels.get(quantity)
-        return own.noise_sigma if own else self.noise_sigma
+        return own.known if own else self.noise_sigma
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -334,6 +356,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order, "rejected": r.rejected,
+        "noise_rests_on": r.noise_rests_on, "noise_known": r.noise_known,
         "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
     }  # fmt: skip
 

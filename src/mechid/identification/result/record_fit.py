@@ -14,7 +14,8 @@ from mechid.campaign import CampaignRecord, Match
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
+from mechid.identification.result.channel_noise import ChannelNoise, channel_noises
 from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.search.gates import chance_of, followed
 from mechid.signal.following import WINDOW_S, following, out_of_step
@@ -32,10 +33,10 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     window = windows.get(record.name, (0, target.samples))
-    floors = {match.quantity: noise_sigma(record, match) for match in record.matches}
-    channels = _channels(record, target, problem, q, window, floors)
+    noises = channel_noises(record, problem.targets)
+    channels = _channels(record, target, problem, q, window, noises)
     leading = channels[record.leading]
-    judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
+    judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed(problem, judged, q)
     return RecordFit(
         name=record.name,
@@ -55,7 +56,7 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
 
 def _channels(
     record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int],
-    floors: Mapping[str, float],
+    noises: Mapping[str, ChannelNoise],
 ) -> dict[str, ChannelFit]:  # fmt: skip
     """Return how each channel is predicted, those that are only compared behind those that are fitted."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
@@ -64,14 +65,14 @@ def _channels(
     full_steps = _full_steps(target, problem)
     return {
         (name := channel.quantity): _channel(
-            record.use, matches[name], floors[name], whole, channel, r, window, full_steps.get(name)
+            record.use, matches[name], noises[name], whole, channel, r, window, full_steps.get(name)
         )
         for channel, r in zip(whole.channels, misfit_series(problem.model, whole, q, window), strict=True)
     }
 
 
 def _channel(
-    use: str, match: Match, floor: float, target: Target, channel: TargetChannel, r: FloatArray,
+    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: FloatArray,
     window: tuple[int, int], full_step: float | None,
 ) -> ChannelFit:  # fmt: skip
     first, stop = window
@@ -79,12 +80,14 @@ def _channel(
     rms, line = _residual(channel, r, rejected)
     spread = _spread(channel.measured[first:stop], line, rejected)
     return ChannelFit(
-        **_followed(channel, r, line, target.base, window, floor, full_step),
+        **_followed(channel, r, line, target.base, window, noise.known.sigma, full_step),
         unit=SI_UNIT[channel.quantity],
         use=match.use if use == "estimate" else use,
         fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
         residual_rms=rms,
-        noise_sigma=floor,
+        noise_sigma=noise.found.sigma,
+        noise_rests_on=str(noise.found.rests_on),
+        noise_known=noise.known.sigma,
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         quantisation=channel.rounding * math.sqrt(12.0),
@@ -103,7 +106,7 @@ def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
 
 
 def _followed(
-    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], floor: float,
+    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], noise: float,
     full_step: float | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return how far a channel is followed, by the names that a ChannelFit has for it."""
@@ -114,7 +117,7 @@ def _followed(
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=Line(measured.line.offset + mean.offset, measured.line.slope))
     chance = chance_of(max(WINDOW_S * rate, 1.0))
-    found = following(measured, r, rate, noise=floor, chance=chance)
+    found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
 
     def instant(sample: int) -> float:
