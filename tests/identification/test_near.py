@@ -15,7 +15,7 @@ def test_it_ends_where_the_search_ends():
     start = displaced(truth(), dict.fromkeys(FREE, 1.3))
     records = bench(start, truth(), "full_46", "micro_46", seed=9, seconds=0.3)
     searched, near = identify(records), identify(records, near=NEAR)
-    assert [s.name for s in near.stages] == ["joint fit", "noise released"]
+    assert [s.name for s in near.stages] == ["joint fit", "noise re-estimated"]
     assert near.outcome is FitOutcome.CONVERGED
     for name in FREE:
         p = searched.parameters[name]

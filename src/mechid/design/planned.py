@@ -115,7 +115,7 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
 def _not_there(campaign: Campaign) -> tuple[str, ...]:
     """Name the records whose file is not there."""
     absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not Path(r.file).is_file()]
-    return tuple(f'record "{r.name}": {r.spec.path} is not there: taken as planned' for r in absent)
+    return tuple(f'record "{r.name}": {r.spec.path} is not there: it counts as planned' for r in absent)
 
 
 def _planned(

@@ -75,6 +75,7 @@ def _record_row(
         *([] if plainly else [("channel", texts["quantity"]), ("unit", texts["unit"])]),
         ("samples", str(row["samples"])),
         ("fit, %", texts["fit_percent"]),
+        ("followed, %", fit["text"]["followed_percent"]),
         (f"residual{unit}", texts["residual_rms"]),
         (f"noise{unit}", fit["text"]["noise_known"]),
         ("residual / noise", f"{ratio:.2f}" if math.isfinite(ratio) else "-"),
@@ -84,7 +85,7 @@ def _record_row(
         (f"drift{rate}", fit["text"]["drift"]),
     ]
     use = use_word(row["use"], left_out=row["left_out"])
-    words = " ".join(filter(None, (level_words(residual), raised_words(fit))))
+    words = " ".join(filter(None, (level_words(residual, complete=data["grade"] == "A"), raised_words(fit))))
     own = {"noise_ratio": ratio, "words": words, "cells": cells}
     return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 

@@ -127,7 +127,7 @@ def design_markdown(data: Row) -> str:
     parts = ["# Design of the next test", f"**{headline(data)}**", "## Standard errors"]
     for title, columns, rows in (
         ("", _columns(data), _parameter_rows(data)),
-        ("## Records, those that tell most first", RECORDS, _record_rows(data)),
+        ("## Records, the most informative first", RECORDS, _record_rows(data)),
         ("## Step loss", LOSSES, _loss_rows(data)),
     ):
         parts += [title] if title else []

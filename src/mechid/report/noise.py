@@ -50,21 +50,23 @@ def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def level_words(residual: AgainstNoise) -> str:
-    """Return the judgement on a residual as a sentence.
+def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
+    """Return how a residual stands to the noise as a sentence; of a model that is complete, that it explains all.
 
     Examples
     --------
     >>> record = {"noise_sigma": 1.0, "samples": 10_001, "floor_samples": 10_001}
-    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record))
+    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record), complete=True)
     'Explained down to the noise.'
+    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record))
+    'No larger than the noise.'
     >>> level_words(AgainstNoise(residual_rms=1.16, effective_samples=9950.0, **record))
     '1.16 times the noise floor, where chance explains up to 1.07 with 9950 effective samples.'
     """
     if residual.level is NoiseLevel.LOST:
         return "The simulation does not come to its end."
     if residual.level is NoiseLevel.NOISE:
-        return "Explained down to the noise."
+        return "Explained down to the noise." if complete else "No larger than the noise."
     return f"{above_words(residual)}."
 
 

@@ -51,7 +51,8 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
         if after >= FURTHER * before or (grown.complete and not growth.complete):
             line = (
                 f"all records: {100.0 * after:.3g} % of their samples are followed with {words} "
-                f"({100.0 * before:.3g} % as declared); it is not taken by itself: identify again with it"
+                f"({100.0 * before:.3g} % as declared); mechid does not change all records by itself: identify again "
+                "with it"
             )
             found.append(CommonReading(line, grown.complete))
     return found

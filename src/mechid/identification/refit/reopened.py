@@ -16,7 +16,7 @@ from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
@@ -27,8 +27,6 @@ from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
 MOVED = (Status.FREE, Status.AT_BOUND)
-ENOUGH = (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE, FitOutcome.CLIFF)
-"""Outcomes with an optimum to look around from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,9 +120,9 @@ def _as_moved(
 
 def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     """Refuse a fit of other files, and one without an optimum."""
-    code = estimate["outcome"]["code"]
-    if code not in {outcome.code for outcome in ENOUGH}:
-        raise FitError(f"the fit has no optimum to look around from ({code}); identify until it converges")
+    if not Grade(estimate["grade"]).good:
+        said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
+        raise FitError(" ".join(["the fit has no optimum to look around from:", GRADE_WORDS[estimate["grade"]], *said]))
     found = estimate["provenance"]["inputs_sha256"]
     other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
     if other:

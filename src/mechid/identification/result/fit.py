@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
+from mechid.identification.result.grade import Grade, Reason
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
@@ -21,17 +22,21 @@ FORMAT = "mechid-estimate/1"
 
 
 class FitOutcome(Enum):
-    """How a fit ended; the value is the sentence its reader sees."""
+    """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""
 
-    CONVERGED = "All records are followed to their ends and the joint fit has converged."
+    CONVERGED = "The joint fit of all records has converged."
     STAGES_DONE = "The stages of the campaign file have been worked through."
+    EVENT_MISSED = (
+        "The joint fit has converged, but for a moment it leaves a record by more than its residual elsewhere: "
+        "a stick/slip falls the other way there."
+    )
     HORIZON = (
-        "The model does not follow all records to their ends from any start found; the values are those "
-        "of the part that it follows."
+        "No start was found from which the model follows all records to their ends; the values come from the parts "
+        "that it follows."
     )
     CLIFF = (
-        "The joint fit stopped at a cliff: a stick/slip hangs by a thread, the cost should still fall but does not; "
-        "the values may be off by more than their errors."
+        "The joint fit stopped at a stick/slip threshold: beyond it a stick/slip falls the other way, and the cost "
+        "rises where it should still fall."
     )
     NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
     FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
@@ -39,8 +44,18 @@ class FitOutcome(Enum):
 
     @property
     def good(self) -> bool:
-        """Whether the values may be used."""
+        """Whether the search came to its end."""
         return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
+
+    @property
+    def stopped_short(self) -> bool:
+        """Whether the derivatives may still promise a step, which counts in the errors."""
+        return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+
+    @property
+    def has_optimum(self) -> bool:
+        """Whether all that was to be fitted was, up to an optimum or near it."""
+        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
 
     @property
     def code(self) -> str:
@@ -141,6 +156,14 @@ class ChannelFit:
         A `NoiseSource`'s words; empty in files of versions before it was written.
     noise_known : float or None
         The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
+    followed_percent : float
+        Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`).
+    lost_at_s : float or None
+        Record time at which the first window begins that it does not follow; None where it follows all.
+    worst_at_s, worst : float
+        Where the residual is largest beside what is allowed there, and how many times that it is.
+    out_of_step_at_s : float or None
+        Record time at which an angle has left the one modelled by two full steps; None where it has not.
     """
 
     unit: str
@@ -156,11 +179,21 @@ class ChannelFit:
     rejected_runs: Runs = ()
     noise_rests_on: str = ""
     noise_known: float | None = None
+    followed_percent: float = 100.0
+    lost_at_s: float | None = None
+    worst_at_s: float = 0.0
+    worst: float = 0.0
+    out_of_step_at_s: float | None = None
 
     @property
     def known(self) -> float:
         """The noise as known before the fit."""
         return self.noise_sigma if self.noise_known is None else self.noise_known
+
+    @property
+    def followed(self) -> bool:
+        """Whether the model follows it to its end."""
+        return self.lost_at_s is None and self.out_of_step_at_s is None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,7 +211,8 @@ class RecordFit:
     samples : int
         Samples used.
     horizon_s : float
-        How far the model follows the record, s from its first sample.
+        How far the residual stays within what the noise explains, s from the first sample; where a model lacks
+        something that is not far, and yet the record may be followed.
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
@@ -202,6 +236,11 @@ class RecordFit:
     rejected: int = 0
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Taken = DECLARED
+
+    @property
+    def followed_percent(self) -> float:
+        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
+        return min((c.followed_percent for c in self.channels.values()), default=100.0)
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
@@ -261,6 +300,10 @@ class Fit:
         Versions, digests of the inputs, seed, wall time.
     consistency : Consistency or None
         Whether parts of the records contradict one another; None where it was not tested.
+    grade : Grade
+        What the fit is worth.
+    reasons : tuple of Reason
+        Why it has no better grade.
     """
 
     mechanism: Mechanism
@@ -275,11 +318,15 @@ class Fit:
     notes: tuple[str, ...]
     provenance: Mapping[str, object]
     consistency: Consistency | None = None
+    grade: Grade = Grade.FAILED
+    reasons: tuple[Reason, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
         return {
             "format": FORMAT,
+            "grade": str(self.grade),
+            "grade_reasons": [reason.to_dict() for reason in self.reasons],
             "outcome": {"code": self.outcome.code, "message": self.outcome.value},
             "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
