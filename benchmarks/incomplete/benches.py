@@ -1,0 +1,145 @@
+"""Benches written as files: records of a mechanism with one effect, and a mechanism file that lacks it.
+
+    bench = make_bench("gear_hysteresis", 3, folder)       # mechanism.toml, campaign.toml, records, truth.json
+    true = true_record("gear_hysteresis", 3, {"stepping": "full", "rate": 37.0, "start_angle_deg": 45.0}, 2.0)
+
+Both draw the same mechanism and the same size of the effect from its name and the seed. `with_effect=False` gives the
+same mechanism, noise, offsets and drifts without the effect.
+"""
+
+import json
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from incomplete.effects import EFFECTS, Size
+from incomplete.recording import RATE_HZ, Run, TrueRecord, recorded, runs_of
+from mechid.campaign.campaign_file import FILE_NAME
+from mechid.campaign.mechanism_text import write_mechanism
+from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
+from mechid.parameter import Parameter
+from mechid.plant.mechanism import Mechanism
+from mechid.writing import write_whole
+from recovery.mechanisms import FAMILIES
+from recovery.mechanisms import drawn as family_values
+
+START_SHARE, START_DEG = 0.01, 1.0
+"""How far from the truth the mechanism file starts, at most: a share of the value, of an angle."""
+HEADER = "SYNTHETIC bench: its records have an effect that this file lacks; which, and the truth, is in truth.json."
+
+
+@dataclass(frozen=True)
+class Bench:
+    """A bench on disk.
+
+    Attributes
+    ----------
+    folder : Path
+        With mechanism.toml, campaign.toml, one CSV a record, truth.json.
+    truth : mapping of str to float
+        The 15 free parameters by dotted name, in the file's units.
+    size : mapping of str to float
+        Of the effect, in SI units; empty where it is left away.
+    runs : mapping of str to Run
+        The records by name.
+    """
+
+    folder: Path
+    effect: str
+    seed: int
+    truth: Mapping[str, float]
+    size: Size
+    runs: Mapping[str, Run]
+
+
+def make_bench(effect: str, seed: int, folder: Path, *, with_effect: bool = True) -> Bench:
+    """Write the bench of an effect and a seed into a folder; truth.json comes last, so that it tells a whole bench.
+
+    Equal effect and seed give equal files. The mechanism is drawn from family 1 of the recovery benchmark, the start
+    within 1 % (angles 1 deg) of the truth, the bounds are the catalogue's.
+    """
+    mechanism, size = drawn(effect, seed)
+    size = size if with_effect else {}
+    folder.mkdir(parents=True, exist_ok=True)
+    runs = runs_of(mechanism)
+    write_mechanism(_start(mechanism, effect, seed), folder / MECHANISM_NAME, HEADER)
+    drafts = [RecordDraft(name=name, file=f"{name}.csv", command=_toml(one.command)) for name, one in runs.items()]
+    write_whole(folder / FILE_NAME, campaign_text(drafts, HEADER))
+    generators = np.random.default_rng((_number(effect), seed, 2)).spawn(len(runs))
+    for (name, one), rng in zip(runs.items(), generators, strict=True):
+        record = recorded(mechanism, size, one, rng)
+        np.savetxt(folder / f"{name}.csv", np.stack([record.time_s, record.torque_Nm], axis=1), fmt="%.10g",
+                   delimiter=",", header="time_s,torque_Nm", comments="")  # fmt: skip
+    truth = {p.name: p.value for p in mechanism.free}
+    told = {"synthetic": True, "effect": effect, "seed": seed, "size": dict(size), "parameters": truth,
+            "in_library": EFFECTS[effect].in_library}  # fmt: skip
+    write_whole(folder / "truth.json", json.dumps(told, indent=1) + "\n")
+    return Bench(folder, effect, seed, truth, size, runs)
+
+
+def true_record(
+    effect: str,
+    seed: int,
+    command: Mapping[str, Any],
+    seconds: float,
+    *,
+    with_effect: bool = True,
+    as_recorded: bool = False,
+    sample_rate_hz: float = RATE_HZ,
+) -> TrueRecord:
+    """Return the torque of a bench's mechanism under any command, without noise, offset and drift.
+
+    Parameters
+    ----------
+    effect, seed
+        As of `make_bench`.
+    command : mapping
+        As a campaign file writes it: ``stepping`` "full", "half" or "micro" with ``microsteps``, ``rate`` or
+        ``rate_profile`` (positive, rising), ``start_angle_deg``.
+    seconds : float
+        Its length.
+    with_effect : bool
+        False leaves the effect away.
+    as_recorded : bool
+        True adds what is of the rig and its instruments and not of the mechanism (`Effect.in_mechanism` is False:
+        filters, hum, clock, resolution, cross-axis mode); supply voltages that differ between records stay at the
+        mean. False is what the mechanism itself exerts.
+    sample_rate_hz : float
+    """
+    mechanism, size = drawn(effect, seed)
+    if not with_effect or not (as_recorded or EFFECTS[effect].in_mechanism):
+        size = {}
+    size = {key: value for key, value in size.items() if key != "supply"}
+    return recorded(mechanism, size, Run(command, seconds), None, sample_rate_hz)
+
+
+def drawn(effect: str, seed: int) -> tuple[Mechanism, Size]:
+    """Return the true mechanism of a bench, effect left away, and the effect's size."""
+    mechanism = FAMILIES[1].catalogue().with_values(family_values(np.random.default_rng((_number(effect), seed, 0))))
+    return mechanism, dict(EFFECTS[effect].draw(np.random.default_rng((_number(effect), seed, 1))))
+
+
+def _number(effect: str) -> int:
+    """Return the number of an effect's random streams, the same wherever it stands in the table."""
+    return zlib.crc32(effect.encode())
+
+
+def _start(mechanism: Mechanism, effect: str, seed: int) -> Mechanism:
+    """Return the mechanism with its free parameters a little off, inside their bounds."""
+    rng = np.random.default_rng((_number(effect), seed, 3))
+    return mechanism.with_values({p.name: _near(p, rng.uniform(-1.0, 1.0)) for p in mechanism.free})
+
+
+def _near(p: Parameter, off: float) -> float:
+    if p.is_periodic:
+        return (p.value + START_DEG * off + 180.0) % 360.0 - 180.0
+    return min(max(p.value * (1.0 + START_SHARE * off), p.min), p.max)
+
+
+def _toml(command: Mapping[str, Any]) -> str:
+    """Return a command as a campaign file writes it; JSON writes texts, numbers and lists alike."""
+    return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in command.items()) + " }"

@@ -1,0 +1,100 @@
+"""The records of a bench: test runs, what the mechanism does in them, and what the instruments make of it."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from incomplete.effects import Size
+from incomplete.plant import STEP_S, Values, run
+from incomplete.stepping import edges
+from mechid.plant.mechanism import Mechanism
+from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ
+
+
+@dataclass(frozen=True)
+class Run:
+    """One test run: its command as a campaign file writes it, and how long it takes."""
+
+    command: Mapping[str, Any]
+    seconds: float
+
+
+@dataclass(frozen=True)
+class TrueRecord:
+    """Time in s and torque in N m, both (samples,), without noise, offset and drift."""
+
+    time_s: np.ndarray
+    torque_Nm: np.ndarray
+
+
+def runs_of(mechanism: Mechanism) -> dict[str, Run]:
+    """Return the test runs: full steps and microsteps about the resonance, full steps at 5 a second, a sweep of 8 s."""
+    resonance_hz = math.sqrt(mechanism.value("gear.stiffness") / mechanism.value("load.inertia")) / (2.0 * math.pi)
+    rate = round(0.98 * resonance_hz, 1)
+    micro: dict[str, Any] = {"stepping": "micro", "microsteps": 16}
+    return {
+        "full_res": Run(_full(rate), 1.0),
+        "full_half": Run(_full(0.5 * rate), 1.0),
+        "full_slow": Run(_full(5.0), 1.0),
+        "half_res": Run({**_full(0.7 * rate), "stepping": "half"}, 1.0),
+        "micro_res": Run({**micro, "rate": rate}, 1.0),
+        "sweep": Run({**micro, "rate_profile": [[0.0, 0.0], [8.0, 2.4 * rate]]}, 8.0),
+    }
+
+
+def _full(rate: float) -> dict[str, Any]:
+    return {"stepping": "full", "rate": rate, "start_angle_deg": 45.0}
+
+
+def recorded(
+    mechanism: Mechanism, size: Size, one: Run, rng: np.random.Generator | None, sample_rate_hz: float = RATE_HZ
+) -> TrueRecord:
+    """Return what the recorder writes of a run.
+
+    Offset, drift, noise, phase of the hum and the supply of this run are drawn by `rng`; where it is None there are
+    none of the first three, the phase is 0 and the supply is the mean one.
+    """
+    draws = rng.standard_normal(4) if rng else np.zeros(4)
+    stretch = 1.0 + 1e-6 * size.get("clock_ppm", 0.0)
+    values = values_of(mechanism, size, supply=1.0 + size.get("supply", 0.0) * draws[0])
+    samples = round(one.seconds * sample_rate_hz) + 1
+    times, voltages = edges(one.command, 1.01 * one.seconds)
+    angle = math.radians(one.command.get("start_angle_deg", 0.0))
+    torque = run(values, times, voltages, angle, 1.0 / (sample_rate_hz * stretch), samples, STEP_S)
+    time = np.arange(samples) / sample_rate_hz
+    torque += OFFSET_NM * draws[1] + DRIFT_NM * draws[2] * np.linspace(0.0, 1.0, samples)
+    if "mains_hz" in size:
+        torque += _hum(size, time, draws[3])
+    if rng:
+        torque += NOISE_NM * rng.standard_normal(samples)
+    if "resolution" in size:
+        torque = size["resolution"] * np.round(torque / size["resolution"])
+    return TrueRecord(time, torque)
+
+
+def _hum(size: Size, time: np.ndarray, phase: float) -> np.ndarray:
+    turns = 2.0 * math.pi * (size["mains_hz"] * time + phase)
+    return sum(size[f"mains_{k}"] * np.sin(k * turns) for k in (1, 2, 3))
+
+
+def values_of(mechanism: Mechanism, size: Size, *, supply: float = 1.0) -> Values:
+    """Return the simulator's values of a mechanism with an effect, its supply voltage a share of the nominal one."""
+    value = mechanism.value
+    detents = {}
+    for k in (0, 1):
+        detent = f"stepper.detent.{k}"
+        detents[f"detent_order_{k + 1}"] = 360.0 / value(f"{detent}.period_deg")
+        detents[f"detent_{k + 1}"] = value(f"{detent}.amplitude")
+        detents[f"detent_phase_{k + 1}"] = math.radians(value(f"{detent}.phase_deg"))
+    own = {key: float(number) for key, number in size.items() if key in Values._fields}
+    return Values(
+        U=supply * value("stepper.peak_voltage"), half_poles=0.5 * value("stepper.poles"),
+        J_rot=value("stepper.rotor_inertia"), R=value("stepper.coil_resistance"), L=value("stepper.coil_inductance"),
+        k_m=value("stepper.torque_constant"), static=value("friction.static"), coulomb=value("friction.coulomb"),
+        viscous=value("friction.viscous"), G=float(value("gear.ratio")), K_s=value("gear.stiffness"),
+        D=value("gear.damping"), J_m=value("load.inertia"), K_res=value("housing.gain"),
+        w_0=value("housing.frequency"), zeta=value("housing.damping"), **detents, **own,
+    )  # fmt: skip
