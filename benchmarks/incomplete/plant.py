@@ -11,11 +11,14 @@ from numba import njit
 STEP_S = 2.5e-5
 """Longest integration step."""
 BISECTIONS = 48
+"""Halvings of a step about a switch: to a few ulp."""
 MOST_SWITCHES = 200
-"""Of stick and slip within one step; beyond it the last mode stands to the step's end."""
+"""Between stick and slip within one step, at most; what is left of the step after them is left out."""
 I_A, I_B, ALPHA, OMEGA, ALPHA_GEAR, OMEGA_GEAR, Z, Z_RATE, HYSTERESIS, CROSS, CROSS_RATE, AMPLIFIER, ALIAS = range(13)
 STATES = 17
 """Those above and, from ALIAS on, two second-order sections of the anti-alias filter."""
+FREE = 2
+"""Mode of an output without friction; the others are 0 at rest, and the direction of sliding."""
 
 
 class Values(NamedTuple):
@@ -154,32 +157,40 @@ def _pull(v, s):
 
 
 @njit(cache=True)
-def _rates(v, t, s, u_A, u_B, mode, mode_output, ds):
-    """Write the states' rates, and return what the transducer sees, before its filters."""
-    x = v.half_poles * s[ALPHA]
-    warm = 1.0 + v.warming * (1.0 - np.exp(-t / v.warming_s))
-    ripple = v.chopper * np.sin(2.0 * np.pi * v.chopper_hz * t)
+def _coils(v, t, s, held, ds):
+    """Write the rates of the currents; `held` are both normalised voltages."""
+    resistance = v.R * (1.0 + v.warming * (1.0 - np.exp(-t / v.warming_s)))
+    peak = v.U + v.chopper * np.sin(2.0 * np.pi * v.chopper_hz * t)
     for phase in range(2):
         side = 1.0 - 2.0 * phase
-        u = v.U * (u_A if phase == 0 else u_B)
-        u += (v.offset_A if phase == 0 else v.offset_B) + ripple * (u_A if phase == 0 else u_B)
-        i = s[phase]
-        angle = x + 0.5 * np.pi * phase
-        mean = v.L * (1.0 + side * v.r_L)
-        inductance = mean * (1.0 + v.inductance_share * np.cos(2.0 * angle)) if v.inductance_share != 0.0 else mean
-        motion = _constant(v, side, i) * _shape(v, angle)
+        i, x = s[phase], v.half_poles * s[ALPHA] + 0.5 * np.pi * phase
+        u = peak * held[phase] + (v.offset_A if phase == 0 else v.offset_B)
+        inductance = v.L * (1.0 + side * v.r_L)
+        per_speed = _constant(v, side, i) * _shape(v, x)
         if v.inductance_share != 0.0:
-            motion += i * v.half_poles * _inductance_slope(v, mean, angle)
-        ds[phase] = (u - v.R * (1.0 + side * v.r_R) * warm * i - motion * s[OMEGA]) / inductance
+            per_speed += i * v.half_poles * _inductance_slope(v, inductance, x)
+            inductance *= 1.0 + v.inductance_share * np.cos(2.0 * x)
+        ds[phase] = (u - resistance * (1.0 + side * v.r_R) * i - per_speed * s[OMEGA]) / inductance
+
+
+@njit(cache=True)
+def _friction(v, s, rotor):
+    """Return dry friction at the rotor while it slides."""
+    level = v.coulomb
+    if v.stribeck_rate > 0.0:
+        level += (v.static - v.coulomb) * np.exp(-((s[OMEGA] / v.stribeck_rate) ** 2))
+    return level * _uneven(v, s) + v.load_share * abs(rotor)
+
+
+@njit(cache=True)
+def _rates(v, t, s, held, modes, ds):
+    """Write the states' rates, and return what is recorded."""
+    _coils(v, t, s, held, ds)
     output, rotor, twist_rate = _gear(v, s)
     resulting = 0.0
-    if mode != 0:
-        level = v.coulomb
-        if v.stribeck_rate > 0.0:
-            level += (v.static - v.coulomb) * np.exp(-((s[OMEGA] / v.stribeck_rate) ** 2))
-        friction = mode * (level * _uneven(v, s) + v.load_share * abs(rotor)) + v.viscous * s[OMEGA]
-        resulting = _motor(v, s) - friction - rotor
-    applied = 0.0 if mode_output == 0 else output - mode_output * v.output_coulomb
+    if modes[0] != 0:
+        resulting = _motor(v, s) - modes[0] * _friction(v, s, rotor) - v.viscous * s[OMEGA] - rotor
+    applied = 0.0 if modes[1] == 0 else output - modes[1] * v.output_coulomb
     ds[ALPHA] = s[OMEGA]
     ds[OMEGA] = resulting / v.J_rot
     ds[ALPHA_GEAR] = s[OMEGA_GEAR]
@@ -190,130 +201,161 @@ def _rates(v, t, s, u_A, u_B, mode, mode_output, ds):
     total = v.cross_gain * (resulting + applied)
     ds[CROSS] = s[CROSS_RATE]
     ds[CROSS_RATE] = v.cross_w**2 * (total - s[CROSS]) - 2.0 * v.cross_zeta * v.cross_w * s[CROSS_RATE]
-    seen = -(s[Z] + applied) - s[CROSS]
-    recorded = seen
+    return _instruments(v, s, -(s[Z] + applied) - s[CROSS], ds)
+
+
+@njit(cache=True)
+def _instruments(v, s, seen, ds):
+    """Write the rates of charge amplifier and anti-alias filter, and return what they make of the torque."""
     ds[AMPLIFIER] = 0.0
     if v.amplifier_s > 0.0:
         ds[AMPLIFIER] = (seen - s[AMPLIFIER]) / v.amplifier_s
-        recorded = seen - s[AMPLIFIER]
+        seen -= s[AMPLIFIER]
     order = int(v.alias_order)
     for k in range(order // 2):
         damping = np.sin(np.pi * (2 * k + 1) / (2 * order))
         first = ALIAS + 2 * k
         ds[first] = s[first + 1]
-        ds[first + 1] = v.alias_w**2 * (recorded - s[first]) - 2.0 * damping * v.alias_w * s[first + 1]
-        recorded = s[first]
-    return recorded
+        ds[first + 1] = v.alias_w**2 * (seen - s[first]) - 2.0 * damping * v.alias_w * s[first + 1]
+        seen = s[first]
+    return seen
 
 
 @njit(cache=True)
-def _step(v, t, s, h, u_A, u_B, mode, mode_output, out, work):
+def _step(v, t, s, h, held, modes, out, work):
     """Write into `out` the state one Runge-Kutta step of fourth order later."""
-    k_1, k_2, k_3, k_4, inner = work
-    _rates(v, t, s, u_A, u_B, mode, mode_output, k_1)
-    inner[:] = s + 0.5 * h * k_1
-    _rates(v, t + 0.5 * h, inner, u_A, u_B, mode, mode_output, k_2)
-    inner[:] = s + 0.5 * h * k_2
-    _rates(v, t + 0.5 * h, inner, u_A, u_B, mode, mode_output, k_3)
-    inner[:] = s + h * k_3
-    _rates(v, t + h, inner, u_A, u_B, mode, mode_output, k_4)
-    out[:] = s + h / 6.0 * (k_1 + 2.0 * k_2 + 2.0 * k_3 + k_4)
+    slope, inner = work
+    out[:] = s
+    inner[:] = s
+    for stage in range(4):
+        node = 0.5 * h * ((stage + 1) // 2)
+        _rates(v, t + node, inner, held, modes, slope)
+        weight = h / 6.0 if stage in (0, 3) else h / 3.0
+        ahead = h if stage == 2 else 0.5 * h
+        for n in range(STATES):
+            out[n] += weight * slope[n]
+            inner[n] = s[n] + ahead * slope[n]
 
 
 @njit(cache=True)
-def _ended(v, s, mode, mode_output):
+def _ended(v, s, modes):
     """Tell of rotor and output whether their mode has ended: released, or come to rest."""
     pull, held, pull_output, held_output = _pull(v, s)
-    rotor = abs(pull) > held if mode == 0 else mode * s[OMEGA] < 0.0
+    rotor = abs(pull) > held if modes[0] == 0 else modes[0] * s[OMEGA] < 0.0
     output = False
     if held_output > 0.0:
-        output = abs(pull_output) > held_output if mode_output == 0 else mode_output * s[OMEGA_GEAR] < 0.0
+        output = abs(pull_output) > held_output if modes[1] == 0 else modes[1] * s[OMEGA_GEAR] < 0.0
     return rotor, output
 
 
 @njit(cache=True)
-def _advance(v, t, s, h, u_A, u_B, modes, after, work):
-    """Carry the state over a step, each switch between stick and slip met where it happens."""
-    for _ in range(MOST_SWITCHES):
-        _step(v, t, s, h, u_A, u_B, modes[0], modes[1], after, work)
-        rotor, output = _ended(v, after, modes[0], modes[1])
-        if not (rotor or output):
-            break
-        low, high = 0.0, h
-        for _ in range(BISECTIONS):
-            middle = 0.5 * (low + high)
-            _step(v, t, s, middle, u_A, u_B, modes[0], modes[1], after, work)
-            rotor, output = _ended(v, after, modes[0], modes[1])
-            if rotor or output:
-                high = middle
-            else:
-                low = middle
-        _step(v, t, s, high, u_A, u_B, modes[0], modes[1], after, work)
-        rotor, output = _ended(v, after, modes[0], modes[1])
-        s[:] = after
-        if rotor and modes[0] != 0:
-            s[OMEGA] = 0.0
-        if output and modes[1] != 0:
-            s[OMEGA_GEAR] = 0.0
-        pull, held, pull_output, held_output = _pull(v, s)
-        if rotor:
-            modes[0] = 0 if abs(pull) <= held else int(np.sign(pull))
-        if output:
-            modes[1] = 0 if abs(pull_output) <= held_output else int(np.sign(pull_output))
-        t += high
-        h -= high
-        if h <= 0.0:
-            return
-    s[:] = after
+def _mode(pull, held):
+    """Return how a body at rest goes on: held, or released in the direction of the pull."""
+    return 0 if abs(pull) <= held else int(np.sign(pull))
 
 
 @njit(cache=True)
-def _begin(v, start_angle, u_A, u_B, s, modes):
+def _switched(v, s, rotor, output, modes):
+    """Stop what has come to rest, and write how what has ended a mode goes on."""
+    if rotor and modes[0] != 0:
+        s[OMEGA] = 0.0
+    if output and modes[1] != 0:
+        s[OMEGA_GEAR] = 0.0
+    pull, held, pull_output, held_output = _pull(v, s)
+    if rotor:
+        modes[0] = _mode(pull, held)
+    if output:
+        modes[1] = _mode(pull_output, held_output)
+
+
+@njit(cache=True)
+def _until_switch(v, t, s, h, held, modes, after, work):
+    """Write the state after a step, or after the part of it up to the first switch; return the part and who switches.
+
+    The first trial is the whole step, then it is halved about the switch, and the last is just past it.
+    """
+    low, high, part = 0.0, h, h
+    rotor, output = False, False
+    for trial in range(BISECTIONS + 2):
+        _step(v, t, s, part, held, modes, after, work)
+        rotor, output = _ended(v, after, modes)
+        if rotor or output:
+            high = part
+        elif trial == 0:
+            break
+        else:
+            low = part
+        part = 0.5 * (low + high) if trial < BISECTIONS else high
+    return part, rotor, output
+
+
+@njit(cache=True)
+def _advance(v, t, s, h, held, modes, after, work):
+    """Carry the state over a step, with all switches between stick and slip in it."""
+    for _ in range(MOST_SWITCHES):
+        part, rotor, output = _until_switch(v, t, s, h, held, modes, after, work)
+        s[:] = after
+        if not (rotor or output):
+            break
+        _switched(v, s, rotor, output, modes)
+        t += part
+        h -= part
+        if h <= 0.0:
+            break
+
+
+@njit(cache=True)
+def _begin(v, start_angle, voltages, s, modes):
     """Write the state at rest: currents settled, rotor at the commanded angle, gear unwound."""
-    s[I_A] = (v.U * u_A + v.offset_A) / (v.R * (1.0 + v.r_R))
-    s[I_B] = (v.U * u_B + v.offset_B) / (v.R * (1.0 - v.r_R))
+    s[I_A] = (v.U * voltages[0] + v.offset_A) / (v.R * (1.0 + v.r_R))
+    s[I_B] = (v.U * voltages[1] + v.offset_B) / (v.R * (1.0 - v.r_R))
     s[ALPHA] = start_angle / v.half_poles
     s[ALPHA_GEAR] = s[ALPHA] / v.G + v.kinematic * np.sin(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
     pull, held, pull_output, held_output = _pull(v, s)
-    modes[0] = 0 if abs(pull) <= held else int(np.sign(pull))
-    modes[1] = 2
-    if held_output > 0.0:
-        modes[1] = 0 if abs(pull_output) <= held_output else int(np.sign(pull_output))
+    modes[0] = _mode(pull, held)
+    modes[1] = _mode(pull_output, held_output) if held_output > 0.0 else FREE
 
 
-@njit(cache=True)
-def run(v, edges, voltages, start_angle, interval, samples, longest):
+def run(
+    values: Values, edges: np.ndarray, voltages: np.ndarray, start_angle: float, interval: float, samples: int
+) -> np.ndarray:
     """Return the recorded torque, (samples,) N m, one sample every `interval` s from 0.
 
     Parameters
     ----------
-    v : Values
+    values : Values
     edges, voltages : (E,) s and (E + 1, 2)
         As `stepping.edges` returns them.
     start_angle : float
         Electrical angle in rad at which the coils hold the rotor at the start.
-    interval, longest : float
-        Of the samples, and the longest integration step, s.
+    interval : float
+        Of the samples, s.
     samples : int
     """
-    s, after, work = np.zeros(STATES), np.zeros(STATES), np.zeros((5, STATES))
+    record = np.array([tuple(values)], dtype=[(name, np.float64) for name in Values._fields])[0]
+    return _run(record, edges, voltages, start_angle, interval, samples)
+
+
+@njit(cache=True)
+def _run(v, edges, voltages, start_angle, interval, samples):
+    s, after, work = np.zeros(STATES), np.zeros(STATES), np.zeros((2, STATES))
     modes = np.zeros(2, np.int64)
     out = np.empty(samples)
-    _begin(v, start_angle, voltages[0, 0], voltages[0, 1], s, modes)
+    _begin(v, start_angle, voltages[0], s, modes)
     t, edge = 0.0, 0
     for k in range(samples):
         due = k * interval
         while t < due:
             held = voltages[edge]
             end = min(due, edges[edge]) if edge < edges.size else due
-            parts = int(np.ceil((end - t) / longest - 1e-9))
+            parts = int(np.ceil((end - t) / STEP_S - 1e-9))
             for part in range(parts):
                 h = (end - t) / (parts - part)
-                _advance(v, t, s, h, held[0], held[1], modes, after, work)
+                _advance(v, t, s, h, held, modes, after, work)
                 t += h
             t = end
             if edge < edges.size and end == edges[edge]:
                 edge += 1
         held = voltages[edge]
-        out[k] = _rates(v, t, s, held[0], held[1], modes[0], modes[1], work[0])
+        out[k] = _rates(v, t, s, held, modes, work[0])
     return out

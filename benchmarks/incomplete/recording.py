@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from incomplete.effects import Size
-from incomplete.plant import STEP_S, Values, run
+from incomplete.plant import Values, run
 from incomplete.stepping import edges
 from mechid.plant.mechanism import Mechanism
 from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ
@@ -63,7 +63,7 @@ def recorded(
     samples = round(one.seconds * sample_rate_hz) + 1
     times, voltages = edges(one.command, 1.01 * one.seconds)
     angle = math.radians(one.command.get("start_angle_deg", 0.0))
-    torque = run(values, times, voltages, angle, 1.0 / (sample_rate_hz * stretch), samples, STEP_S)
+    torque = run(values, times, voltages, angle, 1.0 / (sample_rate_hz * stretch), samples)
     time = np.arange(samples) / sample_rate_hz
     torque += OFFSET_NM * draws[1] + DRIFT_NM * draws[2] * np.linspace(0.0, 1.0, samples)
     if "mains_hz" in size:

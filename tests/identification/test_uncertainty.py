@@ -11,7 +11,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.search.solve import covariance, solve
-from mechid.identification.uncertainty.covariance import _score_variance, residual, uncertainty
+from mechid.identification.uncertainty.covariance import _colours, _score, residual, uncertainty
 from mechid.signal.autoregression import Autoregression, autocovariance
 from synthetic import COMMANDS, NOISE_NM, displaced, measuring, record, torque_of, truth, with_leading
 
@@ -71,15 +71,18 @@ def scatter(factors, names, noise, draws, *, seconds, seed):
 
 @pytest.mark.parametrize("linear", [0, 1, 2])
 def test_the_score_of_white_noise_is_in_the_triangle(linear):
-    """Truth: the streamed sum over samples, taken by a colour whose one coefficient is zero."""
+    """Truth: J^T J of the reduced triangle, offset and drift dropped; the sum over samples is streamed."""
     torque = torque_of(truth(), COMMANDS["full_46"], 801)
     target = with_leading(target_of(record("full_46", torque, COMMANDS["full_46"])), linear=linear, sigma=NOISE_NM)
     problem = Problem(SearchSpace(displaced(truth(), FREE)), (target,), substeps=2)
-    scores = [
-        _score_variance(problem, target, problem.start, (100, 801), (Autoregression(np.array(a), 0.003),))
-        for a in ([1.0], [1.0, 0.0])
-    ]
-    assert scores[0] == pytest.approx(scores[1], rel=1e-9)
+    white = Autoregression(np.array([1.0]), 0.003)
+    variance, parts = _score(problem, target, problem.start, (100, 801), (white,))
+    J = problem.triangle(target, problem.start, (100, 801)).jacobian
+    np.testing.assert_allclose(
+        variance, J.T @ J * (0.003 / NOISE_NM) ** 2, rtol=1e-9, atol=1e-9 * np.abs(variance).max()
+    )
+    for kind in (parts.phases, parts.stretches):
+        np.testing.assert_allclose(kind.information.sum(axis=0), J.T @ J, rtol=1e-9, atol=1e-9 * np.abs(J.T @ J).max())
 
 
 DRAWS = 100
@@ -150,7 +153,8 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
         J[:, j] = (problem.model.predict(target, q + h, n)[0] - problem.model.predict(target, q - h, n)[0]) / 2e-6
     phi = np.vander(np.linspace(-1.0, 1.0, n), 2)
     J -= phi @ np.linalg.lstsq(phi, J, rcond=None)[0]
-    impulse = lfilter([u.colour["full_46"][0].sigma], u.colour["full_46"][0].coefficients, np.eye(1, 2000)[0])
+    (colour,) = _colours(problem, target, q, windows["full_46"])
+    impulse = lfilter([colour.sigma], colour.coefficients, np.eye(1, 2000)[0])
     C = toeplitz(np.pad(autocovariance(impulse, 400) * impulse.size, (0, n - 401)))
     inverse = np.linalg.inv(J.T @ J)
     sandwich = inverse @ J.T @ C @ J @ inverse
@@ -161,10 +165,8 @@ def test_the_robust_covariance_is_the_sandwich_of_the_dense_matrices(one_fit):
 
 def test_the_colour_of_the_residual_is_that_of_the_noise(one_fit):
     """Truth: the AR(2) process that was added; the residual at the truth is that noise without offset and drift."""
-    problem, windows, triangle = one_fit
-    model = uncertainty(problem, problem.start, windows, triangle, np.ones(problem.size, dtype=bool)).colour["full_46"][
-        0
-    ]
+    problem, windows, _ = one_fit
+    (model,) = _colours(problem, problem.targets[0], problem.start, windows["full_46"])
     assert model.order == 2
     assert model.coefficients == pytest.approx(AR, abs=0.06)
     (r,) = residual(problem, problem.targets[0], problem.start, windows["full_46"])

@@ -21,7 +21,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.uncertainty.standard_errors import StandardErrors, standard_errors
+from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
@@ -47,7 +47,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         parameters=parameters,
         correlation_names=errors.names,
         correlation=errors.correlation,
-        covariance=errors.robust,
+        covariance=errors.covariance,
         records={
             r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
             for r in campaign.records
@@ -58,6 +58,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
         notes=ambiguity_notes(campaign),
         provenance=_provenance(campaign, state, seed, seconds),
+        consistency=errors.consistency,
     )
 
 
@@ -98,8 +99,13 @@ def _estimate(
         status, reason = verdict.reasons.get(before.name, (Status.FREE, ""))
     if before.tied_to:
         reason = f"follows {before.tied_to}"
-    error, white = errors.of(before.name) if status is Status.FREE else (None, None)
-    local = errors.local_only.get(before.name, "") if error is not None else ""
+    own = errors.of(before.name) if status is Status.FREE else ParameterErrors()
+    bounded_at = errors.on_bounds.get(before.name) if status is Status.AT_BOUND else None
+    contradicted = bounded_at is not None and bounded_at.contradicted
+    beyond = (
+        f"the records want it {bounded_at.beyond:.3g} standard errors beyond" if contradicted and bounded_at else ""
+    )
+    local = errors.local_only.get(before.name, "") if own.held is not None else ""
     bounded = before.is_free and not before.is_periodic
     prior = _prior(before, start, errors)
     mainly = MAINLY_PRIOR if prior and prior.dominates else ""
@@ -108,15 +114,19 @@ def _estimate(
         symbol=before.declaration.symbol,
         unit=before.declaration.unit,
         value=value,
-        std_error=error,
-        std_error_white=white,
+        std_error=own.held,
+        std_error_noise=own.noise,
+        std_error_white=own.white,
+        dof=own.dof,
         start=start,
         min=before.min if bounded else None,
         max=before.max if bounded else None,
         status=str(status),
-        reason="; ".join(filter(None, (reason, local, mainly))),
+        reason="; ".join(filter(None, (reason, beyond, local, mainly))),
         local_only=bool(local),
         prior=prior,
+        contradicted=contradicted,
+        one_sided=bounded_at.interval if bounded_at and not contradicted else None,
     )
 
 

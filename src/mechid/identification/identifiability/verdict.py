@@ -29,10 +29,11 @@ LEFT = f"its value is where the search left it; {UNSEEN}"
 
 @dataclass(frozen=True)
 class Verdict:
-    """Coordinates, those that carry uncertainty, and by name why other free parameters do not."""
+    """Coordinates, those that carry uncertainty, those on a bound, and by name why free parameters have no errors."""
 
     q: FloatArray
     counted: NDArray[np.bool_]
+    on_bound: NDArray[np.bool_]
     reasons: dict[str, Reason]
 
 
@@ -63,7 +64,7 @@ def judge(
     reasons |= {phase: reasons[amplitude] for phase, amplitude in partners.items() if amplitude in reasons}
     held = _free_names(campaign) - {*problem.coordinates.names, *partners}
     reasons |= {name: (Status.FROZEN, dependent.get(name, IN_NO_STAGE)) for name in held}
-    return Verdict(back if unchanged else q, seen & ~on, reasons)
+    return Verdict(back if unchanged else q, seen & ~on, seen & on, reasons)
 
 
 def _at_least(problem: Problem, name: str, excess: float) -> str:

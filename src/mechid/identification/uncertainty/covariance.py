@@ -4,7 +4,7 @@ White: sigma^2 (J^T J)^-1. Robust: (J^T W J)^-1 S (J^T W J)^-1 with S the varian
 the residual's own autocovariance (Maine and Iliff 1981; Grauer and Morelli 2016). The autocovariance
 comes from an autoregressive model of each record's residual, S from a second streamed pass in which the
 Jacobian runs through that model: memory does not grow with the record. Where a prefilter whitens a record, all of
-this is of what stands behind it.
+this is of what stands behind it. The same pass sums the scores of each record's parts, which `model_error` compares.
 """
 
 from __future__ import annotations
@@ -22,21 +22,39 @@ from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.search.solve import covariance
+from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
 from mechid.identification.uncertainty.visits import Visits
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import blocks
 from mechid.signal.trend import fit_line
 
 FloatArray = NDArray[np.float64]
+MOSTLY_ROUNDING = 0.5
+"""Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
+
+
+@dataclass(frozen=True)
+class Scores:
+    """What the records say of the score at a point: its variance by noise, and the parts that it is made of.
+
+    Attributes
+    ----------
+    variance : (n, n)
+        Under each residual's own colour, priors included.
+    parts : tuple of RecordParts
+        Of each record.
+    """
+
+    variance: FloatArray
+    parts: tuple[RecordParts, ...]
 
 
 @dataclass(frozen=True)
 class Uncertainty:
-    """Covariances in search coordinates, (n, n), and the residual model of each record's channels."""
+    """Covariances in search coordinates, (n, n): of white residuals, and robust to their colour."""
 
     white: FloatArray
     robust: FloatArray
-    colour: dict[str, tuple[Autoregression, ...]]
 
 
 def uncertainty(
@@ -47,15 +65,26 @@ def uncertainty(
     Sigmas of the targets are taken as they are: the caller has released them to the residuals. The channels of a
     record are taken as independent of one another.
     """
-    used = [t for t in problem.targets if t.name in windows]
-    inverse = np.zeros((problem.size, problem.size))
-    inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
-    colour = {t.name: _colours(problem, t, q, windows[t.name]) for t in used}
+    return covariances(triangle, scores(problem, q, windows).variance, seen)
+
+
+def scores(problem: Problem, q: FloatArray, windows: Windows) -> Scores:
+    """Return what the records that have a window say of the score at `q`: a streamed pass over each."""
     _, known = problem.coordinates.prior_rows(q)
-    score = known.T @ known
-    for t in used:
-        score += _score_variance(problem, t, q, windows[t.name], colour[t.name])
-    return Uncertainty(inverse, inverse @ score @ inverse, colour)
+    variance, parts = known.T @ known, []
+    for t in (t for t in problem.targets if t.name in windows):
+        colour = _colours(problem, t, q, windows[t.name])
+        own, of_record = _score(problem, t, q, windows[t.name], colour)
+        variance += own
+        parts.append(of_record)
+    return Scores(variance, tuple(parts))
+
+
+def covariances(triangle: Triangle, variance: FloatArray, seen: NDArray[np.bool_]) -> Uncertainty:
+    """Return both covariances where some coordinates are estimated and the others held; those get zeros."""
+    inverse = np.zeros_like(variance)
+    inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))
+    return Uncertainty(inverse, inverse @ variance @ inverse)
 
 
 def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[FloatArray, ...]:
@@ -98,44 +127,55 @@ def _white(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> Fl
     return r
 
 
-def _score_variance(
+def _score(
     problem: Problem, target: Target, q: FloatArray, window: tuple[int, int], colour: tuple[Autoregression, ...]
-) -> FloatArray:
-    """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance.
+) -> tuple[FloatArray, RecordParts]:
+    """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance; and the score by parts.
 
     Coloured noise: by filtering J through 1/A. Rounding: its error stands still while the channel does, so it is one
     for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits.
     """
     triangles, _ = reduced(problem.model, target, q, window, jacobian=True)
-    if not any(own.order or c.rounded for own, c in zip(colour, target.channels, strict=True)):
-        return sum(map(_white_score, triangles, target.channels, colour), np.zeros((problem.size, problem.size)))
     projections = [_projection(R, c.linear) for R, c in zip(triangles, target.channels, strict=True)]
-    memories = [np.zeros((own.order, problem.size)) for own in colour]
-    totals = np.zeros((len(colour), problem.size, problem.size))
-    visits = [Visits(c.measured[slice(*window)], problem.size) if c.rounded else None for c in target.channels]
+    coloured = [_Coloured(c, own, window, problem.size) for c, own in zip(target.channels, colour, strict=True)]
+    whitened = all(
+        own.order == 0 and c.rounded <= MOSTLY_ROUNDING for c, own in zip(target.channels, colour, strict=True)
+    )
+    parts = PartsOfRecord(target, problem.coordinates.time_offset(target, q), window, problem.size, whitened=whitened)
     for k, rows, n in WeightedRows(Misfit(problem.model, target, q, window, jacobian=True)):
         linear, scale = target.channels[k].linear, target.channels[k].scale
-        J = rows[linear + 1 :, :n].T / scale - rows[:linear, :n].T @ projections[k]
-        if (seen := visits[k]) is not None:
-            seen.add(J)
-        if colour[k].order:
-            J, memories[k] = lfilter([1.0], colour[k].coefficients, J, axis=0, zi=memories[k])
-        totals[k] += J.T @ J
-    score = np.zeros((problem.size, problem.size))
-    for channel, total, own, steps in zip(target.channels, totals, colour, visits, strict=True):
-        score += total * (1.0 - channel.rounded) * (own.sigma / channel.scale) ** 2
-        score += steps.total * channel.rounded if steps else 0.0
-    return score
+        rJ = rows[linear:, :n].T / scale - rows[:linear, :n].T @ projections[k]
+        coloured[k].add(rJ[:, 1:])
+        parts.add(k, rJ[:, 0], rJ[:, 1:])
+    return sum((c.score for c in coloured), np.zeros((problem.size, problem.size))), parts.summed
 
 
-def _white_score(R: FloatArray, channel: TargetChannel, own: Autoregression) -> FloatArray:
-    """Return what `_score_variance` is for a white channel: the triangle holds all of it."""
-    J = R[channel.linear :, channel.linear + 1 :]
-    return np.asarray(J.T @ J * (own.sigma / channel.scale) ** 2, dtype=np.float64)
+class _Coloured:
+    """The variance of a channel's score under its residual's own colour, from rows that come block by block."""
+
+    def __init__(self, channel: TargetChannel, own: Autoregression, window: tuple[int, int], size: int) -> None:
+        self._channel, self._own = channel, own
+        self._memory = np.zeros((own.order, size))
+        self._total = np.zeros((size, size))
+        self._visits = Visits(channel.measured[slice(*window)], size) if channel.rounded else None
+
+    def add(self, J: FloatArray) -> None:
+        """Add the next rows, (m, n)."""
+        if self._visits is not None:
+            self._visits.add(J)
+        if self._own.order:
+            J, self._memory = lfilter([1.0], self._own.coefficients, J, axis=0, zi=self._memory)
+        self._total += J.T @ J
+
+    @property
+    def score(self) -> FloatArray:
+        """Of all rows, (n, n)."""
+        score = self._total * (1.0 - self._channel.rounded) * (self._own.sigma / self._channel.scale) ** 2
+        return score + self._visits.total * self._channel.rounded if self._visits else score
 
 
 def _projection(R: FloatArray, linear: int) -> FloatArray:
-    """Return what is projected out of the Jacobian, (linear, n)."""
+    """Return what is projected out of residual and Jacobian, (linear, 1 + n)."""
     if not linear:
-        return np.zeros((0, 1))
-    return np.asarray(np.linalg.solve(R[:linear, :linear], R[:linear, linear + 1 :]), dtype=np.float64)
+        return np.zeros((0, R.shape[1]))
+    return np.asarray(np.linalg.solve(R[:linear, :linear], R[:linear, linear:]), dtype=np.float64)

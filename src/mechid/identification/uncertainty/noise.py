@@ -12,7 +12,7 @@ from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import chance_of, gate_window
-from mechid.identification.uncertainty.covariance import residual
+from mechid.identification.uncertainty.covariance import MOSTLY_ROUNDING, residual
 from mechid.signal import effective_samples
 from mechid.signal.autoregression import fit_autoregression
 from mechid.signal.spikes import isolated_spikes, outliers
@@ -22,8 +22,6 @@ FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
-MOSTLY_ROUNDING = 0.5
-"""Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
 QUIETER = 0.99
 """Share of a prefilter's noise below which another one is much better."""
 MOST_REJECTED = 0.01

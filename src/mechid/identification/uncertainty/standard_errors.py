@@ -1,55 +1,84 @@
-"""Standard errors in the file's coordinates: colour, priors, held parameters, and where they are local only."""
+"""Standard errors in the file's coordinates: colour, what the model lacks, bounds, priors, held parameters.
+
+What is beyond noise is added as variances: the scatter of the records' parts (`model_error`), what a contradicted
+bound forces on the others (`bounds`), the step that a stick/slip refused the solver, held parameters (`consider`).
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
+from mechid.identification.result.consistency import Consistency
+from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
+from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
 from mechid.identification.uncertainty.consider import consider_covariance
-from mechid.identification.uncertainty.covariance import uncertainty
+from mechid.identification.uncertainty.covariance import Scores, covariances, scores
 from mechid.identification.uncertainty.draws import Departure, departures, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
+from mechid.identification.uncertainty.model_error import Comparison, ModelError
 
 FloatArray = NDArray[np.float64]
+FAR = 3.0
+"""Times what noise explains by which parts of the records may disagree before it is said what errors cannot show."""
 UNSEEN_SHARE = 1e-4
 """Share of a parameter in a direction that no record sees, below which it is rounding."""
 
 
 @dataclass(frozen=True)
 class StandardErrors:
-    """Covariances of the free parameters, and those whose standard error is local only, with where.
+    """Errors of the free parameters, and those whose standard error is local only, with where.
 
     Attributes
     ----------
     names : tuple of str, (n,)
-    robust, white : (n, n)
-        In the file's coordinates and units.
+    sigma : (n,)
+        Standard errors that hold also where the model lacks something, in the file's coordinates and units.
+    dof : (n,)
+        Degrees of freedom by which they are known; infinite where noise explains all.
+    correlation : (n, n)
+    noise, white : (n, n)
+        Covariances by noise alone, of any colour and white, in the file's coordinates and units.
     without_priors : (n,)
         White standard errors of the records alone; empty where no prior counts.
     local_only : dict of str to str
+    on_bounds : dict of str to OnBound
+    consistency : Consistency or None
+        None where nothing is estimated.
     warnings : tuple of str
     """
 
     names: tuple[str, ...] = ()
-    robust: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    sigma: FloatArray = field(default_factory=lambda: np.zeros(0))
+    dof: FloatArray = field(default_factory=lambda: np.zeros(0))
+    correlation: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
+    noise: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     white: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     without_priors: FloatArray = field(default_factory=lambda: np.zeros(0))
     local_only: dict[str, str] = field(default_factory=dict)
+    on_bounds: dict[str, OnBound] = field(default_factory=dict)
+    consistency: Consistency | None = None
     warnings: tuple[str, ...] = ()
 
-    def of(self, name: str) -> tuple[float | None, float | None]:
-        """Return the standard error of a parameter, robust and white, or None twice."""
+    def of(self, name: str) -> ParameterErrors:
+        """Return the errors of a parameter; None each where it has none."""
         if name not in self.names:
-            return None, None
+            return ParameterErrors()
         i = self.names.index(name)
-        return _root(self.robust[i, i]), _root(self.white[i, i])
+        dof = float(self.dof[i])
+        return ParameterErrors(
+            held=float(self.sigma[i]),
+            noise=_root(self.noise[i, i]),
+            white=_root(self.white[i, i]),
+            dof=dof if math.isfinite(dof) else None,
+        )
 
     def of_records_alone(self, name: str) -> float | None:
         """Return the white standard error of a parameter without any prior, None where no prior counts."""
@@ -58,17 +87,26 @@ class StandardErrors:
         return float(self.without_priors[self.names.index(name)])
 
     @property
-    def correlation(self) -> FloatArray:
-        """Correlation matrix, (n, n)."""
-        scale = np.sqrt(np.maximum(np.diag(self.robust), 0.0))
-        scale[scale == 0.0] = 1.0
-        return np.asarray(self.robust / np.outer(scale, scale), dtype=np.float64)
+    def covariance(self) -> FloatArray:
+        """Covariance with the standard errors that hold, (n, n)."""
+        return np.asarray(self.correlation * np.outer(self.sigma, self.sigma), dtype=np.float64)
+
+
+@dataclass(frozen=True)
+class ParameterErrors:
+    """Standard errors of a parameter: that which holds, by noise of any colour, by white noise; degrees of freedom."""
+
+    held: float | None = None
+    noise: float | None = None
+    white: float | None = None
+    dof: float | None = None
 
 
 def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict; `seed` is that of the draws.
 
-    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held.
+    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held. Draws and
+    switches are looked at within the errors of noise, by which the cost is one.
     """
     problem, q = state.problem, verdict.q
     if not verdict.counted.any() or not np.isfinite(triangle.norm):
@@ -77,19 +115,110 @@ def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: 
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
     maps, windows = slopes[kept], state.windows
     names = tuple(every[i] for i in kept)
-    found = uncertainty(problem, q, windows, triangle, verdict.counted)
-    white = maps @ found.white @ maps.T
+    found = scores(problem, q, windows)
+    by_noise = covariances(triangle, found.variance, verdict.counted)
+    white = maps @ by_noise.white @ maps.T
     considered = consider_covariance(problem, q, windows, state.frozen, names, white)
-    local = departures(problem, q, windows, found.robust, seed) if state.outcome.good else []
-    grazing = grazing_switches(problem, q, windows, found.robust)
+    spread = _Spread(maps)
+    consistency, bounded = _gather(spread, state, triangle, verdict, found)
+    sigma, dof, correlation = spread.result(considered)
+    noise = maps @ by_noise.robust @ maps.T + considered
+    if not consistency.agrees:
+        widened = sigma / np.sqrt(np.maximum(np.diag(noise), 1e-300))
+        consistency = replace(consistency, parameter=names[int(np.argmax(widened))] if names else None)
+    local = departures(problem, q, windows, by_noise.robust, seed) if state.outcome.good else []
+    grazing = grazing_switches(problem, q, windows, by_noise.robust)
     return StandardErrors(
         names=names,
-        robust=maps @ found.robust @ maps.T + considered,
+        sigma=sigma,
+        dof=dof,
+        correlation=correlation,
+        noise=noise,
         white=white + considered,
         without_priors=_without_priors(state, q, verdict, maps),
         local_only=_concerned(state, q, verdict, local),
-        warnings=(*map(_warning, local), *map(str, grazing)),
+        on_bounds={b.name: b for b in bounded},
+        consistency=consistency,
+        warnings=(*map(_warning, local), *map(str, grazing), *_beyond_what_is_seen(consistency)),
     )
+
+
+def _gather(
+    spread: _Spread, state: SearchState, triangle: Triangle, verdict: Verdict, found: Scores
+) -> tuple[Consistency, list[OnBound]]:
+    """Add up the errors at a verdict's point, and return how far the records' parts agree and what is on its bound."""
+    counted, on = verdict.counted, verdict.on_bound
+    information = triangle.jacobian.T @ triangle.jacobian
+
+    def over(coordinates: NDArray[np.bool_]) -> Comparison:
+        noise = covariances(triangle, found.variance, coordinates).robust
+        return Comparison(found.parts, information, noise, coordinates)
+
+    inside = over(counted)
+    consistency = inside.consistency
+    bounded: list[OnBound] = []
+    if not on.any():
+        spread.add(inside.error_if(consistency))
+    else:
+        unbounded, step = over(counted | on).error_if(consistency), newton_step(triangle, counted | on)
+        bounded = on_bounds(state.problem, verdict.q, on, step, unbounded.noise)
+        spread.add(unbounded)
+        if any(b.contradicted for b in bounded):
+            spread.add(inside.error_if(consistency))
+            spread.add_shift(step)
+    if state.outcome is FitOutcome.CLIFF:
+        spread.add_shift(newton_step(triangle, counted))
+    return consistency, bounded
+
+
+class _Spread:
+    """Variances that add up, of linear functions of the coordinates given as `maps`, (k, n)."""
+
+    def __init__(self, maps: FloatArray) -> None:
+        self._maps = maps
+        self._variance, self._spread = np.zeros(len(maps)), np.zeros(len(maps))
+        self._matrix = np.zeros((len(maps), len(maps)))
+
+    def add(self, error: ModelError) -> None:
+        """Add what is known with degrees of freedom."""
+        variance, spread = error.variances(self._maps)
+        self._variance += variance
+        self._spread += spread
+        self._matrix += self._maps @ error.matrix @ self._maps.T
+
+    def add_shift(self, step: FloatArray) -> None:
+        """Add a step of the coordinates, (n,), that may be missing."""
+        moved = self._maps @ step
+        self._variance += moved**2
+        self._matrix += np.outer(moved, moved)
+
+    def result(self, considered: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return standard errors, (k,), their degrees of freedom and the correlation, (k, k), a covariance added."""
+        variance = self._variance + np.diag(considered)
+        sigma = np.array([_root(v) for v in variance])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            dof = np.where(self._spread > 0.0, variance**2 / self._spread, np.inf)
+        matrix = self._matrix + considered
+        scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+        scale[scale == 0.0] = 1.0
+        return sigma, dof, np.asarray(matrix / np.outer(scale, scale), dtype=np.float64)
+
+
+def _beyond_what_is_seen(consistency: Consistency) -> list[str]:
+    """Say that an effect may hide in a parameter where parts of the records contradict each other far."""
+    tests = {
+        "from phase to phase of a step": consistency.phase,
+        "from record to record": consistency.record,
+        "over time": consistency.time,
+    }
+    ratio, where = max(((test.ratio, words) for words, test in tests.items() if test is not None), default=(0.0, ""))
+    if ratio <= FAR:
+        return []
+    return [
+        f"{where} the records disagree {ratio:.3g} times as much as noise explains: the model lacks something. The "
+        "standard errors are widened by it, yet an effect that acts exactly like a parameter moves that one unseen: "
+        "add what may be missing to the mechanism file and compare"
+    ]
 
 
 def _root(variance: float) -> float:

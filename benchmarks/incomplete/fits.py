@@ -1,0 +1,58 @@
+"""What of a fit is kept: its values beside the truth, its errors, how consistent its parts are, what it cost."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.identify import identify
+from mechid.identification.result.fit import Fit, ParameterEstimate
+
+PARTS = ("whole", "first", "second", "reference")
+"""All of the records; the first and the second half of the samples of each; all of them without the effect."""
+
+
+def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, float]) -> dict[str, Any]:
+    """Fit a campaign from values near its optimum, on one thread, and return what is kept of it.
+
+    `concluding_s` is what comes after the search: identifiability, standard errors and their test by draws.
+    """
+    began = time.perf_counter()
+    fit = identify(campaign, workers=1, near=near)
+    wall = time.perf_counter() - began
+    return {
+        "outcome": fit.outcome.code,
+        "grade": getattr(fit, "grade", None) and str(fit.grade),
+        "wall_s": wall,
+        "concluding_s": wall - fit.provenance["wall_time_s"],
+        "parameters": {name: _parameter(fit.parameters[name], value) for name, value in truth.items()},
+        "consistency": fit.consistency.to_dict() if fit.consistency else None,
+        "agrees": fit.consistency.agrees if fit.consistency else None,
+        "records": _records(fit),
+        "warnings": list(fit.warnings),
+    }
+
+
+def _parameter(found: ParameterEstimate, truth: float) -> dict[str, Any]:
+    keys = ("value", "unit", "std_error", "std_error_noise", "std_error_white", "dof", "status", "contradicted", "ci95")
+    return {"truth": truth, **{key: getattr(found, key) for key in keys}}
+
+
+def _records(fit: Fit) -> dict[str, Any]:
+    keys = ("samples", "residual_rms", "noise_sigma", "fit_percent", "prefilter_order")
+    return {name: {key: getattr(record, key) for key in keys} for name, record in fit.records.items()}
+
+
+def half(campaign: Campaign, part: str) -> Campaign:
+    """Return a campaign of the first or the second half of each record's samples, its times as they were."""
+    return replace(campaign, records=tuple(_half(record, part) for record in campaign.records))
+
+
+def _half(record: CampaignRecord, part: str) -> CampaignRecord:
+    data = record.data
+    middle = data.samples // 2
+    chosen = slice(middle) if part == "first" else slice(middle, None)
+    channels = tuple(replace(channel, data=channel.data[chosen]) for channel in data.channels)
+    start = data.time_start_s + (chosen.start or 0) / data.sample_rate_hz
+    return replace(record, data=replace(data, time_start_s=start, channels=channels))

@@ -1,0 +1,179 @@
+"""The tables: how many true values lie within their stated errors, pooled over fits and by effect; halves; cost."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from statistics import median
+
+import numpy as np
+
+RESAMPLES = 4000
+COUNTED = "B"
+"""The grade whose intervals are judged on incomplete benches; before fits had grades, all fits were."""
+SIGMAS = {"std_error": "stated", "std_error_noise": "noise alone"}
+Pairs = list[tuple[str, float]]
+"""Parameters with their errors in standard errors, of one fit."""
+
+
+def told(line: Mapping) -> str:
+    """Return one fit's line of progress."""
+    name = f"{line['effect']}/{line['part']} {line['seed']}" if "effect" in line else f"{line['noise']} {line['draw']}"
+    errors = errors_of(line)
+    worst = max(errors, key=lambda pair: abs(pair[1]), default=("none", math.nan))
+    return (
+        f"{name:34} {line['wall_s']:5.1f} s, concluding {line['concluding_s']:4.1f} s  {grade_of(line):13} "
+        f"RMS z {rms(errors):7.2f}  gate {gate_of(line):6}  worst {worst[0]} {worst[1]:.1f} sigma"
+    )
+
+
+def grade_of(line: Mapping) -> str:
+    """Return the grade, the outcome where there is none."""
+    return line["grade"] or line["outcome"]
+
+
+def gate_of(line: Mapping) -> str:
+    """Return whether the parts of the records agreed, so that the errors stayed as they were."""
+    return {True: "closed", False: "open", None: "none"}[line["agrees"]]
+
+
+def is_counted(line: Mapping) -> bool:
+    """Tell whether the intervals of a fit of an incomplete bench are judged."""
+    return line["grade"] in (COUNTED, None)
+
+
+def errors_of(line: Mapping, sigma: str = "std_error") -> Pairs:
+    """Return value less truth in standard errors of the parameters that have one."""
+    found = line["parameters"].items()
+    return [(name, _off(p["value"], p["truth"], p["unit"]) / p[sigma]) for name, p in found if p[sigma]]
+
+
+def _off(value: float, other: float, unit: str) -> float:
+    """Return a difference, of angles on the circle."""
+    return (value - other + 180.0) % 360.0 - 180.0 if unit == "deg" else value - other
+
+
+def between_halves(first: Mapping, second: Mapping, sigma: str = "std_error") -> Pairs:
+    """Return the differences of two fits in their common standard errors."""
+    out = []
+    for name, a in first["parameters"].items():
+        b = second["parameters"][name]
+        if a[sigma] and b[sigma]:
+            out.append((name, _off(a["value"], b["value"], a["unit"]) / math.hypot(a[sigma], b[sigma])))
+    return out
+
+
+def in_interval(line: Mapping) -> list[bool]:
+    """Tell of each parameter with a 95 % interval, one-sided ones included, whether it holds the truth."""
+    return [
+        abs(_off(p["truth"], 0.5 * (p["ci95"][0] + p["ci95"][1]), p["unit"])) <= 0.5 * (p["ci95"][1] - p["ci95"][0])
+        for p in line["parameters"].values()
+        if p["ci95"]
+    ]
+
+
+def rms(errors: Pairs) -> float:
+    """Return the root mean square of errors."""
+    return math.sqrt(np.mean([z * z for _, z in errors])) if errors else math.nan
+
+
+def share_told(clusters: Sequence[Sequence[bool]]) -> str:
+    """Return a share with its 95 % interval, fits drawn again whole (bootstrap by cluster, percentiles)."""
+    hits = np.array([sum(c) for c in clusters if c])
+    sizes = np.array([len(c) for c in clusters if c])
+    if not sizes.size:
+        return "none"
+    drawn = np.random.default_rng(1).integers(sizes.size, size=(RESAMPLES, sizes.size))
+    low, high = np.percentile(hits[drawn].sum(axis=1) / sizes[drawn].sum(axis=1), [2.5, 97.5])
+    return f"{hits.sum() / sizes.sum():6.1%} ({low:.1%} to {high:.1%})"
+
+
+def _within(fits: Iterable[Pairs], limit: float) -> list[list[bool]]:
+    return [[abs(z) <= limit for _, z in errors] for errors in fits]
+
+
+def _pooled(words: str, fits: Sequence[Pairs]) -> str:
+    """Return the pooled line of some fits."""
+    every = [pair for errors in fits for pair in errors]
+    if not every:
+        return f"{words:34} none"
+    worst = max(every, key=lambda pair: abs(pair[1]))
+    return (
+        f"{words:34} {len(every):5d} of {len(fits):3d} fits  RMS z {rms(every):7.2f}  within 2 "
+        f"{share_told(_within(fits, 2.0))}  within 3 {share_told(_within(fits, 3.0))}  worst {worst[0]} {worst[1]:.1f}"
+    )
+
+
+def incomplete_table(lines: Sequence[Mapping]) -> str:
+    """Return the summary of benches with an effect left out."""
+    whole = [line for line in lines if line["part"] == "whole"]
+    counted = [line for line in whole if is_counted(line)]
+    rows = ["", f"{len(whole)} benches with one effect left out: {_counts(map(grade_of, whole))}; "
+            f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED} "
+            "(all, where fits have no grade), 95 % intervals by fit"]  # fmt: skip
+    rows += [_pooled(words, [errors_of(line, key) for line in counted]) for key, words in SIGMAS.items()]
+    rows.append(f"{'true value in the 95 % interval':34} {share_told([in_interval(line) for line in counted])}")
+    rows += ["", *_halves(lines), *_reference(lines), _cost(whole), "", *by_effect(whole)]
+    return "\n".join(rows)
+
+
+def by_effect(whole: Sequence[Mapping]) -> list[str]:
+    """Return a line for each effect."""
+    rows = [f"{'effect':24} fits  grades, outcomes                counted  gate open  RMS z: noise  stated  "
+            "within 2  within 3  worst"]  # fmt: skip
+    for effect in dict.fromkeys(line["effect"] for line in whole):
+        own = [line for line in whole if line["effect"] == effect]
+        counted = [line for line in own if is_counted(line)]
+        stated = [pair for line in counted for pair in errors_of(line)]
+        noise = [pair for line in counted for pair in errors_of(line, "std_error_noise")]
+        worst = max(stated, key=lambda pair: abs(pair[1]), default=("none", math.nan))
+        shares = [np.mean([abs(z) <= limit for _, z in stated]) if stated else math.nan for limit in (2.0, 3.0)]
+        rows.append(
+            f"{effect:24} {len(own):4d}  {_counts(map(grade_of, own)):32} {len(counted):6d}  "
+            f"{sum(line['agrees'] is False for line in own):9d}  {rms(noise):12.2f}  {rms(stated):6.2f}  "
+            f"{shares[0]:8.0%}  {shares[1]:8.0%}  {worst[0]} {worst[1]:.1f}"
+        )
+    return rows
+
+
+def _halves(lines: Sequence[Mapping]) -> list[str]:
+    """Return the lines that hold the halves of each bench against one another."""
+    of = {(line["effect"], line["seed"], line["part"]): line for line in lines}
+    pairs = [(of[e, s, "first"], of[e, s, "second"]) for e, s, p in of if p == "first" and (e, s, "second") in of]
+    kept = [pair for pair in pairs if all(map(is_counted, pair))]
+    return [_pooled(f"halves, {words}", [between_halves(*pair, key) for pair in kept])
+            for key, words in SIGMAS.items() if pairs]  # fmt: skip
+
+
+def _reference(lines: Sequence[Mapping]) -> list[str]:
+    own = [line for line in lines if line["part"] == "reference"]
+    head = f"{len(own)} benches without their effect: {_counts(map(grade_of, own))}; {_opened(own)}"
+    return [head, _pooled("without effect, stated", [errors_of(line) for line in own])] if own else []
+
+
+def _cost(lines: Sequence[Mapping]) -> str:
+    wall, concluding = ([line[key] for line in lines] for key in ("wall_s", "concluding_s"))
+    if not wall:
+        return "no bench"
+    return (
+        f"a fit takes {median(wall):.1f} s in the median, {max(wall):.1f} s at most, of it "
+        f"{median(concluding):.1f} s and {max(concluding):.1f} s after the search; all {sum(wall) / 60.0:.0f} min"
+    )
+
+
+def complete_table(lines: Sequence[Mapping]) -> str:
+    """Return the summary of complete campaigns, by kind of noise and pooled."""
+    rows = [""]
+    for kind in [*dict.fromkeys(line["noise"] for line in lines), None]:
+        own = [line for line in lines if kind in (line["noise"], None)]
+        rows.append(f"{kind or 'complete, all'}: {len(own)} campaigns: {_counts(map(grade_of, own))}; {_opened(own)}")
+        rows += [f"  {_pooled(words, [errors_of(line, key) for line in own])}" for key, words in SIGMAS.items()]
+        rows.append(f"  {'true value in the 95 % interval':34} {share_told([in_interval(line) for line in own])}")
+    return "\n".join([*rows, _cost(lines)])
+
+
+def _opened(lines: Sequence[Mapping]) -> str:
+    return f"gate opened in {sum(line['agrees'] is False for line in lines)} of {len(lines)}"
+
+
+def _counts(words: Iterable[str]) -> str:
+    return ", ".join(f"{count} {word}" for word, count in sorted(Counter(words).items()))

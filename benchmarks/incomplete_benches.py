@@ -1,0 +1,122 @@
+"""Whether error bars hold where the model lacks something: benches with one effect left out, fitted and counted.
+
+Each bench is made by a simulator of its own, from a mechanism and a size of the effect that are drawn; its mechanism
+file lacks the effect. The fit starts within 1 % of the truth and goes without a search. One line of JSON is appended
+for each fit; what is in the folder already is not repeated, so a run may be stopped, taken up again, and done in
+pieces. A changed method wants a new folder.
+
+    python benchmarks/incomplete_benches.py [--effects NAME ...] [--seeds 0:5] [--halves] [--reference] [--out FOLDER]
+    python benchmarks/incomplete_benches.py --complete 20 [--out FOLDER]       # of each of five kinds of noise
+    python benchmarks/incomplete_benches.py --summary [--out FOLDER]           # of what is there, nothing is fitted
+"""
+
+import argparse
+import json
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+from incomplete.benches import drawn, make_bench
+from incomplete.complete import KINDS, Complete
+from incomplete.effects import EFFECTS
+from incomplete.fits import fitted, half
+from incomplete.summary import complete_table, incomplete_table, told
+from mechid.campaign import load_campaign
+from mechid.campaign.bench import TRUTH
+
+OUT = Path("build/incomplete")
+BENCHES, COMPLETE = "fits.jsonl", "complete.jsonl"
+
+
+def main() -> None:
+    """Fit what is not in the folder yet, and print the tables of what is."""
+    arguments = _arguments()
+    out = arguments.out
+    out.mkdir(parents=True, exist_ok=True)
+    if not arguments.summary and not arguments.complete:
+        parts = ["whole", *(["first", "second"] if arguments.halves else []), *(["reference"] * arguments.reference)]
+        benches(out / BENCHES, arguments.effects, range(*arguments.seeds), parts)
+    if arguments.complete:
+        completes(out / COMPLETE, range(arguments.complete))
+    lines = list(read(out / BENCHES))
+    if lines and not arguments.complete:
+        print(incomplete_table(lines))
+    lines = list(read(out / COMPLETE))
+    if lines and (arguments.complete or arguments.summary):
+        print(complete_table(lines))
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=list(EFFECTS), metavar="NAME",
+                        help="of " + ", ".join(EFFECTS))  # fmt: skip
+    parser.add_argument("--seeds", type=_range, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
+    parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
+    parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
+    parser.add_argument("--complete", type=int, default=0, metavar="N", help="fit N complete campaigns of each noise")
+    parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
+    parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
+    return parser.parse_args()
+
+
+def _range(text: str) -> tuple[int, int]:
+    first, _, last = text.partition(":")
+    return int(first), int(last)
+
+
+def read(path: Path) -> Iterator[dict]:
+    """Yield what a file holds; a last line that a killed run left unfinished is no line."""
+    for text in path.read_text().splitlines() if path.exists() else []:
+        try:
+            yield json.loads(text)
+        except json.JSONDecodeError:
+            continue
+
+
+def append(path: Path, line: dict) -> None:
+    """Append a line whole; one that a killed run left unfinished before it is ended first."""
+    unfinished = path.exists() and path.stat().st_size and not path.read_bytes().endswith(b"\n")
+    with path.open("a") as file:
+        file.write("\n" * bool(unfinished) + json.dumps(line) + "\n")
+    print(told(line), flush=True)
+
+
+def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> None:
+    """Fit the parts of the benches that the file does not hold; seed by seed, so that all effects are there early."""
+    done = {(line["effect"], line["seed"], line["part"]) for line in read(path)}
+    for seed in seeds:
+        for effect in effects:
+            missing = [part for part in parts if (effect, seed, part) not in done]
+            for line in fits_of(effect, seed, missing):
+                append(path, line)
+
+
+def fits_of(effect: str, seed: int, parts: list[str]) -> Iterator[dict]:
+    """Yield a line for each part of a bench."""
+    for with_effect in (True, False):
+        chosen = [part for part in parts if (part != "reference") == with_effect]
+        if not chosen:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            bench = make_bench(effect, seed, Path(folder), with_effect=with_effect)
+            campaign = load_campaign(bench.folder)
+        near = {p.name: p.value for p in campaign.mechanism.free}
+        for part in chosen:
+            records = half(campaign, part) if part in ("first", "second") else campaign
+            yield {"effect": effect, "seed": seed, "part": part, "size": drawn(effect, seed)[1],
+                   **fitted(records, bench.truth, near)}  # fmt: skip
+
+
+def completes(path: Path, draws: range) -> None:
+    """Fit the complete campaigns that the file does not hold, draw by draw."""
+    done = {(line["noise"], line["draw"]) for line in read(path)}
+    made = Complete()
+    for draw in draws:
+        for kind in KINDS:
+            if (kind, draw) not in done:
+                campaign = made.campaign(kind, draw)
+                append(path, {"noise": kind, "draw": draw, **fitted(campaign, TRUTH, TRUTH)})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,209 @@
+"""Error bars that hold when the model lacks something: how far parts of the records disagree over the parameters.
+
+Where the scores of the phases within a step, of the records, or of stretches of time scatter as noise alone explains,
+the covariance that noise gives stands to the bit. Where they scatter more, each parameter's variance grows by what the
+scatter says beyond it: by the phase within the step (a cluster-robust covariance, Liang and Zeger 1986), and by leaving
+out a quarter of a record or a record (jackknife, one Newton step each).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.uncertainty.parts import QUARTERS, Parts, RecordParts
+
+FloatArray = NDArray[np.float64]
+ALONE = 1.02
+"""Information of all over that which stays when a part is left out: what one record alone knows is not lost with it."""
+BY_RATIO = 1.15
+"""Ratio from which parts contradict each other where noise has no white model to count chance by."""
+PHASES_A_RECORD = 8
+"""Degrees of freedom a record's phases count as: neighbouring phases are not independent."""
+
+
+@dataclass(frozen=True)
+class Excess:
+    """The scatter of one kind of parts as a covariance, (n, n), and the degrees of freedom by which it is known."""
+
+    covariance: FloatArray
+    dof: float
+
+
+@dataclass(frozen=True)
+class ModelError:
+    """What the parts of the records say of the covariance at a point, in search coordinates.
+
+    Attributes
+    ----------
+    noise : (n, n)
+        The covariance that noise alone gives.
+    excesses : tuple of Excess
+        Empty where noise explains the scatter.
+    """
+
+    noise: FloatArray
+    excesses: tuple[Excess, ...] = ()
+
+    def variances(self, maps: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the variance of some linear functions of the coordinates, (k,), and how well it is known.
+
+        Each kind of parts adds what it says beyond noise. The second is the sum of each addition squared over its
+        degrees of freedom: variance squared over it gives those of the variance (Welch and Satterthwaite).
+        """
+        noise = diagonal(maps, self.noise)
+        over = [np.maximum(diagonal(maps, e.covariance) - noise, 0.0) for e in self.excesses]
+        spread = sum((o**2 / e.dof for o, e in zip(over, self.excesses, strict=True)), np.zeros(len(maps)))
+        return noise + sum(over, np.zeros(len(maps))), spread
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The covariance of all together, (n, n): each kind adds what is beyond noise in the metric of the noise's."""
+        seen = np.flatnonzero(np.diag(self.noise) > 0.0)
+        total = self.noise.copy()
+        if not self.excesses or not seen.size:
+            return total
+        root, inverse = _roots(self.noise[np.ix_(seen, seen)])
+        for e in self.excesses:
+            within = inverse @ e.covariance[np.ix_(seen, seen)] @ inverse.T
+            values, vectors = np.linalg.eigh(0.5 * (within + within.T) - np.eye(seen.size))
+            half = root @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+            total[np.ix_(seen, seen)] += half @ half.T
+        return total
+
+
+class Comparison:
+    """The parts of all records over the coordinates that count, beside the covariance that noise alone gives.
+
+    Parameters
+    ----------
+    records : sequence of RecordParts
+    information : (n, n)
+        J^T J of all, priors included.
+    noise : (n, n)
+        Covariance by noise, zero where nothing is estimated.
+    counted : (n,) of bool
+        Coordinates that are estimated.
+    """
+
+    # Inside, every coordinate is in units that make its information 1.
+
+    def __init__(
+        self, records: Sequence[RecordParts], information: FloatArray, noise: FloatArray, counted: NDArray[np.bool_]
+    ) -> None:
+        size = np.sqrt(np.diag(information))
+        self.noise, self.scale = noise, np.zeros((len(noise), int(counted.sum())))
+        self.scale[counted] = np.diag(1.0 / size[counted])
+        self.names = [r.name for r in records]
+        self.stretches = [self._scaled(r.stretches) for r in records]
+        self.phases = [None if r.phases is None else self._scaled(r.phases) for r in records]
+        self.information = self.scale.T @ information @ self.scale
+        self.inverse: FloatArray = np.asarray(np.linalg.pinv(self.information, hermitian=True), dtype=np.float64)
+        own = noise[np.ix_(counted, counted)] * np.outer(size[counted], size[counted])
+        self.metric = self.inverse @ np.linalg.pinv(own, hermitian=True) @ self.inverse
+        self.whitened = all(r.whitened for r in records)
+
+    def _scaled(self, parts: Parts) -> Parts:
+        return Parts(parts.scores @ self.scale, self.scale.T @ parts.information @ self.scale)
+
+    @property
+    def consistency(self) -> Consistency:
+        """How far the parts of each kind scatter, and which record's do most."""
+        records = [s.joined(1) for s in self.stretches]
+        found = Consistency(
+            phase=self._scatter([p for p in self.phases if p is not None]),
+            record=self._scatter(records) if len(records) > 1 else None,
+            time=self._scatter(self.stretches),
+        )
+        return found if found.agrees else replace(found, contested_record=self._contested_record())
+
+    @property
+    def error(self) -> ModelError:
+        """The covariance with what the scatter of the parts says beyond noise."""
+        count = len(self.names)
+        phases = [p for p in self.phases if p is not None]
+        quarters = _all([s.joined(QUARTERS) for s in self.stretches])
+        found = [self._excess(left_out(quarters, self.information), QUARTERS * count - 1)]
+        if phases:
+            found.append(self._excess(clustered(_all(phases).scores, self.inverse), PHASES_A_RECORD * count))
+        if count > 1:
+            records = _all([s.joined(1) for s in self.stretches])
+            found.append(self._excess(left_out(records, self.information), count - 1))
+        return ModelError(self.noise, tuple(found))
+
+    def error_if(self, consistency: Consistency) -> ModelError:
+        """Return the covariance by noise alone where the parts agree, else with what their scatter says beyond."""
+        return ModelError(self.noise) if consistency.agrees else self.error
+
+    def _excess(self, covariance: FloatArray, dof: float) -> Excess:
+        return Excess(self.scale @ covariance @ self.scale.T, dof)
+
+    def _scatter(self, parts: Sequence[Parts]) -> Scatter | None:
+        """Return how far some parts scatter, None where there are too few."""
+        every = _all(parts) if parts else None
+        if every is None or every.size < 2 or not self.information.size:
+            return None
+        n, groups = len(self.information), every.size
+        square = groups / (groups - 1) * float(self._distances(every).sum()) / n
+        shares = self.metric @ every.information
+        expected = float(np.trace(shares, axis1=1, axis2=2).sum()) / n
+        spread = 2.0 * float(np.einsum("gij,gji->", shares, shares)) / n**2
+        z = (square - expected) / np.sqrt(spread)
+        ratio = float(np.sqrt(square))
+        return Scatter(ratio=ratio, z=float(z), clusters=groups, by_ratio=None if self.whitened else BY_RATIO)
+
+    def _distances(self, parts: Parts) -> FloatArray:
+        """Return how far the score of each part is from none, (G,), squared and in units of its scatter by noise."""
+        return np.asarray(np.einsum("gi,ij,gj->g", parts.scores, self.metric, parts.scores), dtype=np.float64)
+
+    def _contested_record(self) -> str:
+        """Return the record whose parts are farthest off, beyond what noise alone lets them be."""
+        each = [s if p is None else p for s, p in zip(self.stretches, self.phases, strict=True)]
+        beyond = [
+            float(self._distances(p).sum() - np.trace(self.metric @ p.information, axis1=1, axis2=2).sum())
+            for p in each
+        ]
+        return self.names[int(np.argmax(beyond))]
+
+
+def clustered(scores: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Return the cluster-robust covariance of an estimate, (n, n).
+
+    Parameters
+    ----------
+    scores : (G, n)
+        Of each cluster.
+    inverse : (n, n)
+        (J^T J)^-1.
+    """
+    groups = len(scores)
+    off = (scores - scores.mean(axis=0)) @ inverse
+    return np.asarray(groups / max(groups - 1, 1) * off.T @ off, dtype=np.float64)
+
+
+def left_out(parts: Parts, information: FloatArray) -> FloatArray:
+    """Return the covariance of an estimate by leaving out each part, one Newton step each, (n, n)."""
+    steps = np.linalg.solve(ALONE * information - parts.information, parts.scores[:, :, np.newaxis])[:, :, 0]
+    off = steps - steps.mean(axis=0)
+    return np.asarray((parts.size - 1) / parts.size * off.T @ off, dtype=np.float64)
+
+
+def diagonal(maps: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return the variances of linear functions of the coordinates, (k,)."""
+    return np.asarray(np.diag(maps @ covariance @ maps.T), dtype=np.float64)
+
+
+def _all(parts: Sequence[Parts]) -> Parts:
+    return Parts(np.concatenate([p.scores for p in parts]), np.concatenate([p.information for p in parts]))
+
+
+def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return L with L L^T the covariance, (n, n), and its inverse; what rounding leaves below none counts as little."""
+    size = np.sqrt(np.diag(covariance))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    values = np.sqrt(np.maximum(values, 1e-14 * values[-1]))
+    return (size[:, np.newaxis] * vectors) * values, (vectors / values).T / size
