@@ -15,7 +15,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import periodogram
 
 from incomplete.benches import drawn, make_bench
 from incomplete.effects import EFFECTS
@@ -33,13 +32,14 @@ from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import identify
 from mechid.report import report_data, write_results
-from mechid.signal import order_amplitudes, order_signal
 from mechid.structure import Modes, Structure
 
 HELD_OUT = (("full", 1, 0.35), ("full", 1, 0.75), ("micro", 16, 0.4), ("micro", 16, 0.8), ("micro", 16, 1.3), ("micro", 16, 2.0))
 """Stepping, microsteps, and rate over the bench's rate at the resonance: full steps were recorded at 0.5 and 1 of it and
 at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
 SETTLED_S, LOOKED_AT_S, HIGHEST_HZ = 1.5, 2.0, 500.0
+SAMPLE_RATE_HZ = 60_000.0
+"""Of the truth, about: a whole number of samples a step, so that its lines stand in bins; what folds back is 1e-3 of them."""
 RIGID = {"housing.gain": 1.0, "housing.frequency": 2.0 * np.pi * 4000.0, "housing.damping": 0.7}
 """A housing that is none up to 500 Hz, within 0.1 %."""
 LEAST = 0.01
@@ -53,17 +53,17 @@ def truth_of(effect, seed, stepping, microsteps, rate):
         size = {}
     command = {"stepping": stepping, "rate": rate}
     command |= {"microsteps": microsteps} if stepping == "micro" else {"start_angle_deg": 45.0}
-    steps = 4.0 * np.ceil(LOOKED_AT_S * rate / 4.0)
-    record = recorded(mechanism.with_values(RIGID), size, Run(command, SETTLED_S + steps / rate), None)
-    late = record.time_s >= SETTLED_S
-    time_s, torque = record.time_s[late], record.torque_Nm[late]
-    orders = np.arange(1, int(4.0 * HIGHEST_HZ / rate) + 1) / 4.0
-    amplitudes, _ = order_amplitudes(torque[:, None], rate * time_s, orders)
-    left = torque - torque.mean() - order_signal(amplitudes[:, 0], rate * time_s, orders)
-    frequency, density = periodogram(left, 1.0 / (time_s[1] - time_s[0]), window="hann")
-    power = np.histogram(frequency, EDGES_HZ, weights=density * frequency[1])[0]
-    power += np.histogram(rate * orders, EDGES_HZ, weights=0.5 * np.abs(amplitudes[:, 0]) ** 2)[0]
-    return dict(zip(orders.tolist(), np.abs(amplitudes[:, 0]).tolist(), strict=True)), np.sqrt(power)
+    a_step = round(SAMPLE_RATE_HZ / rate)
+    settled, steps = (4 * int(np.ceil(seconds * rate / 4.0)) for seconds in (SETTLED_S, LOOKED_AT_S))
+    run, sample_rate_hz = Run(command, (settled + steps) / rate), a_step * rate
+    torque = recorded(mechanism.with_values(RIGID), size, run, None, sample_rate_hz).torque_Nm
+    torque = torque[settled * a_step : (settled + steps) * a_step]
+    amplitude = 2.0 / torque.size * np.abs(np.fft.rfft(torque))
+    frequency, each = np.arange(amplitude.size) * rate / steps, steps // 4
+    power = np.histogram(frequency[1:], EDGES_HZ, weights=0.5 * amplitude[1:] ** 2)[0]
+    lines = amplitude[each :: each][: int(4.0 * HIGHEST_HZ / rate)]
+    orders = np.arange(1, lines.size + 1) / 4.0
+    return dict(zip(orders.tolist(), lines.tolist(), strict=True)), np.sqrt(power)
 
 
 def estimated(effect, seed, folder):

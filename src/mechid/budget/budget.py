@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechid.budget.attractors import steady_states
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import coupled_modes, largest_loop_gain
+from mechid.budget.emission import emission
 from mechid.budget.ensemble import Ensemble, make_ensemble
 from mechid.budget.findings import findings
 from mechid.budget.flying_mechanism import Estimate, on_modes, read_flying
@@ -132,8 +133,9 @@ class _Maker:
             r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
             for r in (file.requirements if several else ())
         }
+        exerted = tuple(emission(r, self.estimate, mode.highest_hz, file.seed) for r in responses)
         made = ModeBudget(
-            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
+            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), exerted, two_way, None,
             gain, levels, self._two_way_levels(two_way), (), avoid,
         )  # fmt: skip
         return self._with_standings(made)
