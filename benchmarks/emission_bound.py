@@ -40,8 +40,8 @@ at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
 SETTLED_S, LOOKED_AT_S, HIGHEST_HZ = 1.5, 2.0, 500.0
 SAMPLE_RATE_HZ = 60_000.0
 """Of the truth, about: a whole number of samples a step, so that its lines stand in bins; what folds back is 1e-3 of them."""
-RIGID = {"housing.gain": 1.0, "housing.frequency": 2.0 * np.pi * 4000.0, "housing.damping": 0.7}
-"""A housing that is none up to 500 Hz, within 0.1 %."""
+HOUSING = 2.0 * np.pi * 4000.0, 0.7
+"""Frequency in rad/s and damping of the housing that the rotor's reaction passes; it is divided out of the lines."""
 LEAST = 0.01
 """Of the largest true line at a rate: smaller ones, and bands below it, are not compared."""
 
@@ -55,11 +55,20 @@ def truth_of(effect, seed, stepping, microsteps, rate):
     command |= {"microsteps": microsteps} if stepping == "micro" else {"start_angle_deg": 45.0}
     a_step = round(SAMPLE_RATE_HZ / rate)
     settled, steps = (4 * int(np.ceil(seconds * rate / 4.0)) for seconds in (SETTLED_S, LOOKED_AT_S))
-    run, sample_rate_hz = Run(command, (settled + steps) / rate), a_step * rate
-    torque = recorded(mechanism.with_values(RIGID), size, run, None, sample_rate_hz).torque_Nm
-    torque = torque[settled * a_step : (settled + steps) * a_step]
-    amplitude = 2.0 / torque.size * np.abs(np.fft.rfft(torque))
-    frequency, each = np.arange(amplitude.size) * rate / steps, steps // 4
+    run = Run(command, (settled + steps) / rate)
+
+    def bins(gain):
+        seen = mechanism.with_values({"housing.gain": gain, "housing.frequency": w, "housing.damping": zeta})
+        torque = recorded(seen, size, run, None, a_step * rate).torque_Nm[settled * a_step : (settled + steps) * a_step]
+        return 2.0 / torque.size * np.fft.rfft(torque)
+
+    w, zeta = HOUSING
+    load = bins(0.0)
+    frequency, each = np.arange(load.size) * rate / steps, steps // 4
+    s = 2j * np.pi * frequency / w
+    amplitude = np.abs(load + (bins(1.0) - load) * (s**2 + 2.0 * zeta * s + 1.0))
+    kept = frequency <= 2.0 * HIGHEST_HZ
+    frequency, amplitude = frequency[kept], amplitude[kept]
     power = np.histogram(frequency[1:], EDGES_HZ, weights=0.5 * amplitude[1:] ** 2)[0]
     lines = amplitude[each :: each][: int(4.0 * HIGHEST_HZ / rate)]
     orders = np.arange(1, lines.size + 1) / 4.0

@@ -20,8 +20,9 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 BOUND = 0.95
-RATIO, UPPER, DENSITY = "ratio", "upper bound", "density"
-"""How what the model lacks is carried from bench to flight; of an order that was not tracked, by the density there."""
+RATIO, UPPER, DENSITY, WITHIN = "ratio", "upper bound", "density", "within noise"
+"""How what the model lacks is carried from bench to flight: by the known ratio or the larger one; of an order that was
+not tracked by the density there. Or it is not heard, and what noise may hide is in the bound alone."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,7 +41,7 @@ class Emission:
     bound : (n,)
         The amplitude stays below with a probability of `BOUND`, N m.
     carried : tuple of str, (n,)
-        `RATIO`, `UPPER` or `DENSITY`; empty where it lacks nothing.
+        `RATIO`, `UPPER`, `DENSITY` or `WITHIN`; empty where it lacks nothing.
     bands_hz : (b, 2)
         Third octaves, from and to.
     band_modelled, band_residual, band_bound : (b,)
@@ -68,7 +69,10 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
     frequency = np.concatenate([state.frequency_hz, abs(state.rate) * more])
     lines = np.concatenate([state.lines, np.zeros(more.size)])
     samples = np.hstack([modelled, drawn])
-    residual = here.at_orders(orders, LINE_SPACING) if here is not None else np.zeros(orders.size)
+    residual, limit = (
+        here.at_orders(orders, LINE_SPACING, sizes) if here is not None else np.zeros(orders.size)
+        for sizes in ((here.amplitude, here.limit) if here is not None else (orders, orders))
+    )
     bands = np.column_stack([EDGES_HZ[:-1], EDGES_HZ[1:]])[EDGES_HZ[:-1] < highest_hz]
     inside = (frequency[:, None] >= bands[:, 0]) & (frequency[:, None] < bands[:, 1])
     density = here.density[: len(bands)] * np.diff(bands).ravel() if here is not None else np.zeros(len(bands))
@@ -80,7 +84,7 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
         modelled=lines,
         residual=residual,
         bound=np.quantile(np.abs(samples), BOUND, axis=0) + np.concatenate([state.error, np.zeros(more.size)]),
-        carried=_carried(here, orders, residual),
+        carried=_carried(here, orders, residual, limit),
         bands_hz=bands,
         band_modelled=np.sqrt(0.5 * np.abs(lines) ** 2 @ inside),
         band_residual=np.sqrt(0.5 * np.where(tracked, residual, 0.0) ** 2 @ inside + density),
@@ -104,7 +108,12 @@ def _beside(
     return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(SAMPLES, 1))
 
 
-def _carried(here: ResidualHere | None, orders: FloatArray, residual: FloatArray) -> tuple[str, ...]:
+def _carried(
+    here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray
+) -> tuple[str, ...]:
     known = {} if here is None else dict(zip(here.orders.tolist(), here.known.tolist(), strict=True))
     words = (DENSITY if q not in known else RATIO if known[q] else UPPER for q in orders.tolist())
-    return tuple(word if size > 0.0 else "" for word, size in zip(words, residual, strict=True))
+    return tuple(
+        word if size > 0.0 else WITHIN if most > 0.0 else ""
+        for word, size, most in zip(words, residual, limit, strict=True)
+    )

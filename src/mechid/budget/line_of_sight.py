@@ -135,7 +135,8 @@ class Response:
         """Return draws of what the model lacks at each of its lines, (count, n) N m."""
         if self.residual is None:
             return np.zeros((count, self.state.lines.size), dtype=np.complex128)
-        return self.residual.draws(self.residual.at_orders(self.state.step_orders, LINE_SPACING), count, rng)
+        here = self.residual
+        return here.draws(here.at_orders(self.state.step_orders, LINE_SPACING, here.limit), count, rng)
 
     def rms(self) -> FloatArray:
         """Return the RMS of the lines along each line of sight, (m,) rad."""

@@ -3,6 +3,10 @@
 At a rate that flies, a line's amplitude is the root mean square over the bench's rates near it, noise subtracted, and
 none where noise alone would make as much. Its phase is not known. So it is a complex Gaussian of that size, with the
 heavier tails that it has since few rates tell its size: of n rates |E|^2 / A^2 is F(2, 2 n) distributed.
+
+A model that lacks something in some lines lacks it in others too, only less than noise shows. So where anything is
+heard at a rate, each line that is not may still be as large as the scatter of the noise's power: its limit. It is part
+of the bound, not of what flies. Of a model that lacks nothing nothing is heard, and there is no limit either.
 """
 
 from __future__ import annotations
@@ -45,6 +49,8 @@ class ResidualHere:
         Multiples of the step rate that the bench's records were tracked at.
     amplitude : (K,)
         Of the lines, N m, root mean square over what they may be; 0 where noise explains them.
+    limit : (K,)
+        The same, with what noise may hide of those that it explains.
     density : (B,)
         Between them, (N m)^2/Hz, in the bands of `EDGES_HZ`.
     rates : int
@@ -58,6 +64,7 @@ class ResidualHere:
     rate: float
     orders: FloatArray
     amplitude: FloatArray
+    limit: FloatArray
     density: FloatArray
     rates: int
     known: BoolArray
@@ -73,9 +80,9 @@ class ResidualHere:
         """Of the lines, (K,)."""
         return self.rate * self.orders
 
-    def at_orders(self, orders: FloatArray, spacing: float) -> FloatArray:
-        """Return the amplitude at any orders, (n,) N m: a tracked one's own; else the density's over the spacing."""
-        own = dict(zip(self.orders.tolist(), self.amplitude.tolist(), strict=True))
+    def at_orders(self, orders: FloatArray, spacing: float, sizes: FloatArray) -> FloatArray:
+        """Return `amplitude` or `limit` at any orders, (n,) N m; of one not tracked the density's over the spacing."""
+        own = dict(zip(self.orders.tolist(), sizes.tolist(), strict=True))
         return np.array(
             [own[q] if q in own else float(self._untracked(q, spacing)) for q in orders.tolist()], dtype=np.float64
         )
@@ -117,17 +124,20 @@ class ResidualSource:
         near = _nearest([at for _, at in seen], rate)
         cells = [seen[k] for k in near]
         tests = len(TRACKED) + CENTRES_HZ.size
-        amplitude = _lines([at for _, at in cells], FALSE_ALARM / tests)
+        amplitude, hidden = _lines([at for _, at in cells], FALSE_ALARM / tests)
         density = _density(cells, FALSE_ALARM / tests)
+        limit = np.where(amplitude > 0.0, amplitude, hidden if amplitude.any() or density.any() else 0.0)
         orders = np.array(TRACKED)
         rates = [at.rate for _, at in seen]
         outside = not rates or not min(rates) / (1.0 + NEAR) <= rate <= max(rates) * (1.0 + NEAR)
         grown = max(rate / max(rates), 1.0) ** 2 if rates else 1.0
         frequency = rate * orders
+        factor = self.carried.ratio(frequency) * grown
         return ResidualHere(
             rate=rate,
             orders=orders,
-            amplitude=amplitude * self.carried.ratio(frequency) * grown,
+            amplitude=amplitude * factor,
+            limit=limit * factor,
             density=density * (self.carried.ratio(CENTRES_HZ) * grown) ** 2,
             rates=max(len(cells), 1),
             known=self.carried.known(frequency),
@@ -149,10 +159,13 @@ def _nearest(cells: Sequence[ResidualAtRate], rate: float) -> list[int]:
     return [int(k) for k in ranked[: max(near, FEWEST)]]
 
 
-def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> FloatArray:
-    """Return the amplitude at each tracked order, N m, 0 where noise makes as much with more than this probability."""
+def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, FloatArray]:
+    """Return the amplitude at each tracked order, N m, and what noise may hide there.
+
+    The first is 0 where noise makes as much with more than this probability.
+    """
     if not cells:
-        return np.zeros(len(TRACKED))
+        return np.zeros(len(TRACKED)), np.zeros(len(TRACKED))
     power, noise = (np.array([getattr(at, name) for at in cells]) ** 2 for name in ("amplitude", "sigma"))
     windows = np.array([at.windows for at in cells])[:, None]
     known = np.isfinite(power) & np.isfinite(noise) & (noise > 0.0)
@@ -160,8 +173,9 @@ def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> FloatArray:
     ratio = np.divide(power, noise, out=np.zeros_like(power), where=noise > 0.0)
     total, shape = (count * ratio).sum(axis=0), count.sum(axis=0)
     heard = (shape > 0) & (total > gamma.ppf(1.0 - alarm, np.maximum(shape, 1)))
-    mean = (power - noise).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    return np.where(heard, np.sqrt(np.maximum(mean, 0.0)), 0.0)
+    mean, alone = ((values.sum(axis=0) / np.maximum(known.sum(axis=0), 1)) for values in (power - noise, noise))
+    hidden = np.sqrt(alone / np.sqrt(np.maximum(shape, 1)))
+    return np.where(heard, np.sqrt(np.maximum(mean, 0.0)), 0.0), hidden
 
 
 def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: float) -> FloatArray:
