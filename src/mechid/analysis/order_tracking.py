@@ -59,6 +59,50 @@ class OrderLine:
         return abs(self.amplitudes[signal]) ** 2 - 2.0 * self.errors[signal] ** 2
 
 
+@dataclass(frozen=True, eq=False)
+class TravelWindow:
+    """A stretch of a record in which the command moves.
+
+    Attributes
+    ----------
+    along : slice
+        From its first sample to its last.
+    moving : (n,) of int
+        Which of these samples count: without those at which the command dwells.
+    position : (n,)
+        Full steps travelled.
+    sample_rate_hz : float
+    """
+
+    along: slice
+    moving: NDArray[np.int64]
+    position: FloatArray
+    sample_rate_hz: float
+
+    @property
+    def size(self) -> int:
+        """Number of samples that count."""
+        return self.moving.size
+
+    @property
+    def travelled(self) -> float:
+        """Full steps."""
+        return float(self.position[-1] - self.position[0])
+
+    @property
+    def rate(self) -> float:
+        """Mean rate, full steps/s."""
+        return self.travelled * self.sample_rate_hz / (self.size - 1)
+
+    def reaches(self, order: float) -> bool:
+        """Return whether the line of an order is clear of half the sample rate."""
+        return order * self.rate < HIGHEST_SHARE * 0.5 * self.sample_rate_hz
+
+    def of(self, series: Series) -> FloatArray:
+        """Return the samples of a series that count, (n,)."""
+        return series[self.along][self.moving]
+
+
 @dataclass(frozen=True, kw_only=True)
 class OrderError:
     """What the model makes of one order of the commanded step rate.
@@ -123,24 +167,29 @@ def order_lines(
     orders : sequence of float
         Above 0, apart by more than a sixteenth.
     """
-    for window in (samples for samples in _windows(travel) if samples.size > 1):
-        along = slice(int(window[0]), int(window[-1]) + 1)
-        position = travel[along]
-        rate = float(position[-1] - position[0]) * sample_rate_hz / (window.size - 1)
-        used = [order for order in orders if order * rate < HIGHEST_SHARE * 0.5 * sample_rate_hz]
+    for window in travel_windows(travel, sample_rate_hz):
+        used = [order for order in orders if window.reaches(order)]
         if window.size <= 4 * len(used) + 4 or not used:
             continue
-        moving = window - along.start
-        together = np.column_stack([signal[along][moving] for signal in signals])
-        found, error = order_amplitudes(together, position[moving], used)
+        together = np.column_stack([window.of(signal) for signal in signals])
+        found, error = order_amplitudes(together, window.position, used)
         for order, amplitudes in zip(used, found.tolist(), strict=True):
             yield OrderLine(
                 order=order,
-                rate=rate,
-                samples=(along.start, along.stop),
+                rate=window.rate,
+                samples=(window.along.start, window.along.stop),
                 amplitudes=tuple(amplitudes),
                 errors=tuple(error.tolist()),
             )
+
+
+def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWindow]:
+    """Yield the windows of equal travel of a record, none where the command travels too little."""
+    for samples in _windows(travel):
+        if samples.size > 1:
+            along = slice(int(samples[0]), int(samples[-1]) + 1)
+            moving = samples - along.start
+            yield TravelWindow(along, moving, travel[along][moving], sample_rate_hz)
 
 
 def _windows(travel: Series) -> Iterator[NDArray[np.int64]]:

@@ -31,13 +31,18 @@ class Discrepancy:
         Share of the torque that is missed.
     orders : mapping of float to float
         The same of single lines, by their multiple of the step rate.
+    of_profiles_alone : bool
+        Whether what is missed of lines is known otherwise (`residual_source`), so that it counts for profiles alone.
     """
 
     overall: float = 0.0
     orders: Mapping[float, float] = field(default_factory=dict)
+    of_profiles_alone: bool = False
 
     def of_lines(self, orders: FloatArray) -> FloatArray:
         """Return the relative error of lines at multiples of the step rate, (n,): their own where seen."""
+        if self.of_profiles_alone:
+            return np.zeros(orders.size)
         return np.array([self.orders.get(float(q), self.overall) for q in orders], dtype=np.float64)
 
 

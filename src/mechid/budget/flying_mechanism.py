@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from mechid.analysis.residual_file import read_residual
+from mechid.budget.carried import carried
 from mechid.budget.discrepancy import Discrepancy, read_discrepancy
 from mechid.budget.flight_entry import LOAD_INERTIA, Flight
+from mechid.budget.residual_source import ResidualSource
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
@@ -46,6 +49,8 @@ class Estimate:
         What stays on the bench, tables and estimated parameters, each with the reason.
     outcome : str
         Why the fit is not to be relied on, empty where it has grade A or B.
+    residual : ResidualSource or None
+        What the fit left of the bench's torque records; None where identify left none beside the estimate.
     """
 
     mechanism: Mechanism
@@ -54,6 +59,7 @@ class Estimate:
     discrepancy: Discrepancy
     left: Mapping[str, str]
     outcome: str = ""
+    residual: ResidualSource | None = None
 
 
 def read_flying(path: Path, flight: Flight) -> Estimate:
@@ -84,13 +90,17 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         raise InputFileError(
             f"{flight.place}.uncertain: {name} is estimated and has its error from there; leave it out"
         )
+    left = read_residual(content, path.parent)
+    source = ResidualSource(left, carried(bench, flying)) if left else None
+    discrepancy = read_discrepancy(content, path.parent)
     return Estimate(
         mechanism=flying,
         names=(*known, *flight.uncertain),
         covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
-        discrepancy=read_discrepancy(content, path.parent),
+        discrepancy=replace(discrepancy, of_profiles_alone=True) if source else discrepancy,
         left=left_on_bench(bench, names),
         outcome=_doubt(content),
+        residual=source,
     )
 
 

@@ -85,8 +85,7 @@ def _record_row(
         (f"drift{rate}", fit["text"]["drift"]),
     ]
     use = use_word(row["use"], left_out=row["left_out"])
-    level = level_words(residual, complete=data["grade"] == "A")
-    words = " ".join(filter(None, (level, raised_words(fit))))
+    words = " ".join(filter(None, (level_words(residual, complete=data["grade"] == "A"), raised_words(fit))))
     own = {"noise_ratio": ratio, "words": words, "cells": cells}
     return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.analysis.residual_file import FILE_NAME as RESIDUAL_NAME
+from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
@@ -29,7 +31,7 @@ def write_results(
     mechanism_name: str = MECHANISM_NAME,
     validation: Mapping[str, RecordValidation] | None = None,
 ) -> list[Path]:
-    """Write estimate.json, report.json and the mechanism with the estimated values.
+    """Write estimate.json, report.json, residual.json and the mechanism with the estimated values.
 
     Each is written beside its place first; earlier ones are replaced when all are whole.
 
@@ -60,6 +62,7 @@ def write_results(
     texts = {
         mechanism_name: text,
         REPORT_NAME: json_text({**data, "provenance": fit.provenance}),
+        RESIDUAL_NAME: json_text(residual_content(fit, validation or {})),
         ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
     return write_together(folder, texts)

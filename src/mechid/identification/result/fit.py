@@ -152,6 +152,10 @@ class ChannelFit:
     rejected_runs : tuple of (int, int)
         All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
         each run.
+    noise_rests_on : str
+        A `NoiseSource`'s words; empty in files of versions before it was written.
+    noise_known : float or None
+        The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
     followed_percent : float
         Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`).
     lost_at_s : float or None
@@ -160,10 +164,6 @@ class ChannelFit:
         Where the residual is largest beside what is allowed there, and how many times that it is.
     out_of_step_at_s : float or None
         Record time at which an angle has left the one modelled by two full steps; None where it has not.
-    noise_rests_on : str
-        A `NoiseSource`'s words; empty in files of versions before it was written.
-    noise_known : float or None
-        The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
     """
 
     unit: str
@@ -186,14 +186,14 @@ class ChannelFit:
     out_of_step_at_s: float | None = None
 
     @property
-    def followed(self) -> bool:
-        """Whether the model follows it to its end."""
-        return self.lost_at_s is None and self.out_of_step_at_s is None
-
-    @property
     def known(self) -> float:
         """The noise as known before the fit."""
         return self.noise_sigma if self.noise_known is None else self.noise_known
+
+    @property
+    def followed(self) -> bool:
+        """Whether the model follows it to its end."""
+        return self.lost_at_s is None and self.out_of_step_at_s is None
 
 
 @dataclass(frozen=True, kw_only=True)
