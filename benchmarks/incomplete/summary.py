@@ -119,8 +119,8 @@ def incomplete_table(lines: Sequence[Mapping]) -> str:
     """Return the summary of benches with an effect left out."""
     whole = [line for line in lines if line["part"] == "whole"]
     counted = [line for line in whole if is_counted(line)]
-    rows = ["", f"{len(whole)} benches with one effect left out: {_counts((line['grade'] for line in whole))}; "
-            f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED} "
+    rows = ["", f"{len(whole)} benches with one effect left out: {_counts(line['grade'] for line in whole)}; "
+            f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED}, "
             "95 % intervals by fit"]  # fmt: skip
     rows += [_pooled(words, [errors_of(line, key) for line in counted]) for key, words in SIGMAS.items()]
     rows.append(f"{'true value in the 95 % interval':34} {share_told([in_interval(line) for line in counted])}")
@@ -141,7 +141,7 @@ def by_effect(whole: Sequence[Mapping]) -> list[str]:
         worst = max(stated, key=lambda pair: abs(pair[1]), default=("none", math.nan))
         shares = [np.mean([abs(z) <= limit for _, z in stated]) if stated else math.nan for limit in (2.0, 3.0)]
         rows.append(
-            f"{effect:24} {len(own):4d}  {_counts((line['grade'] for line in own)):32} {len(counted):6d}  "
+            f"{effect:24} {len(own):4d}  {_counts(line['grade'] for line in own):32} {len(counted):6d}  "
             f"{sum(line['agrees'] is False for line in own):9d}  {rms(noise):12.2f}  {rms(stated):6.2f}  "
             f"{shares[0]:8.0%}  {shares[1]:8.0%}  {worst[0]} {worst[1]:.1f}"
         )
@@ -159,7 +159,7 @@ def _halves(lines: Sequence[Mapping]) -> list[str]:
 
 def _reference(lines: Sequence[Mapping]) -> list[str]:
     own = [line for line in lines if line["part"] == "reference"]
-    head = f"{len(own)} benches without their effect: {_counts((line['grade'] for line in own))}; {_opened(own)}"
+    head = f"{len(own)} benches without their effect: {_counts(line['grade'] for line in own)}; {_opened(own)}"
     return [head, _pooled("without effect, stated", [errors_of(line) for line in own])] if own else []
 
 
@@ -179,7 +179,7 @@ def complete_table(lines: Sequence[Mapping]) -> str:
     for kind in [*dict.fromkeys(line["noise"] for line in lines), None]:
         own = [line for line in lines if kind in (line["noise"], None)]
         rows.append(
-            f"{kind or 'complete, all'}: {len(own)} campaigns: {_counts((line['grade'] for line in own))}; {_opened(own)}"
+            f"{kind or 'complete, all'}: {len(own)} campaigns: {_counts(line['grade'] for line in own)}; {_opened(own)}"
         )
         rows += [f"  {_pooled(words, [errors_of(line, key) for line in own])}" for key, words in SIGMAS.items()]
         rows.append(f"  {'true value in the 95 % interval':34} {share_told([in_interval(line) for line in own])}")
