@@ -146,7 +146,8 @@ def line(effect, parameters, *, part="whole", grade="B", agrees=False, rho=0.0):
     own = {f"p{k}": p for k, p in enumerate(parameters)}
     matrix = [[1.0 if i == j else rho for j in range(len(own))] for i in range(len(own))]
     return {"effect": effect, "seed": 0, "part": part, "size": {}, "outcome": "converged", "grade": grade,
-            "correlation": {"names": list(own), "matrix": matrix}, "cpu_s": 3.0, "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
+            "correlation": {"names": list(own), "matrix": matrix},
+            "cpu_s": 3.0, "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
 
 
 def test_the_table_counts_what_lies_within_the_errors():
