@@ -10,6 +10,7 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.cli import identification
 from mechid.identification.identify import identify
+from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 
 NAMES = ["report.html", "report.json", "report.md"]
@@ -79,7 +80,7 @@ def test_a_report_that_fails_leaves_the_estimate(run, staged, tmp_path, monkeypa
     assert "no report was made (RuntimeError: no font)" in result.stderr
     assert f'"mechid report {tmp_path / "out"}" tries again' in result.stderr
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
-        "estimate.json", "journal.jsonl", "mechanism.toml", "report.json",
+        "estimate.json", "journal.jsonl", "mechanism.toml", "report.json", "residual.json",
     ]  # fmt: skip
 
 
@@ -87,11 +88,10 @@ def test_a_failed_fit_has_a_report_too(run, staged, tmp_path, monkeypatch):
     """Values from which no simulation comes to its end: every prediction is NaN."""
     fit = identify(load_campaign(staged), workers=1)
     wild = fit.mechanism.with_values({"gear.stiffness": float("nan")})
-    monkeypatch.setattr(
-        identification, "identify", lambda *_, **__: replace(fit, mechanism=wild, outcome=FitOutcome.FAILED)
-    )
+    failed = replace(fit, mechanism=wild, outcome=FitOutcome.FAILED, grade=Grade.FAILED)
+    monkeypatch.setattr(identification, "identify", lambda *_, **__: failed)
     result = run("identify", staged, "--out", tmp_path / "out")
     assert result.exit_code == 5
     assert "no report was made" not in result.stderr
     summary = json.loads((tmp_path / "out" / "report.json").read_text())["summary"]
-    assert summary["grade"] == "bad"
+    assert (summary["grade"], summary["tone"]) == ("failed", "bad")

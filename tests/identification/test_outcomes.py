@@ -94,7 +94,7 @@ def test_a_bound_that_excludes_the_truth_makes_the_grade_c(at_bound):
     assert at_bound.grade is Grade.C
     (reason,) = (r for r in at_bound.reasons if r.cause is Cause.BOUND_CONTRADICTED)
     assert reason.parameter == "gear.stiffness"
-    assert "gear.stiffness is held at 910 N*m/rad" in reason.text
+    assert "gear.stiffness is held at 910 N m/rad" in reason.text
     assert reason.next_command.endswith("with a wider range of gear.stiffness in the mechanism file")
 
 

@@ -83,6 +83,7 @@ def identify(
                 state = _follow_plan(watch, state, campaign, seed, near)
             if state.outcome.has_optimum:
                 state = freeze_dependent(watch, state, campaign)
+            state = replace(state, searched=True)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
         state = state.saying(*rejection_warnings(state.problem))

@@ -51,6 +51,8 @@ class SearchState:
         Parameters held, in the order in which they were.
     solution : Solution or None
         Of the last joint fit.
+    searched : bool
+        Whether the search came to its end, so that only the conclusion is left.
     before_raised : mapping of record to str
         How far it was followed before any noise level was raised, in words; empty where none was.
     """
@@ -64,6 +66,7 @@ class SearchState:
     warnings: tuple[str, ...] = ()
     frozen: tuple[Frozen, ...] = ()
     solution: Solution | None = None
+    searched: bool = False
     before_raised: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:

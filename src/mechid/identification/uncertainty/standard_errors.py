@@ -121,12 +121,12 @@ class ParameterErrors:
 def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict; `seed` is that of the draws.
 
-    A fit that has failed or was interrupted has none; those of one that is not good are not tested by draws. Draws
-    leave held parameters where they are held. Draws and switches are looked at within the errors of noise, by which the
-    cost is one.
+    A fit that has failed, or was interrupted in its search, has none; those of one that is not good are not tested by
+    draws. Draws leave held parameters where they are held. Draws and switches are looked at within the errors of noise,
+    by which the cost is one.
     """
     problem, q = state.problem, verdict.q
-    failed = state.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED)
+    failed = state.outcome is FitOutcome.FAILED or (state.outcome is FitOutcome.INTERRUPTED and not state.searched)
     if failed or not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
     every, slopes = problem.coordinates.value_slopes(q)
