@@ -193,12 +193,12 @@ def _noise(channel: Data) -> list[str]:
     sigma, floor = (of_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
     rests = {
         "floor": "from the quietest part of the upper band; coloured noise is more than that",
-        "quiet stretch": f"from the longest quiet stretch; the white part of it is {floor}, so the noise is coloured",
+        "quiet stretch": f"from the quietest stretches; the white part of it is {floor}, so the noise is coloured",
         "resolution": f"that of the resolution: the upper band holds less, {floor}",
     }[noise["rests_on"]]
     lines = [f"{sigma} a sample, {rests}."]
     if noise["quiet_rms"] is not None and noise["rests_on"] != "quiet stretch":
-        lines.append(f"The longest quiet stretch has {of_unit(noise['quiet_rms'], 3, unit)} RMS.")
+        lines.append(f"The quietest stretches have {of_unit(noise['quiet_rms'], 3, unit)} RMS.")
     if noise["resolution"]:
         lines.append(f"Resolution {of_unit(noise['resolution'], 3, unit)}.")
     if channel["quiet"]:
