@@ -65,7 +65,9 @@ def test_lines_are_named_by_order_and_by_mains():
     y = sum(np.sin(2.0 * np.pi * o * 23.0 * TIME) for o in (0.5, 1.0, 2.0, 3.0)) + noise(2)
     y += 0.1 * np.sin(2.0 * np.pi * 50.0 * TIME) + 0.05 * np.sin(2.0 * np.pi * 333.3 * TIME)
     (channel,) = look_at(record(y), stepped(RateProfile.constant(23.0))).channels
-    names = {round(seen.line.frequency_hz, 1): (seen.order, seen.mains and seen.mains.mains_hz) for seen in channel.lines}
+    names = {
+        round(seen.line.frequency_hz, 1): (seen.order, seen.mains and seen.mains.mains_hz) for seen in channel.lines
+    }
     assert names == {11.5: (0.5, None), 23.0: (1.0, None), 46.0: (2.0, None), 69.0: (3.0, None), 50.0: (None, 50.0),
                      333.3: (None, None)}  # fmt: skip
 

@@ -79,7 +79,9 @@ def test_records_of_the_independent_simulator(campaign_folder):
         reading = declared_rate(found, rate)
         assert reading.rate == pytest.approx(rate, abs=4.0 * reading.sigma), name
         assert reading.sigma < 1e-3 * rate
-        assert rate == pytest.approx(found.rate, rel=1e-3) or any(rate == pytest.approx(r, rel=1e-3) for r in found.others)
+        assert rate == pytest.approx(found.rate, rel=1e-3) or any(
+            rate == pytest.approx(r, rel=1e-3) for r in found.others
+        )
         expected = {"full": "full", "micr": "micro"}[name[:4]] if name != "micro_2res" else ""
         assert found.stepping == expected
     sweep = records["sweep"].data

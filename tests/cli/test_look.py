@@ -15,7 +15,7 @@ TIME = np.arange(20_000) / RATE
 NOISE = 0.003
 
 
-def torque(seed=1, rate=40.0):
+def torque(seed=1, rate=41.0):
     """Return lines of a step rate, hum, and noise."""
     rng = np.random.default_rng(seed)
     y = sum(a * np.sin(2.0 * np.pi * o * rate * TIME) for o, a in ((0.5, 0.02), (1.0, 0.3), (2.0, 0.1), (3.0, 0.05)))
@@ -36,7 +36,7 @@ def looked(tmp_path_factory):
     from mechid.cli.app import app
 
     folder = tmp_path_factory.mktemp("look")
-    turns = np.round(40.0 * TIME + 0.1 * np.sin(2.0 * np.pi * 40.0 * TIME), 2)
+    turns = np.round(41.0 * TIME + 0.1 * np.sin(2.0 * np.pi * 41.0 * TIME), 2)
     written(folder / "two.csv", torque(), turns, header="time_s,torque_Nm,ticks")
     gapped = torque(2)
     gapped[5_000:5_020] = np.nan
@@ -60,7 +60,7 @@ def test_what_was_put_in_is_found_with_its_error(looked):
     data = json.loads((looked[0] / "look.json").read_text())
     assert data["format"] == FORMAT == "mechid-look/1"
     record = data["records"][0]
-    assert record["driven"]["suggested"]["rates"][0] == pytest.approx(40.0, abs=0.01)
+    assert record["driven"]["suggested"]["rates"][0] == pytest.approx(41.0, abs=0.01)
     channel = next(c for c in record["channels"] if c["quantity"] == "torque")
     lines = {line["order"]: line for line in channel["lines"] if line["order"]}
     for order, amplitude in ((0.5, 0.02), (1.0, 0.3), (2.0, 0.1), (3.0, 0.05)):
@@ -75,7 +75,7 @@ def test_gaps_and_clipping_are_counted(looked):
     (channel,) = json.loads((looked[0] / "look.json").read_text())["records"][1]["channels"]
     assert (channel["gaps"]["count"], channel["gaps"]["samples"]) == (1, 20)
     assert channel["gaps"]["first_at_s"] == [pytest.approx(2.5)]
-    assert channel["clipped"]["count"] > 100
+    assert channel["clipped"]["count"] > 20
 
 
 def test_third_octaves_and_what_is_below_make_up_the_rms(looked):
@@ -119,7 +119,7 @@ command = {{ stepping = "full", rate = {rate} }}
 """
 
 
-@pytest.mark.parametrize(("rate", "says"), [(40.0, "as declared"), (43.0, "This contradicts the command")])
+@pytest.mark.parametrize(("rate", "says"), [(41.0, "as declared"), (44.0, "This contradicts the command")])
 def test_a_campaign_gives_the_commands(run, tmp_path, rate, says):
     """Truth: the rate at which the record was made; the mechanism's file need not be there."""
     written(tmp_path / "a.csv", torque())
@@ -129,8 +129,10 @@ def test_a_campaign_gives_the_commands(run, tmp_path, rate, says):
     assert says in result.stdout
     (record,) = json.loads((tmp_path / "out" / "look.json").read_text())["records"]
     assert f"{rate:g} full steps/s" in record["driven"]["declared"]["words"]
-    if rate == 40.0:
-        assert record["driven"]["reading"]["rate"] == pytest.approx(40.0, abs=4.0 * record["driven"]["reading"]["sigma"])
+    if rate == 41.0:
+        assert record["driven"]["reading"]["rate"] == pytest.approx(
+            40.0, abs=4.0 * record["driven"]["reading"]["sigma"]
+        )
 
 
 BAD = {

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-
 from scipy.signal import welch
 
 from mechid.signal import power_density, third_octaves

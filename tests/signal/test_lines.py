@@ -45,7 +45,7 @@ def test_its_sigma_is_the_scatter_over_draws():
 
 @pytest.mark.parametrize("colour", [0.0, 0.95], ids=["white", "coloured"])
 def test_noise_has_hardly_ever_a_line(colour):
-    """A bin exceeds the ratio r with the chance 2^-r: of 20 x 10 000 bins none is expected above 30, whatever the colour."""
+    """A bin exceeds the ratio r with the chance 2^-r: none of 200 000 bins is expected above 30."""
     rng, found = np.random.default_rng(4), 0
     for _ in range(20):
         y = rng.standard_normal(SIZE)

@@ -296,7 +296,7 @@ def _channel(
             () if constant else tracked,
             frequency,
             density,
-            lines_hz=[one.frequency_hz for one in lines],
+            lines=lines,
             spacing_hz=constant or 0.0,
         ),
         waterfall=_waterfall(level, base, travel),

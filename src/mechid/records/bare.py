@@ -247,7 +247,7 @@ def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Condit
     window_s = _finite_span(table, group, hints)
     if window_s:
         yield Conditioning(max_gap_s=math.inf, window_s=window_s)
-    if group.layout.time:
+    if group.layout.time and hints.sample_rate_hz is None:
         for stamps in (TimeStamps.REGULAR, TimeStamps.RESAMPLE):
             yield Conditioning(max_gap_s=math.inf, window_s=window_s, time_stamps=stamps)
 
