@@ -42,7 +42,7 @@ RESOLVED = 3.0
 """Standard errors from which a line is told from noise."""
 CONSTANT = 0.02
 """Rates that differ by less than this part of the largest are one."""
-AGREES = 1.25
+AGREES = 1.5
 """Two readings of a noise whose ratio is below agree."""
 
 
@@ -72,7 +72,7 @@ class NoiseEvidence:
     floor : float
         Of white noise, in the upper part of the band.
     quiet : float or None
-        RMS of the quietest stretches, with all colour.
+        RMS of the quietest stretches in which nothing is driven, with all colour.
     resolution : float
         Step in which the samples are written, 0 where there is none.
     """
@@ -267,7 +267,8 @@ def _channel(
     y = channel.data - channel.data.mean()
     frequency, density = power_density(y, fs)
     bands = third_octaves(frequency, density)
-    quiet, noise = _noise(channel, fs)
+    quiet = quiet_stretches(channel.data, fs)
+    noise = _noise(channel, fs, [one for one in quiet if _at_rest(one, travel, max(orders))])
     constant = _constant_rate(travel)
     level = channel.data.copy()
     line.take_from(level)
@@ -303,18 +304,27 @@ def _channel(
     )
 
 
-def _noise(channel: Channel, sample_rate_hz: float) -> tuple[tuple[QuietStretch, ...], NoiseEvidence]:
-    y = channel.data
-    quiet, step = quiet_stretches(y, sample_rate_hz), resolution(y)
+def _at_rest(stretch: QuietStretch, travel: Travel | None, finest: float) -> bool:
+    """Tell whether no step, of so many a full step as the finest that are tracked, falls into a stretch.
+
+    Where no rate is known it may be.
+    """
+    if travel is None:
+        return True
+    ends = travel[stretch.first : stretch.stop : stretch.stop - stretch.first - 1]
+    return bool(ends[-1] - ends[0] < 1.0 / finest)
+
+
+def _noise(channel: Channel, sample_rate_hz: float, quiet: Sequence[QuietStretch]) -> NoiseEvidence:
+    """Return what is known of the noise of a channel, with the stretches in which nothing moves."""
+    y, step = channel.data, resolution(channel.data)
     floor = noise_floor(y, sample_rate_hz, rejected=channel.bridged)
     quietest = quiet_rms(quiet)
     told = {"floor": floor, "resolution": step / math.sqrt(12.0)}
     if quietest is not None and quietest > AGREES * floor:
         told["quiet stretch"] = quietest
     rests_on = max(told, key=lambda key: told[key])
-    return quiet, NoiseEvidence(
-        sigma=told[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step
-    )  # fmt: skip
+    return NoiseEvidence(sigma=told[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step)
 
 
 def _seen(line: Line, mains: Sequence[MainsLine], rate: float | None, bin_hz: float) -> SeenLine:

@@ -194,7 +194,7 @@ def _noise(channel: Data) -> list[str]:
     sigma, floor = (of_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
     rests = {
         "floor": "from the quietest part of the upper band; coloured noise is more than that",
-        "quiet stretch": f"from the quietest stretches; the white part of it is {floor}, so the noise is coloured",
+        "quiet stretch": f"from the quietest stretches; the white part is {floor}, the rest colour or a weak signal",
         "resolution": f"that of the resolution: the upper band holds less, {floor}",
     }[noise["rests_on"]]
     lines = [f"{sigma} a sample, {rests}."]
