@@ -131,7 +131,7 @@ def test_a_campaign_gives_the_commands(run, tmp_path, rate, says):
     assert f"{rate:g} full steps/s" in record["driven"]["declared"]["words"]
     if rate == 41.0:
         assert record["driven"]["reading"]["rate"] == pytest.approx(
-            40.0, abs=4.0 * record["driven"]["reading"]["sigma"]
+            41.0, abs=4.0 * record["driven"]["reading"]["sigma"]
         )
 
 

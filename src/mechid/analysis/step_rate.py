@@ -169,7 +169,7 @@ def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, f
     Examples
     --------
     >>> lines = [Line(frequency_hz=f, amplitude=1.0, sigma=0.01, ratio=1e4) for f in (46.0, 69.0, 92.0, 138.0)]
-    >>> round(repetition_frequency(lines, 1.0)[0], 6)
+    >>> round(repetition_frequency(lines, 0.1)[0], 6)
     23.0
     """
     steady = _largest_of_which(lines, bin_hz, STEADY, least=(EXPLAINED, 0.0))
