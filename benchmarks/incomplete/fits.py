@@ -23,7 +23,8 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     return {
         "outcome": fit.outcome.code,
-        "grade": getattr(fit, "grade", None) and str(fit.grade),
+        "grade": getattr(fit, "grade", None),
+        "reasons": [str(reason.cause) for reason in getattr(fit, "reasons", ())],
         "wall_s": wall,
         "cpu_s": cpu,
         "concluding_s": wall - fit.provenance["wall_time_s"],
