@@ -23,12 +23,13 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     return {
         "outcome": fit.outcome.code,
-        "grade": getattr(fit, "grade", None),
-        "reasons": [str(reason.cause) for reason in getattr(fit, "reasons", ())],
+        "grade": str(fit.grade),
+        "reasons": [str(reason.cause) for reason in fit.reasons],
         "wall_s": wall,
         "cpu_s": cpu,
         "concluding_s": wall - fit.provenance["wall_time_s"],
         "parameters": {name: _parameter(fit.parameters[name], value) for name, value in truth.items()},
+        "correlation": {"names": list(fit.correlation_names), "matrix": fit.correlation.tolist()},
         "consistency": fit.consistency.to_dict() if fit.consistency else None,
         "agrees": fit.consistency.agrees if fit.consistency else None,
         "records": _records(fit),

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from mechid.analysis.order_tracking import ORDERS, order_errors
+from mechid.analysis.order_tracking import ORDERS, order_errors, order_lines
 from mechid.command import RateProfile
 from mechid.command.edges import steps_travelled
 
@@ -77,3 +77,24 @@ def test_orders_end_below_half_the_sample_rate():
 def test_too_short_a_way_has_no_orders():
     travel = steps_travelled(RateProfile.constant(3.0), np.arange(10_001) / RATE_HZ)
     assert order_errors(np.cos(travel), np.cos(travel), travel, RATE_HZ) == ()
+
+
+def test_lines_of_signals_side_by_side_with_their_windows(travel):
+    """Truth: two sines of the position, the second of twice the amplitude and a quarter turn ahead."""
+    y, z = 0.3 * np.cos(2.0 * np.pi * travel), -0.6 * np.sin(2.0 * np.pi * travel)
+    lines_of_one = list(order_lines((y, z), travel, RATE_HZ, (1.0, 16.0)))
+    assert {line.order for line in lines_of_one} == {1.0, 16.0}
+    for line in (line for line in lines_of_one if line.order == 1.0):
+        assert line.amplitudes == pytest.approx((0.3, 0.6j), abs=1e-9)
+        first, stop = line.samples
+        covered = abs(travel[stop - 1] - travel[first]) * RATE_HZ / (stop - first - 1)
+        assert line.rate == pytest.approx(covered)
+
+
+def test_power_less_noise_scatters_about_nothing(travel):
+    """Truth: of white noise alone the squared amplitude less twice the squared error is zero on average."""
+    noise = np.random.default_rng(4).standard_normal((8, travel.size))
+    found = list(order_lines(noise, travel, RATE_HZ, (1.0, 2.0)))
+    powers = np.array([[line.power(k) for k in range(8)] for line in found])
+    usual = np.mean([2.0 * line.errors[0] ** 2 for line in found])
+    assert abs(powers.mean()) < 4.0 * usual / np.sqrt(powers.size)

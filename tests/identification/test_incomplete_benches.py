@@ -11,7 +11,7 @@ import incomplete_benches
 from incomplete.benches import drawn, make_bench, true_record
 from incomplete.effects import EFFECTS
 from incomplete.recording import Run, recorded
-from incomplete.summary import complete_table, incomplete_table
+from incomplete.summary import complete_table, contrasts_of, incomplete_table
 from mechid.campaign import mechanism_from_table, mechanism_text
 from paper import constant
 from runs import base, rms, run_kernel, run_twin
@@ -141,10 +141,12 @@ def parameter(value, truth, std_error, **others):
     return {"value": value, "truth": truth, "std_error": std_error, "ci95": [value - reach, value + reach], **entry}
 
 
-def line(effect, parameters, *, part="whole", grade="B", agrees=False):
-    """Return a fit's line."""
+def line(effect, parameters, *, part="whole", grade="B", agrees=False, rho=0.0):
+    """Return a fit's line; every two errors correlate alike."""
     own = {f"p{k}": p for k, p in enumerate(parameters)}
+    matrix = [[1.0 if i == j else rho for j in range(len(own))] for i in range(len(own))]
     return {"effect": effect, "seed": 0, "part": part, "size": {}, "outcome": "converged", "grade": grade,
+            "correlation": {"names": list(own), "matrix": matrix},
             "cpu_s": 3.0, "wall_s": 4.0, "concluding_s": 1.0, "parameters": own, "agrees": agrees}  # fmt: skip
 
 
@@ -167,6 +169,13 @@ def test_the_table_counts_what_lies_within_the_errors():
     assert "3 benches with one effect left out: 1 A, 2 B; gate opened in 2 of 3" in rows[1]
     halves = next(row for row in rows if row.startswith("halves, stated"))
     assert f"RMS z {1.0:7.2f}" in halves
+
+
+def test_sums_and_differences_are_counted_by_the_correlation():
+    """Truth: by hand, errors of 1 and 2.5 that correlate by 0.28: 3.5 over 1.6 and -1.5 over 1.2."""
+    sums, less = contrasts_of(line("detent", [parameter(2.0, 1.0, 1.0), parameter(3.5, 1.0, 1.0)], rho=0.28))
+    assert sums == [("p0 + p1", pytest.approx(3.5 / 1.6))]
+    assert less == [("p0 - p1", pytest.approx(-1.5 / 1.2))]
 
 
 def test_complete_campaigns_are_counted_by_noise():

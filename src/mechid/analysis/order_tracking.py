@@ -1,4 +1,4 @@
-"""Amplitude and phase of measured and modelled torque at multiples of the commanded step rate.
+"""Amplitude and phase of torques, or of what else is recorded, at multiples of the step rate.
 
 A record is cut into windows of equal travel, so that a sweep is tracked as well as a constant rate. In each
 the sines of all orders are fitted together, their phase taken from the commanded position; order 1 is once a
@@ -7,7 +7,7 @@ full step.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,15 +32,75 @@ RESOLVED = 3.0
 
 @dataclass(frozen=True, kw_only=True)
 class OrderLine:
-    """One order in one window: complex amplitudes in N m, c in Re(c exp(2 pi i order position)).
+    """One order in one window, of signals side by side.
 
-    `rate` is the mean commanded rate, full steps/s; `error` the standard error of the measured amplitude.
+    Attributes
+    ----------
+    order : float
+        Multiple of the step rate, 1 is once a full step.
+    rate : float
+        Mean step rate, full steps/s.
+    samples : (int, int)
+        First sample of the window, and the one after its last.
+    amplitudes : tuple of complex
+        Of each signal in its unit, c in Re(c exp(2 pi i order position)).
+    errors : tuple of float
+        Standard error of an amplitude's real and imaginary part, as if what is left over were white.
     """
 
+    order: float
     rate: float
-    measured: complex
-    modelled: complex
-    error: float
+    samples: tuple[int, int]
+    amplitudes: tuple[complex, ...]
+    errors: tuple[float, ...]
+
+    def power(self, signal: int = 0) -> float:
+        """Return the squared amplitude less what noise adds to it on average; of noise alone it scatters about 0."""
+        return abs(self.amplitudes[signal]) ** 2 - 2.0 * self.errors[signal] ** 2
+
+
+@dataclass(frozen=True, eq=False)
+class TravelWindow:
+    """A stretch of a record in which the command moves.
+
+    Attributes
+    ----------
+    along : slice
+        From its first sample to its last.
+    moving : (n,) of int
+        Which of these samples count: without those at which the command dwells.
+    position : (n,)
+        Full steps travelled.
+    sample_rate_hz : float
+    """
+
+    along: slice
+    moving: NDArray[np.int64]
+    position: FloatArray
+    sample_rate_hz: float
+
+    @property
+    def size(self) -> int:
+        """Number of samples that count."""
+        return self.moving.size
+
+    @property
+    def travelled(self) -> float:
+        """Full steps."""
+        return float(self.position[-1] - self.position[0])
+
+    @property
+    def rate(self) -> float:
+        """Mean rate, full steps/s."""
+        return self.travelled * self.sample_rate_hz / (self.size - 1)
+
+    def reaches(self, order: float) -> bool:
+        """Return whether the line of an order is clear of half the sample rate."""
+        return order * self.rate < HIGHEST_SHARE * 0.5 * self.sample_rate_hz
+
+    def of(self, series: Series) -> FloatArray:
+        """Return the samples of a series that count, (n,)."""
+        return series[self.along][self.moving]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,19 +147,49 @@ def order_errors(measured: Series, modelled: Series, travel: Series, sample_rate
     sample_rate_hz : float
     """
     lines: dict[float, list[OrderLine]] = {order: [] for order in ORDERS}
-    for window in (samples for samples in _windows(travel) if samples.size > 1):
-        along = slice(int(window[0]), int(window[-1]) + 1)
-        position = travel[along]
-        rate = float(position[-1] - position[0]) * sample_rate_hz / (window.size - 1)
-        used = [order for order in ORDERS if order * rate < HIGHEST_SHARE * 0.5 * sample_rate_hz]
+    for line in order_lines((measured, modelled), travel, sample_rate_hz):
+        lines[line.order].append(line)
+    return tuple(_summed_up(order, each) for order, each in lines.items() if each)
+
+
+def order_lines(
+    signals: Sequence[Series], travel: Series, sample_rate_hz: float, orders: Sequence[float] = ORDERS
+) -> Iterator[OrderLine]:
+    """Yield each order that a window reaches, window after window of equal travel.
+
+    Parameters
+    ----------
+    signals : sequence of Series of N samples
+        Each in its own unit, less its offset and drift.
+    travel : Series of N samples
+        Full steps travelled at each sample, never falling; stretches at which it stands are left out.
+    sample_rate_hz : float
+    orders : sequence of float
+        Above 0, apart by more than a sixteenth.
+    """
+    for window in travel_windows(travel, sample_rate_hz):
+        used = [order for order in orders if window.reaches(order)]
         if window.size <= 4 * len(used) + 4 or not used:
             continue
-        moving = window - along.start
-        both = np.column_stack((measured[along][moving], modelled[along][moving]))
-        found, error = order_amplitudes(both, position[moving], used)
-        for order, (y, p) in zip(used, found.tolist(), strict=True):
-            lines[order].append(OrderLine(rate=rate, measured=y, modelled=p, error=float(error[0])))
-    return tuple(_summed_up(order, each) for order, each in lines.items() if each)
+        together = np.column_stack([window.of(signal) for signal in signals])
+        found, error = order_amplitudes(together, window.position, used)
+        for order, amplitudes in zip(used, found.tolist(), strict=True):
+            yield OrderLine(
+                order=order,
+                rate=window.rate,
+                samples=(window.along.start, window.along.stop),
+                amplitudes=tuple(amplitudes),
+                errors=tuple(error.tolist()),
+            )
+
+
+def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWindow]:
+    """Yield the windows of equal travel of a record, none where the command travels too little."""
+    for samples in _windows(travel):
+        if samples.size > 1:
+            along = slice(int(samples[0]), int(samples[-1]) + 1)
+            moving = samples - along.start
+            yield TravelWindow(along, moving, travel[along][moving], sample_rate_hz)
 
 
 def _windows(travel: Series) -> Iterator[NDArray[np.int64]]:
@@ -124,9 +214,8 @@ def _windows(travel: Series) -> Iterator[NDArray[np.int64]]:
 
 
 def _summed_up(order: float, lines: list[OrderLine]) -> OrderError:
-    y = np.array([line.measured for line in lines])
-    p = np.array([line.modelled for line in lines])
-    error = float(np.sqrt(np.mean([line.error**2 for line in lines])))
+    y, p = np.array([line.amplitudes for line in lines]).T
+    error = float(np.sqrt(np.mean([line.errors[0] ** 2 for line in lines])))
     size_y, size_p = (float(np.sqrt(np.mean(np.abs(c) ** 2))) for c in (y, p))
     peak = int(np.argmax(np.abs(y)))
     resolved = size_y > RESOLVED * error

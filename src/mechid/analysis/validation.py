@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
+from mechid.analysis.residual_emission import ResidualAtRate, residual_emission
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
@@ -32,6 +33,7 @@ from mechid.signal.series import blocks
 from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
+TORQUE = "torque"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +70,8 @@ class ChannelValidation:
         The same in third octaves; empty where the simulation failed.
     orders : tuple of OrderError
         Empty where the command travels less than four full steps, or the simulation failed.
+    emission : tuple of ResidualAtRate
+        What is left of a torque over the rate, as the budget takes it; empty of other channels, and as `orders`.
     use : str
         ``"validate"`` where the channel is only compared in a record that is estimated from; else empty.
     """
@@ -86,6 +90,7 @@ class ChannelValidation:
     residual_density: FloatArray
     bands: tuple[BandError, ...]
     orders: tuple[OrderError, ...]
+    emission: tuple[ResidualAtRate, ...] = ()
     use: str = ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -192,6 +197,7 @@ def channel_validation(quantity: str, unit: str, p: Prediction) -> ChannelValida
         residual_density=residual_density,
         bands=_bands(frequency, measured_density, residual_density) if p.finite else (),
         orders=order_errors(measured, p.modelled, p.travel, p.base.sample_rate_hz) if p.finite else (),
+        emission=residual_emission(r, p.travel, p.base.sample_rate_hz) if p.finite and quantity == TORQUE else (),
     )
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechid.budget.attractors import steady_states
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import coupled_modes, largest_loop_gain
+from mechid.budget.emission import emission
 from mechid.budget.ensemble import Ensemble, make_ensemble
 from mechid.budget.findings import findings
 from mechid.budget.flying_mechanism import Estimate, on_modes, read_flying
@@ -118,7 +119,7 @@ class _Maker:
         file, mode = self.file, _refined(mode, self.file, self.estimate)
         self.listener(f'mode "{mode.name}": {mode.rates.size} rate{"s" * (mode.rates.size > 1)}')
         found = steady_states(self.estimate.mechanism, mode, self.names, self.workers)
-        states = tuple(tuple(respond(state, file.structure) for state in here) for here in found)
+        states = tuple(tuple(self._respond(mode, state) for state in here) for here in found)
         responses = tuple(_largest(here) for here in states)
         levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
         worst = int(np.argmax([response.rms().max() for response in responses]))
@@ -132,8 +133,9 @@ class _Maker:
             r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
             for r in (file.requirements if several else ())
         }
+        exerted = tuple(emission(r, self.estimate, mode.highest_hz, file.seed) for r in responses)
         made = ModeBudget(
-            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), two_way, None,
+            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), exerted, two_way, None,
             gain, levels, self._two_way_levels(two_way), (), avoid,
         )  # fmt: skip
         return self._with_standings(made)
@@ -147,9 +149,14 @@ class _Maker:
         def at(here: Sequence[SteadyState]) -> Response:
             starts = [None, *(_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1)]
             reached = [steady_state(mechanism, mode, here[0].rate, (), substeps, start) for start in starts]
-            return _largest([respond(state, self.file.structure) for state in reached])
+            return _largest([self._respond(mode, state) for state in reached])
 
         return tuple(mapped(at, found, self.workers))
+
+    def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
+        source = self.estimate.residual
+        here = None if source is None else source.at(mode.command, state.rate)
+        return respond(state, self.file.structure, here, mode.highest_hz)
 
     def profile(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with a profile."""

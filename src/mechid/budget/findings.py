@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from mechid.analysis.residual_file import FILE_NAME as RESIDUAL_NAME
 from mechid.budget.budget_file import BudgetFile
 from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
@@ -22,12 +23,18 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     if estimate.outcome:
         yield f"{file.estimate.name}: {estimate.outcome} A budget of it is worth no more"
     yield from _free_body(file)
+    if estimate.residual is None:
+        yield (
+            f"{file.estimate.name}: there is no {RESIDUAL_NAME} of a torque record beside it, so that what the model lacks "
+            "does not fly: mechid report makes it anew from records of the torque"
+        )
     if objection := moving_base_objection(estimate.mechanism):
         yield objection
     for made in modes:
         yield from _cut(made.mode)
         if made.responses:
             yield from _steady(file, made)
+            yield from _lacking(estimate, made)
             yield from told(made)
         joined = bool(made.two_way) or made.two_way_course is not None
         if not joined and made.loop_gain > SUFFICES:
@@ -54,6 +61,26 @@ def _free_body(file: BudgetFile) -> Iterator[str]:
         yield (
             f"{file.structure.name}: its rigid body is free, and {', '.join(slow)} asks for absolute or drift errors; "
             "give [structure] attitude_control"
+        )
+
+
+def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
+    """Tell where what the model lacks is known less well than its bound says."""
+    source, mode = estimate.residual, made.mode
+    measured = source.measured(mode.command) if source else None
+    if source is None or measured is None:
+        return
+    outside = [r.residual.rate for r in made.responses if r.residual is not None and r.residual.outside]
+    if outside:
+        yield (
+            f'mode "{mode.name}": {min(outside):.4g} to {max(outside):.4g} steps/s are outside the {measured[0]:.4g} to '
+            f"{measured[1]:.4g} steps/s of the records: what the model lacks there is not known; above, it is taken to grow "
+            "with the rate squared. Record the torque at these rates"
+        )
+    if not source.stepped_alike(mode.command):
+        yield (
+            f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is that of '
+            "the others. Record the torque in this stepping"
         )
 
 

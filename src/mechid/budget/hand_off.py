@@ -20,6 +20,7 @@ FloatArray = NDArray[np.float64]
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
+EMISSION = "emission.csv"
 
 
 def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
@@ -38,6 +39,7 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
         HARMONICS: _harmonics(budget),
         LINES: _line_of_sight(budget),
         ENVELOPE: _envelope(budget),
+        EMISSION: _emission(budget),
         CROSSINGS: _crossings(budget),
         JSON: json_text(budget_data(budget) if data is None else data),
     }
@@ -53,27 +55,35 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
 
 
 def _harmonics(budget: Budget) -> Iterator[str]:
-    """Yield the torque's lines: rate, order a full step, amplitude, phase, sigma; two-way; their numerical error.
+    """Yield the torque's lines: rate, order a full step, amplitude, phase, sigma; two-way; numerical error; bound.
 
+    Behind the model's lines at a rate stand those that it lacks and the bench's records have, without a phase.
     Phases are those of Re(line e^(2 pi i f t)), t from the start of a motion's period, one-way and two-way alike.
     """
     yield (
         "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
-        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period\n"
+        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period,residual_Nm,bound_Nm,residual_carried\n"
     )
     for made in budget.modes:
         for k, response in enumerate(made.responses):
-            s = response.state
+            s, exerted = response.state, made.emissions[k]
+            beside = [
+                f"{residual:.6e},{bound:.6e},{how}\n"
+                for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.carried, strict=True)
+            ]
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
             sigmas = line_sigmas(budget, response)
-            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, strict=True)
-            for order, f, line, sigma, two_way, error, floor in rows:
+            n = s.lines.size
+            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True)
+            for order, f, line, sigma, two_way, error, floor, bound in rows:
                 phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
                 yield (
                     f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
                     f"{np.degrees(np.angle(line)):.4f},{sigma:.3e},{_number(abs(two_way))},{phase},{error:.3e},{floor:.3e},"
-                    f"{s.samples_a_period:.9g}\n"
+                    f"{s.samples_a_period:.9g},{bound}"
                 )
+            for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], beside[n:], strict=True):
+                yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
 
 
 def line_sigmas(budget: Budget, response: Response) -> FloatArray:
@@ -137,6 +147,17 @@ def _envelope(budget: Budget) -> Iterator[str]:
             edges = band_edges(made.mode.highest_hz)
             for low, high, size in zip(edges, edges[1:], made.order_map.envelope(edges), strict=False):
                 yield f"{made.mode.name},{low:.6g},{high:.6g},{size:.9e}\n"
+
+
+def _emission(budget: Budget) -> Iterator[str]:
+    """Yield the torque's RMS in third octaves at each rate: the model's, what it lacks, and the bound of both."""
+    yield "mode,rate_steps_per_s,from_Hz,to_Hz,modelled_rms_Nm,residual_rms_Nm,bound_rms_Nm\n"
+    for made in budget.modes:
+        for response, exerted in zip(made.responses, made.emissions, strict=True):
+            columns = (exerted.band_modelled, exerted.band_residual, exerted.band_bound)
+            for (low, high), *rms in zip(exerted.bands_hz, *columns, strict=True):
+                numbers = ",".join(f"{value:.6e}" for value in rms)
+                yield f"{made.mode.name},{response.state.rate:.9g},{low:.6g},{high:.6g},{numbers}\n"
 
 
 def _crossings(budget: Budget) -> Iterator[str]:

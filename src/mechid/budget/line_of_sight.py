@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.indices import Index
-from mechid.budget.pointing_error import PointingError, Random, Source
+from mechid.budget.pointing_error import Incoherent, PointingError, Random, Source
+from mechid.budget.residual_source import EDGES_HZ, ResidualHere
 from mechid.budget.steady_state import SteadyState
 from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
@@ -21,6 +22,10 @@ ComplexArray = NDArray[np.complex128]
 
 QUIET = 1e-4
 """A line below this share of the largest is left out of levels; together they are far below the bands."""
+LINE_SPACING = 0.5
+"""Of the model's lines, as a multiple of the step rate: what of a density falls to each."""
+SLICES = 6000
+"""Of a density over the frequency, in equal ratios: a resonance of 0.5 % damping is a dozen of them wide."""
 NOT_STEADY = 1e-3
 """Share of the RMS that does not repeat from which on it counts as a random part."""
 
@@ -45,6 +50,12 @@ class LineOfSight(Protocol):
     def missed(self, discrepancy: Discrepancy, rng: np.random.Generator) -> LineOfSight:
         """Return a draw of what it may really be, by what the model misses."""
 
+    def with_residual(self, rng: np.random.Generator) -> LineOfSight:
+        """Return a draw of it with the lines that the model lacks on top of its own, at phases of their own."""
+
+    def without_residual(self) -> LineOfSight:
+        """Return what the model alone makes of it."""
+
     def rms(self) -> FloatArray:
         """Return the RMS along each line of sight, (m,) rad."""
 
@@ -66,6 +77,10 @@ class Response:
         Share of the torque lines' RMS at frequencies that the structure does not cover.
     random : Random or None
         Of what does not repeat; None where it is small.
+    residual : ResidualHere or None
+        What the model lacks of the torque; None where nothing is known of it.
+    lacking : Incoherent or None
+        What that makes of the line of sight; None where it is nothing.
     """
 
     axes: tuple[str, ...]
@@ -74,6 +89,8 @@ class Response:
     phasors: ComplexArray
     uncovered: float
     random: Random | None
+    residual: ResidualHere | None = None
+    lacking: Incoherent | None = None
 
     @property
     def columns(self) -> int:
@@ -91,7 +108,7 @@ class Response:
         size = np.asarray(np.abs(self.phasors).max(axis=1))
         loud = np.asarray(size > QUIET * size.max(initial=0.0))
         phasors, slopes, orders = self.phasors[loud], self.slopes[:, loud], self.state.orders[loud]
-        randoms = () if self.random is None else (self.random,)
+        randoms = tuple(part for part in (self.random, self.lacking) if part is not None)
 
         def moved(by: FloatArray) -> PointingError:
             at = phasors + np.tensordot(by, slopes, axes=1) if by.any() else phasors
@@ -106,27 +123,70 @@ class Response:
         amplitude, phase = rng.normal(size=(2, share.size)) * share
         return replace(self, phasors=self.phasors * ((1.0 + amplitude) * np.exp(1j * phase))[:, None])
 
+    def with_residual(self, rng: np.random.Generator) -> Response:
+        """Return a draw with what the model lacks at each of its lines added, at a phase of its own."""
+        return replace(self, phasors=self.phasors + self.lacking_lines(1, rng)[0][:, None] * self.transfer)
+
+    def without_residual(self) -> Response:
+        """Return what the model alone makes of it."""
+        return replace(self, residual=None, lacking=None)
+
+    def lacking_lines(self, count: int, rng: np.random.Generator) -> ComplexArray:
+        """Return draws of what the model lacks at each of its lines, (count, n) N m."""
+        if self.residual is None:
+            return np.zeros((count, self.state.lines.size), dtype=np.complex128)
+        here = self.residual
+        return here.draws(here.at_orders(self.state.step_orders, LINE_SPACING, here.limit), count, rng)
+
     def rms(self) -> FloatArray:
         """Return the RMS of the lines along each line of sight, (m,) rad."""
         return np.asarray(np.sqrt(0.5 * np.sum(np.abs(self.phasors) ** 2, axis=0)), dtype=np.float64)
 
     def whole_rms(self) -> FloatArray:
-        """Return the RMS of the lines and of what does not repeat along each line of sight, (m,) rad."""
+        """Return the RMS of the lines and of what does not repeat along each line of sight, (m,) rad.
+
+        What the model lacks is not part of it: it is the same of all motions at a rate.
+        """
         if self.random is None:
             return self.rms()
         beside = [cumulative_rms(self.random.frequency_hz, column)[-1] for column in self.random.density.T]
         return np.hypot(self.rms(), np.array(beside, dtype=np.float64))
 
+    def lacking_rms(self) -> FloatArray:
+        """Return the RMS of what the model lacks along each line of sight, (m,) rad."""
+        if self.lacking is None:
+            return np.zeros(len(self.axes))
+        return np.asarray(np.sqrt(self.lacking.power.sum(axis=0)), dtype=np.float64)
 
-def respond(state: SteadyState, structure: Structure) -> Response:
-    """Return the line of sight that a steady torque makes."""
+
+def respond(
+    state: SteadyState, structure: Structure, residual: ResidualHere | None = None, highest_hz: float = np.inf
+) -> Response:
+    """Return the line of sight that a steady torque makes, with what the model lacks of it up to a frequency."""
     transfer = structure.to_line_of_sight(state.frequency_hz)
     known = np.asarray(np.isfinite(transfer).all(axis=1))
     transfer = np.where(known[:, None], transfer, 0.0)
     phasors = transfer * state.lines[:, None]
     power = np.abs(state.lines) ** 2
     uncovered = float(np.sqrt(power[~known].sum() / power.sum())) if power.sum() > 0.0 else 0.0
-    return Response(structure.line_of_sight, state, transfer, phasors, uncovered, _random_part(state, structure))
+    return Response(
+        structure.line_of_sight, state, transfer, phasors, uncovered, _random_part(state, structure), residual,
+        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None,
+    )  # fmt: skip
+
+
+def _lacking(residual: ResidualHere, structure: Structure, highest_hz: float) -> Incoherent:
+    """Return what the model lacks as the line of sight has it: its lines, and its density in narrow slices."""
+    kept = (residual.amplitude > 0.0) & (residual.frequency_hz <= highest_hz)
+    lines_hz, square = residual.frequency_hz[kept], 0.5 * residual.amplitude[kept] ** 2
+    edges = np.geomspace(EDGES_HZ[0], min(highest_hz, EDGES_HZ[-1]), SLICES)
+    between_hz = np.sqrt(edges[1:] * edges[:-1])
+    density = residual.density[np.digitize(between_hz, EDGES_HZ[1:-1])]
+    heard = density > 0.0
+    frequency = np.concatenate([lines_hz, between_hz[heard]])
+    power = np.concatenate([square, (density * np.diff(edges))[heard]])
+    transfer = np.nan_to_num(np.abs(structure.to_line_of_sight(frequency)) ** 2)
+    return Incoherent(frequency, transfer * power[:, None])
 
 
 def _random_part(state: SteadyState, structure: Structure) -> Random | None:

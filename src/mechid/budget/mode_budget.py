@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.budget.emission import Emission
 from mechid.budget.line_of_sight import LineOfSight, Response
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orders import OrderMap
@@ -35,6 +36,8 @@ class ModeBudget:
         Position of the rate with the largest RMS along any line of sight.
     rms_band : (r, m, 2)
         95 % interval of the RMS at each rate, rad.
+    emissions : tuple of Emission, (r,)
+        The torque on the base at each rate, with its bound.
     two_way : tuple of Response, (r,) or none
         At each rate, the structure's modes joined with the mechanism; of those reached the largest RMS.
     two_way_course : ProfileResponse or None
@@ -58,6 +61,7 @@ class ModeBudget:
     course: ProfileResponse | None = None
     worst: int = 0
     rms_band: FloatArray = field(default_factory=lambda: np.zeros((0, 0, 2)))
+    emissions: tuple[Emission, ...] = ()
     two_way: tuple[Response, ...] = ()
     two_way_course: ProfileResponse | None = None
     loop_gain: float = float("nan")

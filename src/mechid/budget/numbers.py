@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.budget.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
 from mechid.budget.coupling import SUFFICES, loop_gain
+from mechid.budget.emission import BOUND
 from mechid.budget.hdf5 import line_of_sight_series
 from mechid.budget.line_of_sight import Response
 from mechid.budget.margins import margins
@@ -46,6 +47,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "line_of_sight": list(file.structure.line_of_sight),
         "model_discrepancy": budget.estimate.discrepancy.overall,
         "model_discrepancy_by_order": [[q, e] for q, e in sorted(budget.estimate.discrepancy.orders.items())],
+        "residual_known": budget.estimate.residual is not None,
         "flight": {
             "values": dict(file.flight.values),
             "uncertain": dict(file.flight.uncertain),
@@ -111,6 +113,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "torque_rms_Nm": at.state.rms,
         "torque_rms_error_Nm": at.state.rms_error,
         "line_of_sight_rms_rad": at.rms().tolist(),
+        "line_of_sight_rms_lacking_rad": at.lacking_rms().tolist(),
         "line_of_sight_rms_two_way_rad": two_way,
         "unsteady": at.state.unsteady,
         "steady_states": steadiness(made),
@@ -118,6 +121,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "cumulative_rms_rad": _cumulative(at),
         "map": _map(made),
         "envelope": _envelope(budget, made),
+        "emission": _emission(made),
         "over_rate": _over_rate(made),
         "series": _series(made),
         "lines": _lines(made),
@@ -160,12 +164,29 @@ def _envelope(budget: Budget, made: ModeBudget) -> dict[str, Any]:
     return {"bands": rows}
 
 
+def _emission(made: ModeBudget) -> dict[str, Any]:
+    """Return in each third octave the largest bound of its RMS at any rate, with what it consists of there."""
+    rows = []
+    for k in range(max((len(exerted.bands_hz) for exerted in made.emissions), default=0)):
+        at = int(np.argmax([exerted.band_bound[k] for exerted in made.emissions]))
+        exerted = made.emissions[at]
+        low, high = exerted.bands_hz[k].tolist()
+        if exerted.band_bound[k] > 0.0:
+            rows.append({
+                "from_hz": low, "to_hz": high, "at_rate": made.responses[at].state.rate,
+                "modelled_rms_Nm": float(exerted.band_modelled[k]), "residual_rms_Nm": float(exerted.band_residual[k]),
+                "bound_rms_Nm": float(exerted.band_bound[k]),
+            })  # fmt: skip
+    return {"bound_share": BOUND, "bands": rows}
+
+
 def _over_rate(made: ModeBudget) -> dict[str, Any]:
     two_way = [response.rms().tolist() for response in made.two_way] if made.two_way else None
     return {
         "torque_rms_Nm": [response.state.rms for response in made.responses],
         "rms_rad": [response.rms().tolist() for response in made.responses],
         "rms_ci95_rad": made.rms_band.tolist(),
+        "rms_lacking_rad": [response.lacking_rms().tolist() for response in made.responses],
         "rms_two_way_rad": two_way,
         "levels_rad": {name: curve.level.tolist() for name, curve in made.levels.items()},
         "levels_ci95_rad": {name: curve.band.tolist() for name, curve in made.levels.items()},
@@ -184,13 +205,22 @@ def _series(made: ModeBudget) -> dict[str, Any]:
 
 def _lines(made: ModeBudget) -> dict[str, Any]:
     """Return the lines at the worst rate, and the density of what does not repeat."""
-    at = made.responses[made.worst]
+    at, exerted = made.responses[made.worst], made.emissions[made.worst]
+    n = at.state.lines.size
     out: dict[str, Any] = {
         "frequency_hz": at.state.frequency_hz.tolist(),
         "order": at.state.step_orders.tolist(),
         "torque_Nm": np.abs(at.state.lines).tolist(),
         "error_Nm": at.state.error.tolist(),
         "floor_Nm": at.state.floor.tolist(),
+        "residual_Nm": exerted.residual[:n].tolist(),
+        "bound_Nm": exerted.bound[:n].tolist(),
+        "residual_carried": list(exerted.carried[:n]),
+        "lacking": [
+            {"order": float(q), "frequency_hz": float(f), "residual_Nm": float(a), "bound_Nm": float(b), "residual_carried": c}
+            for q, f, a, b, c in zip(exerted.orders[n:], exerted.frequency_hz[n:], exerted.residual[n:],
+                                     exerted.bound[n:], exerted.carried[n:], strict=True)
+        ],
         "samples_a_period": at.state.samples_a_period,
         "line_of_sight_rad": np.abs(at.phasors).T.tolist(),
         "line_of_sight_two_way_rad": np.abs(made.two_way_lines(made.worst)[1]).T.tolist() if made.two_way else None,
@@ -274,7 +304,8 @@ def _standing(budget: Budget, s: Standing) -> dict[str, Any]:
         "interpretation": r.interpretation, "confidence": r.confidence, "worst_member_share": r.worst_member_share,
         "evaluation_period_s": r.evaluation_period_s, "limit_rad": r.limit_rad,
         "level_rad": s.level.value, "sampling_sigma_rad": s.sampling_rad, "nominal_rad": s.nominal_rad,
-        "others_rad": s.others_rad, "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95),
+        "others_rad": s.others_rad, "residual_rad": s.residual_rad,
+        "residual_share": s.residual_rad / r.limit_rad, "sigma_rad": s.level.sigma, "ci95_rad": list(s.level.ci95),
         "ecss_summation_rad": s.ecss_rad, "two_way_rad": two_way, "at_rate": _rate(budget, s),
         "margin": s.margin, "margin95": list(s.margin95), **both, "met": both["decided"]["met"],
         "variance_shares": dict(sorted(s.level.shares.items(), key=lambda item: -abs(item[1]))),

@@ -42,13 +42,17 @@ class LevelCurve:
 
 
 def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
-    """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad."""
+    """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad.
+
+    With what it lacks at each of its lines too, at phases of their own.
+    """
     rng = np.random.default_rng(seed)
     by = deviations(estimate.covariance, SAMPLES, rng)
     moved = response.phasors + np.tensordot(by, response.slopes[: len(estimate.names)], axes=1)
     share = estimate.discrepancy.of_lines(response.state.step_orders)
     amplitude, phase = rng.normal(size=(2, SAMPLES, share.size)) * share
-    return np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None], dtype=np.complex128)
+    lacking = response.lacking_lines(SAMPLES, rng)[:, :, None] * response.transfer
+    return np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None] + lacking, dtype=np.complex128)
 
 
 def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:
@@ -60,14 +64,16 @@ def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> F
     return np.array(out)
 
 
+def torque_samples(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
+    """Return samples of the torque's lines as `sampled_phasors`, (k, n) N m."""
+    ones, lines = np.ones((response.state.lines.size, 1), dtype=np.complex128), response.state.lines[:, None]
+    torque = Response(("torque",), response.state, ones, lines, 0.0, None, response.residual)
+    return sampled_phasors(torque, estimate, seed)[:, :, 0]
+
+
 def torque_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> list[FloatArray]:
     """Return the 95 % interval of each torque line's amplitude at each rate, (n, 2) N m each."""
-    out = []
-    for response in responses:
-        torque = Response(response.axes, response.state, np.ones((response.state.lines.size, 1), dtype=np.complex128),
-                          response.state.lines[:, None], 0.0, None)  # fmt: skip
-        out.append(np.quantile(np.abs(sampled_phasors(torque, estimate, seed)[:, :, 0]), LIMITS95, axis=0).T)
-    return out
+    return [np.quantile(np.abs(torque_samples(r, estimate, seed)), LIMITS95, axis=0).T for r in responses]
 
 
 def level_curve(

@@ -146,6 +146,25 @@ def _variance(random: Random, index: Index) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
+class Incoherent:
+    """Lines whose phases are not known, many enough that together they are taken as Gaussian.
+
+    Parameters
+    ----------
+    frequency_hz : (k,)
+    power : (k, m)
+        Mean square of each along each line of sight, rad^2.
+    """
+
+    frequency_hz: FloatArray
+    power: FloatArray
+
+    def variance(self, index: Index) -> FloatArray:
+        """Return their variance under an index, (m,) rad^2."""
+        return np.asarray(index.weight(self.frequency_hz) @ self.power, dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
 class FlatRandom:
     """A Gaussian part with a density that is flat up to a frequency.
 
@@ -181,12 +200,12 @@ class PointingError:
         rad.
     parts : tuple of Part
         `Source` for lines, `Sampled` for a course over time.
-    randoms : tuple of Random or FlatRandom
+    randoms : tuple of Random, FlatRandom or Incoherent
     """
 
     bias: FloatArray
     parts: tuple[Part, ...] = ()
-    randoms: tuple[Random | FlatRandom, ...] = ()
+    randoms: tuple[Random | FlatRandom | Incoherent, ...] = ()
 
     def sigma(self, index: Index) -> FloatArray:
         """Return the standard deviation of the random parts under an index, (m,) rad."""

@@ -131,6 +131,15 @@ class ProfileResponse:
         factor = 1.0 + discrepancy.overall * float(rng.normal())
         return replace(self, series=factor * self.series, slopes=self.slopes[:0])
 
+    def with_residual(self, rng: np.random.Generator) -> ProfileResponse:
+        """Return itself: of a profile the model's discrepancy alone says what it lacks."""
+        del rng
+        return self
+
+    def without_residual(self) -> ProfileResponse:
+        """Return itself."""
+        return self
+
 
 def run_profile(
     mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, structure: Structure

@@ -58,6 +58,8 @@ class Standing:
         The same as `level` by the standard's own summation, |mean| + n_p sigma.
     others_rad : float
         The level over time of the other sources alone, while the mechanism rests.
+    residual_rad : float
+        By how much the level is larger for what the model lacks and the bench's records have left.
     spread_shares : mapping of str to float
         Who makes the levels differ within the ensemble: shares of their variance.
     """
@@ -69,6 +71,7 @@ class Standing:
     sampling_rad: float
     ecss_rad: float
     others_rad: float = 0.0
+    residual_rad: float = 0.0
     spread_shares: Mapping[str, float] = field(default_factory=dict)
 
     @property

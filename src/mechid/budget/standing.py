@@ -11,7 +11,7 @@ from mechid.budget.ensemble import Ensemble
 from mechid.budget.ensemble_level import FromDraws, ensemble_level
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.levels import CONE, Mixture, member_level, mixed_level
-from mechid.budget.line_of_sight import LineOfSight, Moved
+from mechid.budget.line_of_sight import LineOfSight, Moved, Response
 from mechid.budget.main_effects import MainEffects, main_effects
 from mechid.budget.other_errors import OtherError
 from mechid.budget.pointing_error import POINTS, QUICK_POINTS, PointingError
@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 MISSED_DRAWS = 128
 """Of what the model misses."""
 DISCREPANCY = "model discrepancy"
+RESIDUAL = "lines that the model lacks"
 SAMPLING = "draws of the ensemble"
 Parts = Sequence[tuple[float, LineOfSight]]
 """Lines of sight by the share of the time in which each is there; what is left to 1, the mechanism rests."""
@@ -39,7 +40,8 @@ def standing(requirement: Requirement, mode: str, parts: Parts, estimate: Estima
     known = drawn(worst.value, lambda by: scale * at.quick(at.member(by)), estimate.covariance, estimate.names)
     return Standing(
         requirement=requirement, mode=mode,
-        level=_with_part(_with_part(known, scale * at.missed_sigma(), DISCREPANCY), worst.sigma, SAMPLING),
+        level=at.with_other_parts(known, scale, worst.sigma),
+        residual_rad=worst.value - scale * at.quick_without_residual() if at.lacks else 0.0,
         nominal_rad=nominal, sampling_rad=worst.sigma, ecss_rad=at.by_ecss(),
         others_rad=at.level(at.rests()) if ensemble.errors else 0.0, spread_shares=effects.shares(ensemble.variables),
     )  # fmt: skip
@@ -136,12 +138,39 @@ class _View:
         missed = self.estimate.discrepancy
         if not missed.overall and not missed.orders:
             return 0.0
-        rng, levels, index = np.random.default_rng(0), [], self.requirement.index
-        for _ in range(MISSED_DRAWS):
-            drawn_parts = [(share, part.missed(missed, rng)) for share, part in self.parts]
-            own = [(share, part.under(index)(np.zeros(part.columns))) for share, part in drawn_parts]
-            levels.append(self.quick(self._with_rest(own, np.zeros(len(self.ensemble.errors)))))
-        return float(np.std(levels))
+        rng = np.random.default_rng(0)
+        drawn = ([(share, part.missed(missed, rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        return float(np.std([self._drawn_level(parts) for parts in drawn]))
+
+    @property
+    def lacks(self) -> bool:
+        """Whether the bench's records have left anything that flies."""
+        return any(isinstance(part, Response) and part.lacking is not None for _, part in self.parts)
+
+    def quick_without_residual(self) -> float:
+        """Return the nominal level of what the model alone makes, at fewer instants."""
+        return self._drawn_level([(share, part.without_residual()) for share, part in self.parts])
+
+    def lacking_sigma(self) -> float:
+        """Return the scatter of the nominal level by the phases and sizes of the lines that the model lacks."""
+        if not self.lacks:
+            return 0.0
+        rng = np.random.default_rng(0)
+        drawn = ([(share, part.with_residual(rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        return float(np.std([self._drawn_level(parts) for parts in drawn]))
+
+    def with_other_parts(self, known: Band, scale: float, sampling: float) -> Band:
+        """Return a band by the parameters with what the model misses and lacks, and the ensemble's sampling error."""
+        band = _with_part(known, scale * self.missed_sigma(), DISCREPANCY)
+        if self.lacks:
+            band = _with_part(band, scale * self.lacking_sigma(), RESIDUAL)
+        return _with_part(band, sampling, SAMPLING)
+
+    def _drawn_level(self, parts: Parts) -> float:
+        """Return the nominal level of lines of sight as drawn."""
+        index = self.requirement.index
+        own = [(share, part.under(index)(np.zeros(part.columns))) for share, part in parts]
+        return self.quick(self._with_rest(own, np.zeros(len(self.ensemble.errors))))
 
     def by_ecss(self) -> float:
         """Return the level by the standard's summation; a cone is the root of its axes' squares."""

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.analysis.residual_file import FILE_NAME as RESIDUAL_NAME
+from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
 from mechid.campaign import mechanism_text
 from mechid.errors import InputFileError
@@ -14,6 +16,7 @@ from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAM
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS
 from mechid.writing import write_together
 
 REPORT_NAME = "report.json"
@@ -28,7 +31,7 @@ def write_results(
     mechanism_name: str = MECHANISM_NAME,
     validation: Mapping[str, RecordValidation] | None = None,
 ) -> list[Path]:
-    """Write estimate.json, report.json and the mechanism with the estimated values.
+    """Write estimate.json, report.json, residual.json and the mechanism with the estimated values.
 
     Each is written beside its place first; earlier ones are replaced when all are whole.
 
@@ -59,6 +62,7 @@ def write_results(
     texts = {
         mechanism_name: text,
         REPORT_NAME: json_text({**data, "provenance": fit.provenance}),
+        RESIDUAL_NAME: json_text(residual_content(fit, validation or {})),
         ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
     return write_together(folder, texts)
@@ -69,7 +73,7 @@ def estimated_text(fit: Fit, *, synthetic: bool) -> str:
     lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
     if synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    return mechanism_text(fit.mechanism, "\n".join([*lines, fit.outcome.value]))
+    return mechanism_text(fit.mechanism, "\n".join([*lines, GRADE_WORDS[fit.grade], fit.outcome.value]))
 
 
 def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:

@@ -5,7 +5,7 @@ from mechid.signal.autoregression import autocorrelation
 from mechid.signal.density import Band, power_density, third_octaves
 from mechid.signal.envelope import envelope, peak_groups
 from mechid.signal.noise import noise_floor
-from mechid.signal.orders import order_amplitudes
+from mechid.signal.orders import order_amplitudes, order_signal
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.spectrum import amplitude_spectrum, line_amplitude, peak_spectrum
 from mechid.signal.whiteness import LjungBox, effective_samples, effective_samples_of, ljung_box
@@ -24,6 +24,7 @@ __all__ = [
     "ljung_box",
     "noise_floor",
     "order_amplitudes",
+    "order_signal",
     "peak_groups",
     "peak_spectrum",
     "power_density",

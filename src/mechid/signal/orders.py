@@ -39,3 +39,9 @@ def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float
     amplitudes = solution[1 : count + 1] - 1j * solution[count + 1 :]
     error = np.sqrt(2.0 * variance / position.size)
     return np.asarray(amplitudes, dtype=np.complex128), np.asarray(error, dtype=np.float64)
+
+
+def order_signal(amplitudes: ComplexArray, position: FloatArray, orders: Sequence[float]) -> FloatArray:
+    """Return the sum of sines at travelled positions, (N,), in the unit of their amplitudes, (K,) as above."""
+    turning = np.exp(2j * np.pi * np.outer(position, orders))
+    return np.asarray((turning @ amplitudes).real, dtype=np.float64)

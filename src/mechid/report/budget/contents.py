@@ -16,6 +16,8 @@ STEADY = (
     "line of sight RMS, rad", "",
 )  # fmt: skip
 """Of the table of steady states."""
+EMISSION = ("Hz", "at, steps/s", "model, RMS N m", "lacking, RMS N m", "95 % bound, RMS N m")
+"""Of the table of the torque on the base."""
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
@@ -23,13 +25,14 @@ REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 def budget_contents(data: Data) -> dict[str, Any]:
     """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
     modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode),
-              "steady_rows": steady_rows(data, mode)} for k, mode in enumerate(data["modes"])]  # fmt: skip
+              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode)} for k, mode in enumerate(data["modes"])]  # fmt: skip
     return {
         **data,
         "modes": modes,
         "requirements": [{**r, "text": requirement_text(r)} for r in data["requirements"]],
         "verdict": budget_verdict(data),
         "steady_columns": STEADY,
+        "emission_columns": EMISSION,
     }
 
 
@@ -59,6 +62,7 @@ def requirement_text(r: Data) -> dict[str, str]:
         "sampling": plain(r["sampling_sigma_rad"], 2) if r["sampling_sigma_rad"] else NO_NUMBER,
         "nominal": plain(r["nominal_rad"], 4),
         "others": plain(r["others_rad"], 3),
+        "lacking": _lacking(r),
         "two_way": NO_NUMBER if r["two_way_rad"] is None else plain(r["two_way_rad"], 4),
         "ecss": plain(r["ecss_summation_rad"], 3),
         "limit": plain(r["limit_rad"], 3),
@@ -71,6 +75,13 @@ def requirement_text(r: Data) -> dict[str, str]:
         "spread": drivers(r["spread_shares"], shown=4),
         "worst_member": f"{100.0 * worst:.5g} % are no worse; " if worst and any(r["spread_shares"].values()) else "",
     }
+
+
+def _lacking(r: Data) -> str:
+    """Return by how much the level is larger for what the model lacks, and its share of the limit."""
+    if not r["residual_rad"]:
+        return NO_NUMBER
+    return f"{plain(r['residual_rad'], 2)} ({100.0 * r['residual_share']:.2g} %)"
 
 
 def _margin(r: Data) -> str:
@@ -93,9 +104,26 @@ def _mode_text(data: Data, mode: Data) -> dict[str, str]:
         "torque": plain(mode["torque_rms_Nm"], 3),
         "one_way": _per_axis(data, mode["line_of_sight_rms_rad"]),
         "two_way": _per_axis(data, mode["line_of_sight_rms_two_way_rad"]),
+        "lacking": _per_axis(data, _lacking_rms(mode)),
         "gain": plain(mode["loop_gain"], 2),
         "slowest": _slowest(mode),
     }
+
+
+def _lacking_rms(mode: Data) -> Any:
+    """Return the RMS along each line of sight of what the model lacks; None where nothing is known of it."""
+    rms = mode["line_of_sight_rms_lacking_rad"] if mode["kind"] == "steady" else None
+    return rms if rms and any(rms) else None
+
+
+def emission_rows(mode: Data) -> list[tuple[str, ...]]:
+    """Return a row of texts for each third octave of the torque; see `EMISSION`."""
+    bands = mode["emission"]["bands"] if mode["kind"] == "steady" else []
+    return [
+        (f"{plain(b['from_hz'], 3)} to {plain(b['to_hz'], 3)}", plain(b["at_rate"], 4), plain(b["modelled_rms_Nm"], 3),
+         plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER, plain(b["bound_rms_Nm"], 3))
+        for b in bands
+    ]  # fmt: skip
 
 
 def _slowest(mode: Data) -> str:

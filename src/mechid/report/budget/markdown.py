@@ -9,15 +9,15 @@ from mechid.report.markdown import Strong, bullets, cell, table
 
 REQUIREMENT = (
     "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "of it by draws",
-    "two-way", "ECSS sum", "limit, rad", "one-way margin, %", "two-way margin, %", "decides, %", "of", "",
+    "of it lacking in the model (of the limit)", "two-way", "ECSS sum", "limit, rad", "one-way margin, %", "two-way margin, %", "decides, %", "of", "",
 )  # fmt: skip
 SHOWN = (
-    "statistics", "rate", "level", "sigma", "sampling", "two_way", "ecss", "limit", "one_way_margin", "two_way_margin",
+    "statistics", "rate", "level", "sigma", "sampling", "lacking", "two_way", "ecss", "limit", "one_way_margin", "two_way_margin",
     "deciding", "coupling", "met",
 )  # fmt: skip
 MODE = (
     "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",
-    "two-way", "largest R K", "slowest transient, to 1/e",
+    "lacking in the model", "two-way", "largest R K", "slowest transient, to 1/e",
 )  # fmt: skip
 
 
@@ -39,7 +39,7 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
             for r in data["requirements"]
         ]
         parts += ["## Requirements", table(REQUIREMENT, rows)]
-    keys = ("stepping", "driven", "duty", "worst_rate", "torque", "one_way", "two_way", "gain", "slowest")
+    keys = ("stepping", "driven", "duty", "worst_rate", "torque", "one_way", "lacking", "two_way", "gain", "slowest")
     parts += ["## Modes of operation", table(MODE, [(m["name"], *_texts(m, keys)) for m in data["modes"]])]
     steady = [(m["name"], *row) for m in data["modes"] for row in m["steady_rows"]]
     if steady:
@@ -47,6 +47,9 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
             "## Rates with several steady states, or an odd one",
             table(("mode", *data["steady_columns"]), steady),
         ]
+    exerted = [(m["name"], *row) for m in data["modes"] for row in m["emission_rows"]]
+    if exerted:
+        parts += ["## Torque on the base", table(("mode", *data["emission_columns"]), exerted)]
     if data["crossings"]:
         crossed = [(f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}")
                    for c in data["crossings"]]  # fmt: skip

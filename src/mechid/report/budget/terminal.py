@@ -22,6 +22,7 @@ REQUIREMENTS = (
     Column("level rad", "level"),
     Column("+- sigma", "sigma"),
     Column("by draws", "sampling"),
+    Column("lacking rad", "lacking"),
     Column("by ECSS sum", "ecss"),
     Column("limit rad", "limit"),
     Column("one-way %", "one_way_margin"),
@@ -34,6 +35,7 @@ MODES = (
     Column("worst rate", "rate"),
     Column("torque RMS N m", "torque"),
     Column("line of sight RMS rad", "one_way"),
+    Column("lacking", "lacking"),
     Column("two-way", "two_way"),
     Column("|R K|", "gain"),
 )
@@ -65,13 +67,14 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
 
 
 def _mode(mode: Mapping[str, Any]) -> dict[str, Any]:
-    two_way = mode["line_of_sight_rms_two_way_rad"]
+    two_way, lacking = mode["line_of_sight_rms_two_way_rad"], mode.get("line_of_sight_rms_lacking_rad")
     return {
         "text": {},
         "name": mode["name"],
         "rate": plain(mode["worst_rate"], 4),
         "torque": plain(mode["torque_rms_Nm"], 3),
         "one_way": ", ".join(plain(v, 3) for v in mode["line_of_sight_rms_rad"]),
+        "lacking": ", ".join(plain(v, 3) for v in lacking) if lacking and any(lacking) else "-",
         "two_way": ", ".join(plain(v, 3) for v in two_way) if two_way else "-",
         "gain": plain(mode["loop_gain"], 2),
     }

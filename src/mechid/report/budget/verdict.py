@@ -94,6 +94,8 @@ def _drivers(rows: Sequence[Data]) -> list[str]:
             continue
         told.add(r["requirement"])
         line = f"{r['requirement']}, {r['mode']}: the band by {drivers(r['variance_shares']) or 'nothing'}"
+        if r["residual_share"] >= LEAST_SHARE:
+            line += f"; what the model lacks takes {100.0 * r['residual_share']:.2g} % of the limit"
         spread = drivers(r["spread_shares"])
         out.append(f"{line}; the ensemble by {spread}" if spread else line)
     return out or [NOTHING_ASKED]

@@ -1,0 +1,133 @@
+"""What a fit leaves of a torque record, over the rate: lines at orders of the step rate, the density between them.
+
+A line that the model lacks is in no parameter's error and in no relative error of a modelled line. It is in the
+residual, and there it is told by its order: in windows of equal travel the sines of all orders are fitted together, and
+what they leave says how large noise alone would make them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import periodogram
+
+from mechid.analysis.order_tracking import TravelWindow, travel_windows
+from mechid.signal import order_amplitudes, order_signal
+from mechid.signal.density import THIRD
+from mechid.signal.series import Series
+
+FloatArray = NDArray[np.float64]
+
+TRACKED = (*np.arange(0.25, 2.0, 0.25).tolist(), *np.arange(2.0, 8.0, 0.5).tolist(), *np.arange(8.0, 17.0).tolist())
+"""Quarters to 2, where detents and imbalances of the phases stand, halves to 8, whole ones to 16 microsteps a step."""
+SPACED = tuple(zip(TRACKED, np.diff(TRACKED, prepend=0.0).tolist(), strict=True))
+"""Each with its distance to the one below."""
+CENTRES_HZ = 10.0 ** (np.arange(41) / 10.0)
+"""Of the third octaves of the density, 1 Hz to 10 kHz."""
+RATE_STEP = 0.05
+"""Windows whose rates differ by less, relative, are one rate."""
+TURNS = 2.0
+"""Of the difference of two neighbouring orders that a window has to hold for both to be told apart."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResidualAtRate:
+    """What is left of a torque record at one rate.
+
+    Attributes
+    ----------
+    rate : float
+        Full steps/s, its magnitude.
+    windows : int
+    duration_s : float
+        Of all windows.
+    amplitude : (K,)
+        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the record
+        does not reach or resolve the order.
+    sigma : (K,)
+        The same that noise of the density between the lines would give alone.
+    density : (B,)
+        What lies between the lines, (N m)^2/Hz, in third octaves about `CENTRES_HZ`; NaN where no window resolves it.
+    """
+
+    rate: float
+    windows: int
+    duration_s: float
+    amplitude: FloatArray
+    sigma: FloatArray
+    density: FloatArray
+
+
+@dataclass(frozen=True)
+class _Window:
+    rate: float
+    duration_s: float
+    power: FloatArray
+    noise: FloatArray
+    density: FloatArray
+
+
+def residual_emission(residual: Series, travel: Series, sample_rate_hz: float) -> tuple[ResidualAtRate, ...]:
+    """Return what is left of a torque record by rate, ascending; none where the command travels too little.
+
+    Parameters
+    ----------
+    residual : Series of N samples
+        Measured less model, offset and drift, N m.
+    travel : Series of N samples
+        Full steps travelled at each sample, never falling.
+    sample_rate_hz : float
+    """
+    found: dict[int, list[_Window]] = {}
+    for window in travel_windows(travel, sample_rate_hz):
+        orders = [q for q, apart in SPACED if window.reaches(q) and apart * window.travelled >= TURNS]
+        if orders and window.size > 4 * len(orders) + 4:
+            key = round(np.log(window.rate) / np.log1p(RATE_STEP))
+            found.setdefault(key, []).append(_tracked(window, window.of(residual), orders))
+    return tuple(_joined(found[key]) for key in sorted(found))
+
+
+def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Window:
+    amplitudes, _ = order_amplitudes(left[:, None], window.position, orders)
+    between = left - left.mean() - order_signal(amplitudes[:, 0], window.position, orders)
+    duration_s = left.size / window.sample_rate_hz
+    density = _third_octaves(between, window.sample_rate_hz, window.rate * np.array(orders))
+    known, tracked = np.isfinite(density), np.isin(TRACKED, orders)
+    near = np.interp(np.log(window.rate * np.array(orders)), np.log(CENTRES_HZ[known]), density[known])
+    power, noise = np.full((2, len(TRACKED)), np.nan)
+    power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
+    return _Window(window.rate, duration_s, power, noise, density)
+
+
+def _third_octaves(between: FloatArray, sample_rate_hz: float, lines_hz: FloatArray) -> FloatArray:
+    """Return the mean density in each band, a bin less for each line that was fitted there; NaN where no bin is left."""
+    frequency, density = periodogram(between, sample_rate_hz, window="hann")
+    edges = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
+    bins, lines = (np.histogram(at, edges)[0] for at in (frequency, lines_hz))
+    left = bins - lines
+    power = np.histogram(frequency, edges, weights=density)[0]
+    return np.where(left > 0, power / np.maximum(left, 1), np.nan)
+
+
+def _joined(windows: list[_Window]) -> ResidualAtRate:
+    with np.errstate(invalid="ignore"):
+        power, noise, density = (
+            _mean(np.array([getattr(w, name) for w in windows])) for name in ("power", "noise", "density")
+        )
+    return ResidualAtRate(
+        rate=float(np.mean([w.rate for w in windows])),
+        windows=len(windows),
+        duration_s=sum(w.duration_s for w in windows),
+        amplitude=np.sqrt(power),
+        sigma=np.sqrt(noise),
+        density=density,
+    )
+
+
+def _mean(rows: FloatArray) -> FloatArray:
+    """Return the mean of each column over what is known, NaN where nothing is."""
+    known = np.isfinite(rows)
+    count = known.sum(axis=0)
+    return np.where(count > 0, np.where(known, rows, 0.0).sum(axis=0) / np.maximum(count, 1), np.nan)

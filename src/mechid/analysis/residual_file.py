@@ -1,0 +1,159 @@
+"""residual.json: what a fit leaves of its torque records over the rate, beside the estimate it belongs to.
+
+The budget has no records; this is what it needs of them.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
+from mechid.analysis.validation import TORQUE, RecordValidation
+from mechid.errors import InputFileError
+from mechid.identification.result.fit import Fit
+
+FloatArray = NDArray[np.float64]
+
+FILE_NAME, FORMAT = "residual.json", "mechid-residual/1"
+DIGITS = 5
+STALE = "make it anew by mechid report, or delete it"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResidualRecord:
+    """What is left of one torque record.
+
+    Attributes
+    ----------
+    name : str
+    stepping : str
+        As it was driven: "full", "half" or "micro".
+    microsteps : int
+    noise_sigma : float
+        Of a sample, N m, white.
+    sample_rate_hz : float
+    rates : tuple of ResidualAtRate
+        Ascending.
+    """
+
+    name: str
+    stepping: str
+    microsteps: int
+    noise_sigma: float
+    sample_rate_hz: float
+    rates: tuple[ResidualAtRate, ...]
+
+    @property
+    def noise_density(self) -> float:
+        """One-sided density of the white noise, (N m)^2/Hz."""
+        return 2.0 * self.noise_sigma**2 / self.sample_rate_hz
+
+
+def residual_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> dict[str, Any]:
+    """Return the content of residual.json; records that contradicted the others and were left out are not in it.
+
+    Parameters
+    ----------
+    fit : Fit
+        Signed, as it is left.
+    validation : mapping
+        Of the records, as `validate` makes it.
+    """
+    records = {}
+    for name, record in validation.items():
+        channel = record.channels.get(TORQUE)
+        if channel is not None and channel.emission and not fit.records[name].taken.left_out:
+            records[name] = {
+                "stepping": record.command["stepping"],
+                "microsteps": record.command["microsteps"],
+                "noise_sigma": fit.records[name].channels[TORQUE].noise_sigma,
+                "sample_rate_hz": 2.0 * float(channel.spectrum_hz[-1]),
+                "rates": [_row(at) for at in channel.emission],
+            }
+    return {
+        "format": FORMAT,
+        "unit": "N m",
+        "orders": list(TRACKED),
+        "band_centres_hz": CENTRES_HZ.tolist(),
+        "records": records,
+        "provenance": dict(fit.provenance),
+    }
+
+
+def read_residual(estimate: Mapping[str, Any], folder: Path) -> tuple[ResidualRecord, ...] | None:
+    """Return what is left of the records of an estimate; None where no residual.json lies beside it.
+
+    Parameters
+    ----------
+    estimate : mapping
+        Content of estimate.json.
+    folder : Path
+        Where that lies.
+
+    Raises
+    ------
+    InputFileError
+        The file is damaged, or of another fit.
+    """
+    path = folder / FILE_NAME
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"{path}: is damaged ({error}); {STALE}") from error
+    try:
+        if content["format"] != FORMAT or content["orders"] != list(TRACKED):
+            raise InputFileError(f"{path}: is of another version of mechid; {STALE}")
+        if content["provenance"] != estimate.get("provenance"):
+            raise InputFileError(f"{path}: is of another fit than estimate.json beside it; {STALE}")
+        return tuple(_record(name, entry) for name, entry in content["records"].items())
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputFileError(f"{path}: is damaged at {error}; {STALE}") from error
+
+
+def _row(at: ResidualAtRate) -> dict[str, Any]:
+    return {
+        "rate": at.rate,
+        "windows": at.windows,
+        "duration_s": at.duration_s,
+        "amplitude": _rounded(at.amplitude),
+        "sigma": _rounded(at.sigma),
+        "density": _rounded(at.density),
+    }
+
+
+def _rounded(values: FloatArray) -> list[float]:
+    return [float(f"{value:.{DIGITS}g}") for value in values]
+
+
+def _record(name: str, entry: Mapping[str, Any]) -> ResidualRecord:
+    return ResidualRecord(
+        name=name,
+        stepping=str(entry["stepping"]),
+        microsteps=int(entry["microsteps"]),
+        noise_sigma=float(entry["noise_sigma"] or 0.0),
+        sample_rate_hz=float(entry["sample_rate_hz"]),
+        rates=tuple(
+            ResidualAtRate(
+                rate=float(row["rate"]),
+                windows=int(row["windows"]),
+                duration_s=float(row["duration_s"]),
+                amplitude=_array(row["amplitude"]),
+                sigma=_array(row["sigma"]),
+                density=_array(row["density"]),
+            )
+            for row in entry["rates"]
+        ),
+    )
+
+
+def _array(values: list[float | None]) -> FloatArray:
+    return np.array([np.nan if value is None else value for value in values], dtype=np.float64)
