@@ -9,7 +9,8 @@ import pytest
 from mechid.analysis import validate, with_validation
 from mechid.command import Command, RateProfile
 from mechid.identification.identify import make_problem
-from mechid.identification.result.fit import Fit, FitOutcome
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.record_fit import record_fit
 from synthetic import COMMANDS, NOISE_NM, campaign, measured, record, torque_of, truth
 

@@ -100,7 +100,7 @@ def with_noise(changed, sigma):
 def test_a_noise_level_of_nothing_is_told(changed, sigma):
     (said,) = load_campaign(with_noise(changed, sigma)).warnings
     assert said.startswith(f"{FULL}noise_sigma of torque: found {float(sigma):.4g}, where the channel's own standard")
-    assert said.endswith("a millionth of that is taken")
+    assert said.endswith("a millionth of that is used")
 
 
 @pytest.mark.parametrize("sigma", ["1e9", "1.7e308"])

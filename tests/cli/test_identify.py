@@ -10,8 +10,8 @@ from mechid.campaign import read_mechanism
 from mechid.campaign.bench import TRUTH
 from mechid.cli import identification
 from mechid.identification.identify import identify
-from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
+from mechid.identification.result.outcome import FitOutcome
 
 FILES = ["estimate.json", "figures", "journal.jsonl", "mechanism.toml", "report.html", "report.json", "report.md"]
 WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]

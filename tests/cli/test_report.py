@@ -10,7 +10,7 @@ import pytest
 from mechid.campaign import load_campaign
 from mechid.cli import identification
 from mechid.identification.identify import identify
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 
 NAMES = ["report.html", "report.json", "report.md"]
 

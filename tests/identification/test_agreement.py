@@ -11,8 +11,8 @@ from mechid.command import RateProfile
 from mechid.identification.contradiction.alternatives import turns_deg
 from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
-from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.grade import Cause, Grade
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.stages import growth
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
 

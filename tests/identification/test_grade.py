@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
+from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import ChannelFit, Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
-from mechid.identification.result.grading import Evidence, graded
+from mechid.identification.result.outcome import FitOutcome
 
 EVENT = "the model's friction goes from stuck to forward"
 FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
@@ -115,6 +116,18 @@ def test_a_limit_of_steps_counts_by_what_is_still_promised(fall, grade, causes):
 def test_an_event_missed_for_less_than_a_window_is_b():
     found = graded(fit(outcome=FitOutcome.EVENT_MISSED), EVIDENCE)
     assert (found.grade, only(found).cause) == (Grade.B, Cause.EVENT_MISSED)
+
+
+@pytest.mark.parametrize(("over", "grade"), [(1.1, Grade.A), (5.0, Grade.B)])
+def test_one_record_without_steps_is_complete_only_down_to_its_noise(over, grade):
+    """Truth: its residual beside its noise; parts of it are compared over time alone."""
+    own = record("full")
+    channel = replace(own.channels["torque"], residual_rms=over * 2e-3)
+    own = replace(own, channels={"torque": channel})
+    alone = Consistency(time=Scatter(ratio=1.0, z=0.2, clusters=10))
+    assert graded(fit(own, consistency=alone), EVIDENCE).grade is grade
+    steps = replace(alone, phase=Scatter(ratio=1.0, z=0.2, clusters=32))
+    assert graded(fit(own, consistency=steps), EVIDENCE).grade is Grade.A
 
 
 def test_a_record_that_is_not_followed_is_c_with_instant_cause_and_command():

@@ -8,7 +8,7 @@ import pytest
 
 from mechid.campaign import Stage, load_campaign
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.uncertainty.covariance import residual
 
 

@@ -14,7 +14,7 @@ from layouts import mechanism_of, paper_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.noise_level import LARGEST, NoiseSource, known_noise
 from mechid.identification.refit.reopened import reopened
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.gates import Growth
 from mechid.identification.uncertainty.raised_noise import FACTOR, MOST_SHARE, moved, raised
 from synthetic import NOISE_NM, RATE_HZ, bench, campaign, displaced, truth

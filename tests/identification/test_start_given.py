@@ -4,7 +4,7 @@ import pytest
 
 import synthetic
 from mechid.errors import FitError
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.start_given import identify_from
 from synthetic import displaced
 

@@ -11,8 +11,8 @@ from typing import Any
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
-from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.grade import Grade
+from mechid.identification.result.outcome import FitOutcome
 from mechid.parameter import Status
 from mechid.plant.tables import TABLES, table_of
 

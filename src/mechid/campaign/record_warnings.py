@@ -75,7 +75,7 @@ def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterato
             at = place.key("channels").item(index).key("noise_sigma")
             raise at.error(f"{said} in the numbers of the file; at that level any motion is as good as any other")
         if match.noise_sigma * FAR_OFF < spread:
-            yield f"noise_sigma of {match.quantity}: {said}; a millionth of that is taken"
+            yield f"noise_sigma of {match.quantity}: {said}; a millionth of that is used"
 
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:

@@ -19,8 +19,9 @@ from mechid.identification.computation.progress import Progress
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
-from mechid.identification.result.fit import Fit, FitOutcome
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.outcome import FitOutcome
 from mechid.report import print_report, report_data, write_results
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
@@ -22,7 +23,6 @@ from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
-from mechid.identification.result.grading import Evidence, graded
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain

@@ -18,7 +18,8 @@ from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
-from mechid.identification.result.fit import Fit, FitOutcome
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
 from mechid.identification.stages.freeze import freeze_dependent

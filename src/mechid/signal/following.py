@@ -13,7 +13,7 @@ from mechid.signal.series import Series
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 WINDOW_S = 0.05
-OF_WINDOW, OF_RECORD, MOST_OF_RECORD = 0.5, 0.1, 0.5
+OF_WINDOW, OF_RECORD, MOST_OF_RECORD = 0.5, 0.125, 0.5
 """Shares of the measured RMS, in the window and over the record, up to which a residual's RMS counts as followed."""
 THROUGHOUT = 2.0
 """Times the median of all windows that a residual may reach in one: what is there throughout is no loss."""
@@ -54,7 +54,7 @@ def following(
 
     In every window of 50 ms the residual's mean square is at most
 
-        max(0.5 m, 0.1 M, min(2 e, 0.5 M))^2 + chance noise^2
+        max(0.5 m, 0.125 M, min(2 e, 0.5 M))^2 + chance noise^2
 
     with m the measured RMS in the window, M that of the whole series, and e the median of the residual's RMS in all
     windows: noise of any colour, and what a model lacks throughout, are no loss.

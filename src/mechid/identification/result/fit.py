@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,53 +13,12 @@ from scipy.special import stdtrit
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.outcome import FitOutcome
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
-
-
-class FitOutcome(Enum):
-    """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""
-
-    CONVERGED = "The joint fit of all records has converged."
-    STAGES_DONE = "The stages of the campaign file have been worked through."
-    EVENT_MISSED = (
-        "The joint fit has converged, but for a moment it leaves a record by more than its residual elsewhere: "
-        "a stick/slip falls the other way there."
-    )
-    HORIZON = (
-        "No start was found from which the model follows all records to their ends; the values come from the parts "
-        "that it follows."
-    )
-    CLIFF = (
-        "The joint fit stopped at a stick/slip threshold: beyond it a stick/slip falls the other way, and the cost "
-        "rises where it should still fall."
-    )
-    NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
-    FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
-    INTERRUPTED = "Interrupted by the user; the values are the best found so far."
-
-    @property
-    def good(self) -> bool:
-        """Whether the search came to its end."""
-        return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
-
-    @property
-    def stopped_short(self) -> bool:
-        """Whether the derivatives may still promise a step, which counts in the errors."""
-        return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
-
-    @property
-    def has_optimum(self) -> bool:
-        """Whether all that was to be fitted was, up to an optimum or near it."""
-        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
-
-    @property
-    def code(self) -> str:
-        """Short name for programs."""
-        return self.name.lower()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,16 +15,9 @@ from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
-from mechid.identification.result.fit import (
-    ChannelFit,
-    Fit,
-    FitOutcome,
-    ParameterEstimate,
-    PriorShare,
-    RecordFit,
-    StageReport,
-)
+from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.outcome import FitOutcome
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
              "prefilter_order", "rejected")  # fmt: skip

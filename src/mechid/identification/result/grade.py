@@ -24,7 +24,7 @@ class Grade(StrEnum):
 
 GRADE_WORDS: Mapping[Grade, str] = {
     Grade.A: "Grade A: the model follows all records, and their parts agree on the values.",
-    Grade.B: "Grade B: the model follows all records; the error bars are widened for what it does not explain.",
+    Grade.B: "Grade B: the model follows all records, but not all of them is explained; its reasons say what is not.",
     Grade.C: "Grade C: use no value before its reasons are settled.",
     Grade.FAILED: "Failed: there is no estimate to use.",
 }
@@ -46,17 +46,19 @@ class Cause(StrEnum):
     THRESHOLD = "threshold"
     NEAR_OPTIMUM = "near_optimum"
     EVENT_MISSED = "event_missed"
+    UNEXPLAINED = "unexplained"
 
     @property
     def grade(self) -> Grade:
         """The best grade that it allows."""
         if self in (Cause.NOT_SIMULATED, Cause.INTERRUPTED):
             return Grade.FAILED
-        return Grade.B if self in WITH_WIDER_ERRORS else Grade.C
+        return Grade.B if self in OF_USE else Grade.C
 
 
-WITH_WIDER_ERRORS = (Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED)
-"""Causes that leave the values of use: error bars count them."""
+OF_USE = (Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED,
+               Cause.UNEXPLAINED)  # fmt: skip
+"""Causes that leave the values of use."""
 CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.NOT_SIMULATED: "no simulation",
     Cause.INTERRUPTED: "interrupted",
@@ -70,6 +72,7 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.THRESHOLD: "stick/slip threshold",
     Cause.NEAR_OPTIMUM: "stopped near the optimum",
     Cause.EVENT_MISSED: "stick/slip missed",
+    Cause.UNEXPLAINED: "residual unexplained",
 }
 """A cause in two or three words; docs/glossary.md explains each."""
 

@@ -106,7 +106,7 @@ def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
 
 
 def _followed(
-    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], floor: float,
+    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], noise: float,
     full_step: float | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return how far a channel is followed, by the names that a ChannelFit has for it."""
@@ -117,7 +117,7 @@ def _followed(
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=Line(measured.line.offset + mean.offset, measured.line.slope))
     chance = chance_of(max(WINDOW_S * rate, 1.0))
-    found = following(measured, r, rate, noise=floor, chance=chance)
+    found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
 
     def instant(sample: int) -> float:

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.result.fit import FitOutcome, StageReport
+from mechid.identification.result.fit import StageReport
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.solve import Solution
 
 FloatArray = NDArray[np.float64]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import DIVERGED_AT, Growth, chance, floors, grow, horizons_at
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit

@@ -113,7 +113,7 @@ def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mappi
             why = f"; at the level known beforehand {before[target.name]}" if target.name in before else ""
             lines.append(
                 f"record {target.name}: to follow it the noise level was raised, {', '.join(levels)}, the RMS of the "
-                "residual: how much of that is noise, and how much the model lacks, the record alone does not tell"
+                "residual: how much of that is noise, and how much the model lacks, the record alone does not show"
                 f"{why}"
             )
     return lines

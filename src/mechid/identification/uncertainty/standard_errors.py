@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
 from mechid.identification.result.consistency import Consistency
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
 from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds

@@ -231,7 +231,7 @@ def _mains(channel: Data) -> list[str]:
     ]
     if shared:
         names = ", ".join(f"{mains_word(line)} and {order_of(line['order'])}" for line in _few(shared))
-        lines.append(f"Not to be told apart here: {names}.")
+        lines.append(f"Cannot be separated here: {names}.")
     return lines or ["No line at multiples of 50 or 60 Hz."]
 
 

@@ -6,11 +6,14 @@ import math
 import statistics
 from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import islice
 
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.identification.result.fit import Fit, ParameterEstimate, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of
+from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.doubts import WORTH_SAYING
+from mechid.identification.uncertainty.noise import MISFIT
 
 NEAR_OPTIMUM = 0.1
 """Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
@@ -70,8 +73,11 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         yield from _record_reasons(record, evidence)
     yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)
     yield from _search_reasons(fit, evidence)
-    if fit.consistency and not fit.consistency.agrees:
-        yield _disagreement(fit, fit.consistency, evidence)
+    found = fit.consistency
+    if found and not found.agrees:
+        yield _disagreement(fit, found, evidence)
+    elif not found or (found.phase is None and found.record is None):
+        yield from islice(_unexplained(fit, evidence), 1)
 
 
 def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
@@ -139,6 +145,22 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         )
         at = Cause.THRESHOLD if fit.outcome is FitOutcome.CLIFF else Cause.NEAR_OPTIMUM
         yield Reason(cause=at, text=text, next_command=again)
+
+
+def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
+    """Yield the channels that leave more than their noise where no parts are there to show what it is."""
+    for record in fit.records.values():
+        for quantity, channel in record.channels.items():
+            fitted = record.name in evidence.used and channel.use == "estimate"
+            if fitted and channel.residual_rms > MISFIT * channel.known:
+                times = f"{channel.residual_rms / channel.known:.3g} times the noise"
+                text = (
+                    f"Record {record.name} ({quantity}): the residual is {times}. Without steps and without a second "
+                    "record nothing shows whether noise of some colour or a lack of the model leaves it: the errors "
+                    "count it as noise."
+                )
+                check = f"mechid check {evidence.campaign}"
+                yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=check)
 
 
 def _percent(fall: float, cost: float) -> str:
