@@ -12,8 +12,17 @@ from mechid.cli import identification
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import FitOutcome
 
-FILES = ["estimate.json", "figures", "journal.jsonl", "mechanism.toml", "report.html", "report.json", "report.md"]
-WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]
+FILES = [
+    "estimate.json",
+    "figures",
+    "journal.jsonl",
+    "mechanism.toml",
+    "report.html",
+    "report.json",
+    "report.md",
+    "residual.json",
+]
+WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json", "residual.json"]
 CODES = {FitOutcome.CONVERGED: 0, FitOutcome.STAGES_DONE: 0, FitOutcome.INTERRUPTED: 130}
 
 

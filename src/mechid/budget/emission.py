@@ -108,9 +108,7 @@ def _beside(
     return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(SAMPLES, 1))
 
 
-def _carried(
-    here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray
-) -> tuple[str, ...]:
+def _carried(here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray) -> tuple[str, ...]:
     known = {} if here is None else dict(zip(here.orders.tolist(), here.known.tolist(), strict=True))
     words = (DENSITY if q not in known else RATIO if known[q] else UPPER for q in orders.tolist())
     return tuple(
