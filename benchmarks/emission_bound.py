@@ -42,11 +42,11 @@ HELD_OUT = (
     ("micro", 16, 1.3),
     ("micro", 16, 2.0),
 )
-"""Stepping, microsteps, and rate over the bench's rate at the resonance: full steps were recorded at 0.5 and 1 of it and
-at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
+"""Stepping, microsteps, and rate over the bench's rate at the resonance: full steps were recorded at 0.5 and 1 of it
+and at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
 SETTLED_S, LOOKED_AT_S, HIGHEST_HZ = 1.5, 2.0, 500.0
 SAMPLE_RATE_HZ = 60_000.0
-"""Of the truth, about: a whole number of samples a step, so that its lines stand in bins; what folds back is 1e-3 of them."""
+"""Of the truth, about: a whole number of samples a step, so that its lines stand in bins."""
 HOUSING = 2.0 * np.pi * 4000.0, 0.7
 """Frequency in rad/s and damping of the housing that the rotor's reaction passes; it is divided out of the lines."""
 LEAST = 0.01

@@ -1,4 +1,4 @@
-"""What the model lacks flies: lines left out of a model, against the mechanism that has them; noise, which is no source."""
+"""What the model lacks flies: lines left out of it, against the mechanism that has them; noise, which is no source."""
 
 import json
 from dataclasses import replace
@@ -115,8 +115,8 @@ def test_a_detent_left_out_of_the_model_flies(estimate, flying):
     ratio = lacking[heard] / found.residual[:n][heard]
     assert np.all((ratio > low) & (ratio < high))
     assert found.bound[largest] >= abs(truth.lines[largest])
-    assert np.mean(found.bound[:n] >= np.abs(truth.lines)) >= 0.95
     loud = np.abs(truth.lines) > 0.01 * np.abs(truth.lines).max()
+    assert np.mean(found.bound[:n][loud] >= np.abs(truth.lines)[loud]) >= 0.95
     assert np.median(found.bound[:n][loud] / np.abs(truth.lines)[loud]) < 1.5
 
 
@@ -131,7 +131,7 @@ def test_a_line_where_the_model_has_none(flying):
     assert found.residual[at] == pytest.approx(1e-3, rel=0.1)
     assert found.residual[at] < found.bound[at] < 3.0 * found.residual[at]
     assert found.carried[at] == UPPER
-    band = np.flatnonzero((found.bands_hz[:, 0] <= 0.75 * FLYING) & (0.75 * FLYING < found.bands_hz[:, 1]))[0]
+    band = np.flatnonzero((found.bands_hz[:, 0] <= 0.75 * FLYING) & (found.bands_hz[:, 1] > 0.75 * FLYING))[0]
     assert found.band_residual[band] == pytest.approx(1e-3 / np.sqrt(2.0), rel=0.1)
     assert WITHIN in found.carried
 

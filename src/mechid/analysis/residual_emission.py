@@ -46,8 +46,8 @@ class ResidualAtRate:
     duration_s : float
         Of all windows.
     amplitude : (K,)
-        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the record
-        does not reach or resolve the order.
+        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the
+        record does not reach or resolve the order.
     sigma : (K,)
         The same that noise of the density between the lines would give alone.
     density : (B,)

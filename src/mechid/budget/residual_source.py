@@ -30,7 +30,7 @@ BoolArray = NDArray[np.bool_]
 
 EDGES_HZ = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
 FALSE_ALARM = 0.01
-"""By chance a complete model's noise makes a source at one rate that flies, any order or band of it, so often at most."""
+"""By chance a complete model's noise makes a source at one rate that flies, at any order or band, at most so often."""
 SIGMAS = 4.0
 """Standard errors of the noise floor that a density has to be above it, beside its own scatter."""
 NEAR = 0.12
