@@ -52,7 +52,8 @@ class Carried:
     def _at_rotor(self, frequency_hz: FloatArray) -> FloatArray:
         if self.at_rotor is None:
             return np.ones(frequency_hz.shape)
-        return np.interp(np.log(np.maximum(frequency_hz, GRID_HZ[0])), np.log(GRID_HZ), self.at_rotor)
+        at = np.log(np.maximum(frequency_hz, GRID_HZ[0]))
+        return np.asarray(np.interp(at, np.log(GRID_HZ), self.at_rotor))
 
 
 def carried(bench: Mechanism, flying: Mechanism) -> Carried:
