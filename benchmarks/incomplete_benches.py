@@ -87,7 +87,7 @@ def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> N
     for seed in seeds:
         for effect in effects:
             missing = [part for part in parts if (effect, seed, part) not in done]
-            for line in fits_of(effect, seed, missing):
+            for line in fits_of(effect, seed, missing) if missing else ():
                 append(path, line)
 
 

@@ -28,10 +28,11 @@ def known(value, unit="N m/rad"):
     return {"value": value, "unit": unit, "std_error": None, "status": "known"}
 
 
-def write(folder: Path, records, parameters, outcome="converged", plant="p"):
+def write(folder: Path, records, parameters, outcome="converged", plant="p", grade="A"):
     """Write an estimate.json into a folder and return the folder."""
     content = {
-        "format": "mechid-estimate/1", "outcome": {"code": outcome, "message": ""}, "parameters": parameters,
+        "format": "mechid-estimate/1", "grade": grade, "grade_reasons": [],
+        "outcome": {"code": outcome, "message": ""}, "parameters": parameters,
         "records": records, "provenance": {"plant": plant},
     }  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)

@@ -35,6 +35,8 @@ def estimate(fit_percent=100.0, relative=RELATIVE):
     }
     return {
         "format": "mechid-estimate/1",
+        "grade": "A",
+        "grade_reasons": [],
         "outcome": {"code": "converged", "message": ""},
         "parameters": parameters,
         "correlation": {"names": list(FREE), "matrix": correlation.tolist()},
@@ -77,6 +79,8 @@ def estimate_of(mechanism, free, relative=RELATIVE):
     }
     return {
         "format": "mechid-estimate/1",
+        "grade": "A",
+        "grade_reasons": [],
         "outcome": {"code": "converged", "message": ""},
         "parameters": parameters,
         "correlation": {"names": list(free), "matrix": np.eye(len(free)).tolist()},

@@ -18,15 +18,17 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
 
     `concluding_s` is what comes after the search: identifiability, standard errors and their test by draws.
     """
-    began = time.perf_counter()
+    began, began_cpu = time.perf_counter(), time.process_time()
     fit = identify(campaign, workers=1, near=near)
-    wall = time.perf_counter() - began
+    wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     return {
         "outcome": fit.outcome.code,
-        "grade": getattr(fit, "grade", None) and str(fit.grade),
+        "grade": str(fit.grade),
         "wall_s": wall,
+        "cpu_s": cpu,
         "concluding_s": wall - fit.provenance["wall_time_s"],
         "parameters": {name: _parameter(fit.parameters[name], value) for name, value in truth.items()},
+        "correlation": {"names": list(fit.correlation_names), "matrix": fit.correlation.tolist()},
         "consistency": fit.consistency.to_dict() if fit.consistency else None,
         "agrees": fit.consistency.agrees if fit.consistency else None,
         "records": _records(fit),

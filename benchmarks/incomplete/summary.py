@@ -8,9 +8,12 @@ from statistics import median
 import numpy as np
 
 RESAMPLES = 4000
+LEAST = 1e-6
+"""Distance of a correlation from one that is left to rounding."""
 COUNTED = "B"
-"""The grade whose intervals are judged on incomplete benches; before fits had grades, all fits were."""
+"""The grade whose intervals are judged on incomplete benches."""
 SIGMAS = {"std_error": "stated", "std_error_noise": "noise alone"}
+CONTRASTS = ("sums of two", "differences of two")
 Pairs = list[tuple[str, float]]
 """Parameters with their errors in standard errors, of one fit."""
 
@@ -21,14 +24,10 @@ def told(line: Mapping) -> str:
     errors = errors_of(line)
     worst = max(errors, key=lambda pair: abs(pair[1]), default=("none", math.nan))
     return (
-        f"{name:34} {line['wall_s']:5.1f} s, concluding {line['concluding_s']:4.1f} s  {grade_of(line):13} "
+        f"{name:34} {line['cpu_s']:5.1f} s CPU, {line['wall_s']:5.1f} s wall, of it {line['concluding_s']:4.1f} s "
+        f"after the search  grade {line['grade']:6} "
         f"RMS z {rms(errors):7.2f}  gate {gate_of(line):6}  worst {worst[0]} {worst[1]:.1f} sigma"
     )
-
-
-def grade_of(line: Mapping) -> str:
-    """Return the grade, the outcome where there is none."""
-    return line["grade"] or line["outcome"]
 
 
 def gate_of(line: Mapping) -> str:
@@ -38,7 +37,7 @@ def gate_of(line: Mapping) -> str:
 
 def is_counted(line: Mapping) -> bool:
     """Tell whether the intervals of a fit of an incomplete bench are judged."""
-    return line["grade"] in (COUNTED, None)
+    return line["grade"] == COUNTED
 
 
 def errors_of(line: Mapping, sigma: str = "std_error") -> Pairs:
@@ -50,6 +49,19 @@ def errors_of(line: Mapping, sigma: str = "std_error") -> Pairs:
 def _off(value: float, other: float, unit: str) -> float:
     """Return a difference, of angles on the circle."""
     return (value - other + 180.0) % 360.0 - 180.0 if unit == "deg" else value - other
+
+
+def contrasts_of(line: Mapping) -> tuple[Pairs, Pairs]:
+    """Return the sums and the differences of every two errors in standard errors, in theirs by the correlation.
+
+    Each parameter is in units of its own standard error, so that the correlation alone is on trial.
+    """
+    z = dict(errors_of(line))
+    names, matrix = line["correlation"]["names"], line["correlation"]["matrix"]
+    pairs = [(a, b, matrix[i][j]) for i, a in enumerate(names) for j, b in enumerate(names) if i < j]
+    sums = [(f"{a} + {b}", (z[a] + z[b]) / math.sqrt(2.0 + 2.0 * rho)) for a, b, rho in pairs if rho > LEAST - 1.0]
+    less = [(f"{a} - {b}", (z[a] - z[b]) / math.sqrt(2.0 - 2.0 * rho)) for a, b, rho in pairs if rho < 1.0 - LEAST]
+    return sums, less
 
 
 def between_halves(first: Mapping, second: Mapping, sigma: str = "std_error") -> Pairs:
@@ -107,18 +119,19 @@ def incomplete_table(lines: Sequence[Mapping]) -> str:
     """Return the summary of benches with an effect left out."""
     whole = [line for line in lines if line["part"] == "whole"]
     counted = [line for line in whole if is_counted(line)]
-    rows = ["", f"{len(whole)} benches with one effect left out: {_counts(map(grade_of, whole))}; "
+    rows = ["", f"{len(whole)} benches with one effect left out: {_counts((line['grade'] for line in whole))}; "
             f"{_opened(whole)}; errors in stated sigmas of the {len(counted)} of grade {COUNTED} "
-            "(all, where fits have no grade), 95 % intervals by fit"]  # fmt: skip
+            "95 % intervals by fit"]  # fmt: skip
     rows += [_pooled(words, [errors_of(line, key) for line in counted]) for key, words in SIGMAS.items()]
     rows.append(f"{'true value in the 95 % interval':34} {share_told([in_interval(line) for line in counted])}")
+    rows += [_pooled(words, [contrasts_of(line)[k] for line in counted]) for k, words in enumerate(CONTRASTS)]
     rows += ["", *_halves(lines), *_reference(lines), _cost(whole), "", *by_effect(whole)]
     return "\n".join(rows)
 
 
 def by_effect(whole: Sequence[Mapping]) -> list[str]:
     """Return a line for each effect."""
-    rows = [f"{'effect':24} fits  grades, outcomes                counted  gate open  RMS z: noise  stated  "
+    rows = [f"{'effect':24} fits  grades                          counted  gate open  RMS z: noise  stated  "
             "within 2  within 3  worst"]  # fmt: skip
     for effect in dict.fromkeys(line["effect"] for line in whole):
         own = [line for line in whole if line["effect"] == effect]
@@ -128,7 +141,7 @@ def by_effect(whole: Sequence[Mapping]) -> list[str]:
         worst = max(stated, key=lambda pair: abs(pair[1]), default=("none", math.nan))
         shares = [np.mean([abs(z) <= limit for _, z in stated]) if stated else math.nan for limit in (2.0, 3.0)]
         rows.append(
-            f"{effect:24} {len(own):4d}  {_counts(map(grade_of, own)):32} {len(counted):6d}  "
+            f"{effect:24} {len(own):4d}  {_counts((line['grade'] for line in own)):32} {len(counted):6d}  "
             f"{sum(line['agrees'] is False for line in own):9d}  {rms(noise):12.2f}  {rms(stated):6.2f}  "
             f"{shares[0]:8.0%}  {shares[1]:8.0%}  {worst[0]} {worst[1]:.1f}"
         )
@@ -146,17 +159,17 @@ def _halves(lines: Sequence[Mapping]) -> list[str]:
 
 def _reference(lines: Sequence[Mapping]) -> list[str]:
     own = [line for line in lines if line["part"] == "reference"]
-    head = f"{len(own)} benches without their effect: {_counts(map(grade_of, own))}; {_opened(own)}"
+    head = f"{len(own)} benches without their effect: {_counts((line['grade'] for line in own))}; {_opened(own)}"
     return [head, _pooled("without effect, stated", [errors_of(line) for line in own])] if own else []
 
 
 def _cost(lines: Sequence[Mapping]) -> str:
-    wall, concluding = ([line[key] for line in lines] for key in ("wall_s", "concluding_s"))
-    if not wall:
+    cpu, wall, concluding = ([line[key] for line in lines] for key in ("cpu_s", "wall_s", "concluding_s"))
+    if not cpu:
         return "no bench"
     return (
-        f"a fit takes {median(wall):.1f} s in the median, {max(wall):.1f} s at most, of it "
-        f"{median(concluding):.1f} s and {max(concluding):.1f} s after the search; all {sum(wall) / 60.0:.0f} min"
+        f"a fit takes {median(cpu):.1f} s of CPU in the median, {max(cpu):.1f} s at most, all {sum(cpu) / 60.0:.1f} "
+        f"min; of the wall time {sum(concluding) / sum(wall):.0%} comes after the search"
     )
 
 
@@ -165,7 +178,9 @@ def complete_table(lines: Sequence[Mapping]) -> str:
     rows = [""]
     for kind in [*dict.fromkeys(line["noise"] for line in lines), None]:
         own = [line for line in lines if kind in (line["noise"], None)]
-        rows.append(f"{kind or 'complete, all'}: {len(own)} campaigns: {_counts(map(grade_of, own))}; {_opened(own)}")
+        rows.append(
+            f"{kind or 'complete, all'}: {len(own)} campaigns: {_counts((line['grade'] for line in own))}; {_opened(own)}"
+        )
         rows += [f"  {_pooled(words, [errors_of(line, key) for line in own])}" for key, words in SIGMAS.items()]
         rows.append(f"  {'true value in the 95 % interval':34} {share_told([in_interval(line) for line in own])}")
     return "\n".join([*rows, _cost(lines)])

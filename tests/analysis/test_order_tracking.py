@@ -80,7 +80,7 @@ def test_too_short_a_way_has_no_orders():
 
 
 def test_lines_of_signals_side_by_side_with_their_windows(travel):
-    """Truth: two sines of the position in equal windows, the second with twice the amplitude and a quarter turn ahead."""
+    """Truth: two sines of the position, the second of twice the amplitude and a quarter turn ahead."""
     y, z = 0.3 * np.cos(2.0 * np.pi * travel), -0.6 * np.sin(2.0 * np.pi * travel)
     lines_of_one = list(order_lines((y, z), travel, RATE_HZ, (1.0, 16.0)))
     assert {line.order for line in lines_of_one} == {1.0, 16.0}

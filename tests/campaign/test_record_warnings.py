@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.campaign import load_campaign
-from mechid.errors import RecordError
+from mechid.errors import InputFileError, RecordError
 
 FULL = 'record "full_46": '
 SWEEP = 'record "sweep": '
@@ -88,3 +88,27 @@ def test_a_frequency_in_hertz(changed, folder):
     assert load_campaign(folder).warnings == (
         "mechanism.toml: housing.frequency = 888: is this in Hz? it is read in rad/s",
     )
+
+
+def with_noise(changed, sigma):
+    """Return the campaign with a noise level declared for the torque of its first record."""
+    channels = f'channels = [{{ quantity = "torque", column = "torque_Nm", noise_sigma = {sigma} }}]'
+    return changed("campaign.toml", 'file = "full_46.csv"', f'file = "full_46.csv"\n{channels}')
+
+
+@pytest.mark.parametrize("sigma", ["5e-324", "1e-12"])
+def test_a_noise_level_of_nothing_is_told(changed, sigma):
+    (said,) = load_campaign(with_noise(changed, sigma)).warnings
+    assert said.startswith(f"{FULL}noise_sigma of torque: found {float(sigma):.4g}, where the channel's own standard")
+    assert said.endswith("a millionth of that is taken")
+
+
+@pytest.mark.parametrize("sigma", ["1e9", "1.7e308"])
+def test_a_noise_level_that_leaves_nothing_to_be_told_is_refused(changed, sigma):
+    with pytest.raises(InputFileError, match=r"channels\[0\]\.noise_sigma: found .* any motion is as good"):
+        load_campaign(with_noise(changed, sigma))
+
+
+@pytest.mark.parametrize("sigma", ["1e-5", "10.0"])
+def test_any_other_noise_level_is_the_users(changed, sigma):
+    assert load_campaign(with_noise(changed, sigma)).warnings == ()

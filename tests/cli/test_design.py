@@ -79,6 +79,13 @@ def test_a_design_of_records_without_files(designed):
     assert "left out: full_600: loses steps" in result.stdout
     assert f"{len(chosen['records'])} records in" in result.stdout
     assert {row["stepping"] for row in data["step_loss"]} == {"full"}
+    for row in data["step_loss"]:
+        start, slow = row["pull_in"], row["pull_out"]
+        assert start["limit"] == start["ranges"][-1][1]
+        assert start["rate"] == start["ranges"][0][1]
+        assert start["holds_again"] == bool(start["holes"]) == (len(start["ranges"]) > 1)
+        assert slow["limit"] is None or slow["limit"] >= start["limit"]
+    assert "Between two ranges is a hole" in " ".join(result.stdout.split())
     rows = list(csv.DictReader((out / "torque_over_rate.csv").read_text(encoding="utf-8").splitlines()))
     assert [float(r["micro_Nm"]) for r in rows] == pytest.approx(
         data["torque_over_rate"][2]["amplitude_Nm"], rel=1e-5)  # fmt: skip

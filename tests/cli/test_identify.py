@@ -11,6 +11,7 @@ from mechid.campaign.bench import TRUTH
 from mechid.cli import identification
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 
 FILES = [
     "estimate.json",
@@ -23,7 +24,8 @@ FILES = [
     "residual.json",
 ]
 WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json", "residual.json"]
-CODES = {FitOutcome.CONVERGED: 0, FitOutcome.STAGES_DONE: 0, FitOutcome.INTERRUPTED: 130}
+CODES = {Grade.A: 0, Grade.B: 0, Grade.C: 5, Grade.FAILED: 5}
+LOST = Reason(cause=Cause.NOT_FOLLOWED, text="Record sweep is not followed at 3 s.", next_command="mechid check bench")
 
 
 @pytest.fixture(scope="module")
@@ -72,7 +74,8 @@ def test_the_mechanism_file_holds_the_estimate(real):
 def test_results_go_to_stdout_and_progress_to_stderr(real):
     assert "stage 1 of 1: stage 1" in real.result.stderr
     assert "stage 1 of 1" not in real.result.stdout
-    assert real.result.stdout.startswith(FitOutcome.STAGES_DONE.value)
+    assert real.result.stdout.startswith(GRADE_WORDS[Grade.A])
+    assert real.result.stdout.splitlines()[1] == FitOutcome.STAGES_DONE.value
     assert all(f"written: {real.out / name}" in real.result.stdout.splitlines() for name in FILES)
 
 
@@ -96,22 +99,31 @@ def ended(monkeypatch, staged):
 
     fit = identify(load_campaign(staged), workers=1)
 
-    def end(outcome):
+    def end(**changes):
         from dataclasses import replace
 
-        monkeypatch.setattr(identification, "identify", lambda *_, **__: replace(fit, outcome=outcome))
+        monkeypatch.setattr(identification, "identify", lambda *_, **__: replace(fit, **changes))
         monkeypatch.setattr(identification, "_report", lambda *_: [])  # tests/cli/test_report.py has it
 
     return end
 
 
-def test_each_outcome_has_its_exit_code_and_leaves_the_files(run, ended, staged, tmp_path):
-    for outcome in FitOutcome:
-        ended(outcome)
-        out = tmp_path / outcome.name
+def test_each_grade_has_its_exit_code_and_leaves_the_files(run, ended, staged, tmp_path):
+    for grade, code in CODES.items():
+        ended(grade=grade, reasons=(LOST,))
+        out = tmp_path / grade
         result = run("identify", staged, "--out", out)
-        assert result.exit_code == CODES.get(outcome, 5), outcome
-        assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == outcome.code
+        assert result.exit_code == code, grade
+        content = json.loads((out / "estimate.json").read_text())
+        assert (content["grade"], content["grade_reasons"][0]["text"]) == (grade, LOST.text)
         assert sorted(path.name for path in out.iterdir()) == WITHOUT_REPORT
         said = [line for line in result.stderr.splitlines() if line.startswith("mechid: ")]
-        assert len(said) == (0 if outcome.good else 1)
+        wanted = (
+            f"mechid: error: {GRADE_WORDS[grade]} {LOST.text} Next: {LOST.next_command}. {out} holds what was reached"
+        )
+        assert said == ([] if grade.good else [wanted])
+
+
+def test_what_was_interrupted_has_an_exit_code_of_its_own(run, ended, staged, tmp_path):
+    ended(grade=Grade.FAILED, outcome=FitOutcome.INTERRUPTED)
+    assert run("identify", staged, "--out", tmp_path / "out").exit_code == 130

@@ -75,7 +75,7 @@ def test_a_file_that_is_named_has_to_be_there_and_design_says_where_it_is_not(ru
     assert "swep.csv: there is no such file" in refused(4, "simulate", planned, "--out", planned / "sim")
     result = run("design", planned, "--out", planned / "next")
     assert result.exit_code == 0, result.stderr
-    assert 'record "sweep": swep.csv is not there: taken as planned' in result.stdout
+    assert 'record "sweep": swep.csv is not there: it counts as planned' in result.stdout
 
 
 @pytest.mark.parametrize("verb", ["check", "simulate", "design"])

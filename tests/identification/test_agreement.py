@@ -12,6 +12,7 @@ from mechid.identification.contradiction.alternatives import turns_deg
 from mechid.identification.identify import identify
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.stages import growth
 from synthetic import COMMANDS, NOISE_NM, campaign, displaced, measured, record, truth
 
@@ -149,6 +150,9 @@ def test_a_record_of_another_mechanism_is_left_out():
     fit = identify(bench, workers=1)
     own = fit.records["full_23"]
     assert fit.outcome is FitOutcome.HORIZON
+    assert fit.grade is Grade.C
+    assert (fit.reasons[0].cause, fit.reasons[0].record) == (Cause.LEFT_OUT, "full_23")
+    assert fit.reasons[0].next_command.startswith("mechid check ")
     assert (own.taken, own.use) == (Taken(left_out=True), "validate")
     assert own.horizon_s < SECONDS
     within(fit)

@@ -122,7 +122,7 @@ def test_a_record_with_a_small_model_error_is_judged_by_itself():
     fit = identify(made, workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
     assert "growth again" not in [s.name for s in fit.stages]
-    assert not [w for w in fit.warnings if "hangs by a thread" in w]
+    assert not [w for w in fit.warnings if "stick/slip threshold" in w]
     assert [w for w in fit.warnings if "the model lacks something" in w]
 
 

@@ -12,8 +12,10 @@ from mechid.campaign.bench import TRUTH
 from mechid.campaign.catalogue import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
+from mechid.identification.conclude import ONE_RECORD
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import Cause, Grade
 from synthetic import COMMANDS, NOISE_NM, bench, bounded, campaign, displaced, measured, record, truth
 
 GEAR = {"gear.stiffness": 1.25, "gear.damping": 0.6}
@@ -50,6 +52,7 @@ def fit(two_records):
 def test_the_truth_is_found_beside_the_catalogue(fit):
     """Truth: the mechanism that made the records, within 5 standard errors."""
     assert fit.outcome is FitOutcome.CONVERGED
+    assert (fit.grade, fit.reasons) == (Grade.A, ())
     within(fit, GEAR, truth())
     assert {r.horizon_s for r in fit.records.values()} == {SHORT_S}
     assert [r.residual_rms for r in fit.records.values()] == pytest.approx([NOISE_NM, NOISE_NM], rel=0.1)
@@ -84,6 +87,15 @@ def test_a_parameter_at_its_bound_is_named_and_has_no_error(at_bound):
     assert [w for w in at_bound.warnings if w.startswith("gear.stiffness: at bound")]
     assert at_bound.correlation_names == ("gear.damping",)
     assert at_bound.parameters["gear.damping"].std_error > 0.0
+
+
+def test_a_bound_that_excludes_the_truth_makes_the_grade_c(at_bound):
+    """Truth: the stiffness that made the records lies ten standard errors above the bound."""
+    assert at_bound.grade is Grade.C
+    (reason,) = (r for r in at_bound.reasons if r.cause is Cause.BOUND_CONTRADICTED)
+    assert reason.parameter == "gear.stiffness"
+    assert "gear.stiffness is held at 910 N*m/rad" in reason.text
+    assert reason.next_command.endswith("with a wider range of gear.stiffness in the mechanism file")
 
 
 UNSEEN_DEG = 12.345678901234567
@@ -168,14 +180,19 @@ def test_a_model_that_lacks_the_waveform_says_how_far_it_goes():
     fit = identify(campaign(start, record("half_23", torque, half)), workers=1)
     own = fit.records["half_23"]
     assert fit.outcome is FitOutcome.HORIZON
-    assert not fit.outcome.good
     assert own.horizon_s < 0.1
+    assert fit.grade is Grade.C
+    assert [(r.cause, r.record) for r in fit.reasons[:1]] == [(Cause.USED_IN_PART, "half_23")]
+    assert fit.reasons[0].instant_s == pytest.approx(own.horizon_s, abs=0.01)
+    assert "the command runs at 23 steps/s there" in fit.reasons[0].text
+    assert fit.reasons[0].next_command.startswith("mechid identify ")
+    assert fit.notes[-1] == ONE_RECORD
     assert [w for w in fit.warnings if "half_23" in w and "s of 0.2 s; the command runs at 23 steps/s there" in w]
     assert [w for w in fit.warnings if w.startswith("all records: 100 %") and 'waveform = "square"' in w]
 
 
 @pytest.mark.slow
-def test_a_model_that_lacks_a_detent_says_how_far_it_goes():
+def test_a_model_that_lacks_a_detent_follows_at_a_raised_noise_level_and_says_so():
     """Truth: a third detent, of 7.2 deg, made the record; the model has the other two, free, and the gear."""
     third = deepcopy(dict(CATALOGUE))
     third["stepper"]["detent"].append({"period_deg": 7.2, "amplitude": 0.03, "phase_deg": 60.0})
@@ -184,9 +201,15 @@ def test_a_model_that_lacks_a_detent_says_how_far_it_goes():
     names = [n for n in TRUTH if n.startswith(("stepper.detent", "gear"))]
     start = displaced(truth(), dict.fromkeys(names, 1.1))
     fit = identify(campaign(start, record("full_23", torque, COMMANDS["full_23"])), workers=1)
-    assert fit.outcome is FitOutcome.HORIZON
-    assert fit.records["full_23"].horizon_s < 0.3
-    (said,) = (w for w in fit.warnings if w.startswith("record full_23: the model follows it for"))
+    own = fit.records["full_23"]
+    assert fit.outcome is FitOutcome.CONVERGED
+    assert (own.noise_rests_on, own.horizon_s) == ("residual", pytest.approx(0.4, abs=1e-3))
+    assert own.noise_known == pytest.approx(NOISE_NM, rel=0.1)
+    assert NOISE_NM < own.noise_sigma < 0.1 * np.std(torque)
+    stiffness = fit.parameters["gear.stiffness"]
+    assert abs(stiffness.value - TRUTH["gear.stiffness"]) < 5.0 * stiffness.std_error
+    (said,) = (w for w in fit.warnings if w.startswith("record full_23: to follow it the noise level was raised"))
+    assert "at the level known beforehand the model follows it for 0.0" in said
     assert "the command runs at 23 steps/s there" in said
     assert "the misfit around" in said
 
@@ -211,6 +234,7 @@ def test_stages_come_to_the_truth_one_after_the_other(staged):
     """Truth: the mechanism that made the records; every parameter that a stage moved is estimated."""
     made, fit = staged
     assert fit.outcome is FitOutcome.STAGES_DONE
+    assert fit.grade is Grade.A
     assert [s.free for s in fit.stages] == [s.free for s in made.stages]
     assert [dict(s.records) for s in fit.stages] == [{"full_46": 0.1}, {"full_46": SHORT_S, "micro_46": SHORT_S}]
     within(fit, MOVED, truth())
@@ -260,6 +284,9 @@ def test_ctrl_c_keeps_the_best_so_far(two_records, fit, number):
     """Truth: the outcome; from the growth on no worse a cost than the file's, from the joint fit on the optimum's."""
     stopped = identify(two_records, workers=1, listener=interrupt_in(number))
     assert stopped.outcome is FitOutcome.INTERRUPTED
+    assert stopped.grade is Grade.FAILED
+    assert [r.cause for r in stopped.reasons] == [Cause.INTERRUPTED]
+    assert all(p.std_error is None for p in stopped.parameters.values())
     assert len(stopped.stages) == number - 1
     assert json.loads(json.dumps(stopped.to_dict()))["outcome"]["code"] == "interrupted"
     best, found = ({name: f.parameters[name].value for name in GEAR} for f in (fit, stopped))

@@ -46,7 +46,7 @@ def test_the_level_is_that_of_the_beginning_not_the_one_released(problem):
     watched = OverNoise(problem)
     before = watched.seen("joint fit", problem, problem.start)
     released = problem.with_sigmas({t.name: 1e3 * t.leading.sigma for t in problem.targets})
-    assert watched.seen("noise released", released, problem.start) == pytest.approx(before)
+    assert watched.seen("noise re-estimated", released, problem.start) == pytest.approx(before)
 
 
 def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, monkeypatch):
@@ -58,8 +58,8 @@ def test_it_looks_at_each_stage_and_else_takes_its_share_of_the_time(problem, mo
     apart = np.diff(np.flatnonzero(looks))
     assert looks[0]
     assert set(apart.tolist()) <= {round(1.0 / SHARE), round(1.0 / SHARE) + 1}
-    assert watched.seen("noise released", problem, problem.start)
-    assert not watched.seen("noise released", problem, problem.start)
+    assert watched.seen("noise re-estimated", problem, problem.start)
+    assert not watched.seen("noise re-estimated", problem, problem.start)
 
 
 def test_a_simulation_that_fails_is_infinitely_far_off(problem):

@@ -37,6 +37,7 @@ def test_the_published_values(fit, figure, name):
 def test_the_stiffness_is_known_to_a_tenth(fit, figure):
     """Published is 4.578e6 N m/rad; a value near it means nothing while its own error is of its size."""
     stiffness = fit.parameters["gear.stiffness"]
+    assert stiffness.std_error is not None, f"no standard error: {stiffness.status}, {stiffness.reason}"
     figure(
         "robot axis: standard error of the stiffness over its value", stiffness.std_error / stiffness.value, most=0.1
     )

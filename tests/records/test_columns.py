@@ -85,7 +85,7 @@ def test_a_unit_in_brackets_that_the_campaign_overrides_is_said():
     """A transducer recorded in volts, with its sensitivity as gain."""
     layout = choose(("t", "Mz [V]"), torque("Mz", unit="N*m", gain=0.5))
     assert layout.channels[0].scale == 0.5
-    assert layout.channels[0].warning == ('column "Mz [V]": taken in "N*m", as the campaign says, not in "V"')
+    assert layout.channels[0].warning == ('column "Mz [V]": read in "N*m", as the campaign says, not in "V"')
 
 
 CONTAINER = (

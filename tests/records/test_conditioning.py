@@ -221,7 +221,7 @@ def test_lost_samples_behind_jitter_are_found_and_bridged(tmp_path):
 
 def test_stamps_too_far_off_for_any_regular_clock_are_refused(tmp_path):
     how = Conditioning(time_stamps=TimeStamps.REGULAR)
-    assert "too far to tell its sample" in refused(tmp_path, how, time=TIME + 2e-4 * np.sin(3.0 * TIME) * 5.0)
+    assert "too far to place its sample" in refused(tmp_path, how, time=TIME + 2e-4 * np.sin(3.0 * TIME) * 5.0)
 
 
 def test_irregular_samples_are_interpolated(tmp_path):

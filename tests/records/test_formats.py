@@ -221,7 +221,7 @@ def test_integers_without_a_unit_are_taken_and_said(tmp_path):
     record = read(tmp_path / "run.npz", torque("x"))
     np.testing.assert_array_equal(record.channel("torque").data, counts)
     assert record.warnings == (
-        'run.npz: column "x": integers without a unit, taken in N*m; are they raw counts? then give unit and gain',
+        'run.npz: column "x": integers without a unit, read in N*m; are they raw counts? then give unit and gain',
     )
     assert read(tmp_path / "run.npz", torque("x", unit="mNm", gain=0.25)).warnings == ()
 

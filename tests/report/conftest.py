@@ -16,6 +16,7 @@ from mechid.campaign import Stage, catalogue_mechanism
 from mechid.command import Command, RateProfile
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit, StageReport
+from mechid.identification.result.grade import Grade
 from mechid.parameter import Status
 from mechid.report import report_data
 from mechid.report.writing import write_report
@@ -55,9 +56,9 @@ def record(name, use="estimate", **changes):
 
 @pytest.fixture
 def make_fit():
-    """Return a function that makes the fit, of any outcome."""
+    """Return a function that makes the fit, of any grade."""
 
-    def make(outcome=FitOutcome.CONVERGED):
+    def make(grade=Grade.A, reasons=()):
         before = catalogue_mechanism()
         names = tuple(SIGMAS)
         return Fit(
@@ -76,10 +77,12 @@ def make_fit():
                     evaluations=3, seconds=2.04, note="all records followed to their ends",
                 ),
             ),
-            outcome=outcome,
+            outcome=FitOutcome.CONVERGED,
             warnings=("friction.static: at bound at 0.03 N m",),
-            notes=("stepper.peak_voltage is taken as known",),
+            notes=("stepper.peak_voltage counts as known",),
             provenance={"seed": 0, "wall_time_s": np.float64(1.5)},
+            grade=grade,
+            reasons=reasons,
         )  # fmt: skip
 
     return make

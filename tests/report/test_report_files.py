@@ -83,7 +83,7 @@ def test_correlation_and_information_are_the_fits(reported, data):
     assert np.array(data["correlation"]["matrix"]) == pytest.approx(reported.fit.correlation)
     assert data["information"]["records"] == ["full_46"]
     assert np.array(data["information"]["share_percent"]) == pytest.approx(100.0)
-    assert data["summary"]["grade"] in ("good", "caution")
+    assert data["summary"]["tone"] in ("good", "caution")
 
 
 def test_the_spectrum_has_the_lines_of_the_step_rate(reported):

@@ -8,6 +8,7 @@ from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.report import campaign_data, print_campaign, print_report, report_data
 from printing import printed, tables
 
@@ -81,14 +82,16 @@ def test_a_log_has_no_codes_and_only_plain_characters(make_fit, truth):
 
 
 def test_a_terminal_has_colour(make_fit):
-    data = report_data(make_fit(FitOutcome.HORIZON))
+    data = report_data(make_fit(Grade.C))
     assert ESCAPE in printed(print_report, data, 80, terminal=True)
 
 
-@pytest.mark.parametrize("outcome", list(FitOutcome))
-def test_the_verdict_comes_first(make_fit, outcome):
-    text = printed(print_report, report_data(make_fit(outcome)), 80)
-    assert " ".join(text.splitlines()[: 1 + len(outcome.value) // 80]).startswith(outcome.value)
+@pytest.mark.parametrize("grade", list(Grade))
+def test_the_grade_comes_first_its_reasons_next(make_fit, grade):
+    reason = Reason(cause=Cause.LEFT_OUT, text="Record sweep was left out.", next_command="mechid check bench")
+    lines = printed(print_report, report_data(make_fit(grade, (reason,))), 120).splitlines()
+    said = ["record left out: Record sweep was left out.", "next: mechid check bench", FitOutcome.CONVERGED.value]
+    assert lines[:4] == [GRADE_WORDS[grade], *said]
 
 
 def test_synthetic_is_said_before_anything_else(make_fit, truth):

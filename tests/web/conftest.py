@@ -78,7 +78,7 @@ def estimated(source, campaign):
     """Yield the address of an explorer that has an estimate, a made up one near the truth, and the estimate."""
     values = {name: q.value for name, q in campaign.parameters.items()} | TRUTH
     sigmas = {"gear.stiffness": 0.021, "gear.damping": 3e-5}
-    summary = {"grade": "good", "headline": "A fit made up.", "questions": []}
+    summary = {"grade": "A", "tone": "good", "headline": "A fit made up.", "questions": []}
     estimate = Estimate(source="made up", values=values, sigmas=sigmas, summary=summary, records=campaign.records)
     with served(replace(source, estimate=estimate)) as found:
         yield found, estimate

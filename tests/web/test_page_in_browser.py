@@ -268,7 +268,7 @@ def test_fit_from_here_converges_and_is_shown_as_it_goes(browser, address):
     for question in ("Is this fit good?", "What is least certain?", "What would improve it?"):
         assert question in text
     assert "gear.damping" in text
-    assert "Explained down to the noise." in browser.find_element("css selector", ".panel").text
+    assert "No larger than the noise." in browser.find_element("css selector", ".panel").text
     points = browser.execute_script(
         "const root = Bokeh.documents[0].roots().find((r) => r.name === 'run');"
         "const sources = [...root.references()].filter((m) => m.type === 'ColumnDataSource');"

@@ -66,7 +66,7 @@ def test_explained_is_said_where_the_residual_is_the_noise_and_not_where_it_is_a
         return pictures["full_46"].numbers.residual, shown_data(session, pictures, {}, {})["records"][0]
 
     at_truth(session)
-    assert [panel()[1][key] for key in ("words", "grade")] == ["Explained down to the noise.", "good"]
+    assert [panel()[1][key] for key in ("words", "grade")] == ["No larger than the noise.", "good"]
     near, far = TRUTH["gear.stiffness"], 1.1 * TRUTH["gear.stiffness"]
     for _ in range(40):
         session.turn("gear.stiffness", 0.5 * (near + far))
@@ -162,7 +162,7 @@ def test_a_fit_from_here_finds_the_truth_and_undo_takes_it_back(session):
     for name, true in TRUTH.items():
         assert session.state.now.values[name] == estimate.values[name]
         assert abs(estimate.away(name, true)) < 4.0
-    assert estimate.summary["grade"] in ("good", "caution")
+    assert estimate.summary["tone"] in ("good", "caution")
     assert [q["question"] for q in estimate.summary["questions"]][1] == "What is least certain?"
     session.undo()
     assert session.state.now == start

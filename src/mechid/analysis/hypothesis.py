@@ -12,6 +12,7 @@ from mechid.errors import InputFileError, UsageError
 from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import Grade
 from mechid.parameter import Status
 from mechid.plant.tables import TABLES, table_of
 
@@ -72,6 +73,7 @@ class Hypothesis:
     ----------
     name : str
         Of its folder.
+    grade : Grade
     outcome : FitOutcome
     equations : str
         Digest of the plant.
@@ -79,6 +81,7 @@ class Hypothesis:
     """
 
     name: str
+    grade: Grade
     outcome: FitOutcome
     equations: str
     parameters: Mapping[str, Believed]
@@ -151,12 +154,13 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
     try:
         return Hypothesis(
             name=name,
+            grade=Grade(content["grade"]),
             outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
             equations=str(content["provenance"].get("plant", "")),
             parameters={n: _believed(n, p) for n, p in _entries_by_what_tells_them(content["parameters"]).items()},
             records={n: _evidence(n, r) for n, r in content["records"].items()},
         )
-    except (KeyError, TypeError, StopIteration) as error:
+    except (KeyError, TypeError, ValueError, StopIteration) as error:
         what = f"no {error}" if isinstance(error, KeyError) else "an entry is not what this mechid writes"
         raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
 

@@ -30,9 +30,9 @@ class ComparisonOutcome(Enum):
     UNDECIDED_BY_PREDICTION = "The criteria prefer one hypothesis; the records held out are predicted equally well."
     DISPUTED = "The criteria prefer one hypothesis, the records held out another: what decides is not the noise."
     CRITERIA_DISAGREE = "AIC and BIC prefer different hypotheses: the parameters more are worth it to one alone."
-    OPEN = "The records do not tell the hypotheses apart; the simpler one will do."
-    ONLY_ONE = "Only one of the fits has succeeded; the others tell what they reached, not what they could."
-    NONE = "None of the fits has succeeded, so none can be preferred."
+    OPEN = "The records do not separate the hypotheses; the simpler one will do."
+    ONLY_ONE = "Only one of the fits came to an optimum; the others show what they reached, not what they could reach."
+    NONE = "None of the fits came to an optimum, so none can be preferred."
 
     @property
     def code(self) -> str:
@@ -56,7 +56,7 @@ class Preference:
 def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Preference:
     """Return which hypothesis is preferred, and why."""
     by_name = {h.name: h for h in hypotheses}
-    succeeded = [s for s in scores if by_name[s.hypothesis].outcome.good and math.isfinite(s.aic_effective)]
+    succeeded = [s for s in scores if by_name[s.hypothesis].outcome.has_optimum and math.isfinite(s.aic_effective)]
     lost = [_why_lost(by_name[s.hypothesis]) for s in scores if s not in succeeded]
     if not succeeded:
         return Preference(outcome=ComparisonOutcome.NONE, preferred=None, grounds=tuple(lost))
@@ -73,7 +73,7 @@ def preference(hypotheses: Sequence[Hypothesis], scores: Sequence[Score]) -> Pre
 
 def _why_lost(hypothesis: Hypothesis) -> str:
     unfollowed = "a record it was estimated from cannot be simulated to its end with its values"
-    return f"{hypothesis.name}: {unfollowed if hypothesis.outcome.good else hypothesis.outcome.value}"
+    return f"{hypothesis.name}: {unfollowed if hypothesis.outcome.has_optimum else hypothesis.outcome.value}"
 
 
 def _outcome(ranked: Sequence[Score]) -> ComparisonOutcome:

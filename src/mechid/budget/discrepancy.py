@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.output_error.noise_level import NoiseSource
+
 FloatArray = NDArray[np.float64]
 
 REPORT_NAME = "report.json"
@@ -69,8 +71,12 @@ def read_discrepancy(content: Mapping[str, Any], folder: Path) -> Discrepancy:
 
 
 def _beyond_noise(record: Mapping[str, Any]) -> float:
-    """Return the share of the residual's power that is no noise, 0 within three standard errors of none."""
-    residual, noise = record["residual_rms"] or 0.0, record["noise_sigma"] or 0.0
+    """Return the share of the residual's power that is no noise, 0 within three standard errors of none.
+
+    Noise is what was known of it before the fit: a level that rests on the residual excuses nothing.
+    """
+    known = "noise_known" if record.get("noise_rests_on") == NoiseSource.RESIDUAL else "noise_sigma"
+    residual, noise = record["residual_rms"] or 0.0, record[known] or 0.0
     if residual <= noise:
         return 0.0
     share = 1.0 - (noise / residual) ** 2

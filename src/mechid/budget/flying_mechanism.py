@@ -19,7 +19,7 @@ from mechid.budget.residual_source import ResidualSource
 from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
 from mechid.plant.layout import Base, Flying
@@ -48,7 +48,7 @@ class Estimate:
     left : mapping of str to str
         What stays on the bench, tables and estimated parameters, each with the reason.
     outcome : str
-        The fit's own sentence where it did not succeed, else empty.
+        Why the fit is not to be relied on, empty where it has grade A or B.
     residual : ResidualSource or None
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
     """
@@ -72,6 +72,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         flight names a parameter that it has not.
     """
     content = read_estimate(path)
+    _refuse_failed(content, path)
     bench = read_estimated_mechanism(content, path)
     modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None
     plant = flying_plant(bench, None if modes is None else len(modes))
@@ -98,7 +99,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
         discrepancy=replace(discrepancy, of_profiles_alone=True) if source else discrepancy,
         left=left_on_bench(bench, names),
-        outcome=_doubt(content["outcome"]),
+        outcome=_doubt(content),
         residual=source,
     )
 
@@ -145,9 +146,21 @@ def _refuse_tied(flight: Flight, flying: Mechanism) -> None:
                 raise InputFileError(f"{flight.place}.{where}: {name} follows another parameter; name that one")
 
 
-def _doubt(outcome: Mapping[str, Any]) -> str:
-    good = {o.code for o in FitOutcome if o.good}
-    return "" if outcome["code"] in good else str(outcome["message"])
+def _refuse_failed(content: Mapping[str, Any], path: Path) -> None:
+    """Refuse a fit that has no values to fly."""
+    if content.get("grade") == Grade.FAILED:
+        said = content["outcome"]["message"]
+        raise InputFileError(f"{path}: {GRADE_WORDS[Grade.FAILED]} {said} Identify anew")
+
+
+def _doubt(content: Mapping[str, Any]) -> str:
+    """Return why an estimate is not to be relied on; empty for grades A and B."""
+    if "grade" not in content:
+        return "The file has no grade, an earlier mechid wrote it; identify anew."
+    grade = Grade(content["grade"])
+    if grade.good:
+        return ""
+    return " ".join([GRADE_WORDS[grade], *(str(reason["text"]) for reason in content.get("grade_reasons", []))])
 
 
 def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:

@@ -77,6 +77,28 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     )
 
 
+def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
+    """Return the records that a campaign file names, read, without its mechanism, which need not be there yet.
+
+    Parameters
+    ----------
+    path : Path
+        The campaign file, or the folder that holds ``campaign.toml``.
+
+    Raises
+    ------
+    InputFileError
+        The campaign file is missing, or a record's table is wrong.
+    RecordError
+        A record's file is missing or cannot be used.
+    """
+    file = _campaign_file(Path(path))
+    table, place = read_toml(file, "campaign"), Place(file.name)
+    refuse_unknown_keys(table, KEYS, place)
+    records = read_record_entries(table, place, file.parent, need_files=True)
+    return tuple(replace(one, data=read_record(one.file, one.spec)) for one in records if one.file)
+
+
 def _campaign_file(path: Path) -> Path:
     if not path.is_dir():
         return path

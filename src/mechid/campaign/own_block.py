@@ -55,7 +55,7 @@ def _module(file: Path, path: str, place: Place) -> ModuleType:
         content = file.read_bytes()
     except OSError as error:
         beside = [other.name for other in file.parent.glob("*.py")] if file.parent.is_dir() else []
-        near = did_you_mean(file.name, beside) or "; the path is taken from the mechanism file's folder"
+        near = did_you_mean(file.name, beside) or "; the path begins at the mechanism file's folder"
         raise place.error(f"{path}: there is no such file{near}") from error
     name = f"mechid_own_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
     if name in sys.modules:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place
 from mechid.command import MeasuredCommand
 from mechid.errors import UsageError
 from mechid.records import Record, Role
 
+FAR_OFF = 1e6
+"""Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
 SLACK_SAMPLES = 1.5
 """A record of a command's own length ends one sample interval before the command does."""
 
@@ -26,11 +30,11 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
     Raises
     ------
     InputFileError
-        Its command makes more steps than can be held.
+        Its command makes more steps than can be held, or a `noise_sigma` leaves nothing to be told.
     """
     lines = [*_unused_channels(record)]
     if record.data is not None:
-        lines += record.data.warnings
+        lines += [*record.data.warnings, *_noise_levels(record, record.data, place)]
     if record.data is not None and not isinstance(record.command, MeasuredCommand):
         lines += [*_start(record, record.data), *_end(record, record.data)]
         lines += _dense_edges(record, record.data, place)
@@ -56,6 +60,22 @@ def _unused_channels(record: CampaignRecord) -> Iterator[str]:
     others = [quantity for quantity in outputs if quantity not in {match.quantity for match in record.matches}]
     if others:
         yield f"{', '.join(others)}: not used, the mechanism does not give it"
+
+
+def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterator[str]:
+    """Refuse or warn of levels that are declared far off what their channels do: mostly numbers of another unit."""
+    for match in record.matches:
+        if match.noise_sigma is None:
+            continue
+        channel = data.channel(match.quantity)
+        spread = float(np.std(channel.data)) / abs(channel.scale)
+        said = f"found {match.noise_sigma:.4g}, where the channel's own standard deviation is {spread:.4g}"
+        if match.noise_sigma > FAR_OFF * spread:
+            index = [c.quantity for c in record.spec.channels].index(match.quantity)
+            at = place.key("channels").item(index).key("noise_sigma")
+            raise at.error(f"{said} in the numbers of the file; at that level any motion is as good as any other")
+        if match.noise_sigma * FAR_OFF < spread:
+            yield f"noise_sigma of {match.quantity}: {said}; a millionth of that is taken"
 
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:

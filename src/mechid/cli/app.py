@@ -22,6 +22,7 @@ from mechid.cli.design import design
 from mechid.cli.explore import explore
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
+from mechid.cli.look import look
 from mechid.cli.new import new
 from mechid.cli.profile import profile
 from mechid.cli.report import report
@@ -60,7 +61,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     epilog=EPILOG,
 )
-VERBS = (demo, new, check, simulate, identify, report, explore, compare, profile, bootstrap, design, budget, kernel)
+FIRST = (demo, look, new, check)
+VERBS = (*FIRST, simulate, identify, report, explore, compare, profile, bootstrap, design, budget, kernel)
 for verb in VERBS:
     app.command()(verb)
 

@@ -20,6 +20,7 @@ from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit, FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS
 from mechid.report import print_report, report_data, write_results
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on
@@ -62,8 +63,14 @@ def identify_into(
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
         raise typer.Exit(INTERRUPTED)
-    if not fit.outcome.good:
-        raise FitError(f"the fit did not succeed: {fit.outcome.value} {folder} holds what was reached")
+    if not fit.grade.good:
+        raise FitError(_refusal(fit, folder))
+
+
+def _refusal(fit: Fit, folder: Path) -> str:
+    """Say why the values are not to be used as they are, and what to do next."""
+    said = [f"{reason.text} Next: {reason.next_command}." for reason in fit.reasons[:1]]
+    return " ".join([GRADE_WORDS[fit.grade], *said, f"{folder} holds what was reached"])
 
 
 def _report(

@@ -32,7 +32,7 @@ def identified_campaign(folder: Path) -> Path:
         notes = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if '"started"' in line]
         named = Path([note["campaign"] for note in notes][-1])
     except (OSError, ValueError, KeyError, IndexError) as error:
-        raise InputFileError(f"{path}: does not tell which campaign was identified; {remedy}") from error
+        raise InputFileError(f"{path}: does not say which campaign was identified; {remedy}") from error
     found = next((place for place in (named, folder / named.name) if place.is_file()), None)
     if found is None:
         raise InputFileError(f"{path}: the campaign was {named}, which is not there; {remedy}")
@@ -68,7 +68,7 @@ class StageLines:
         """Note the stage at work and the outcome."""
         if self.latest is not None:
             self._note_stage(self.latest)
-        self.journal.note("finished", outcome=fit.outcome.code, message=fit.outcome.value)
+        self.journal.note("finished", grade=str(fit.grade), outcome=fit.outcome.code, message=fit.outcome.value)
 
     def _note_stage(self, progress: Progress) -> None:
         self.journal.note("stage", **_entries(progress))

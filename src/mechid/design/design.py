@@ -148,7 +148,7 @@ class _Making:
         self.told(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
         screened = screening(self.mechanisms, pool, self.workers)
         objections = screened.objections(self.options.limits.risk, self.options.limits.torque_Nm)
-        self.told("what each record would tell")
+        self.told("what each record would show")
         information = informations(self.here.space, pool, self.here.points, self.workers)
         information[screened.lost] = 0.0
         first = len(self.own)
@@ -220,7 +220,7 @@ class _Making:
             why = next((f", as {r.name}: {o}" for r, o in zip(pool, objections, strict=True) if o), "")
             out = sum(map(bool, objections))
             raise UsageError(
-                f"limits: none of {len(pool)} records can be taken in {total_s:g} s; {out} are left out{why}; "
+                f"limits: none of {len(pool)} records fits into {total_s:g} s; {out} are left out{why}; "
                 "widen the limits, or give other candidates"
             )
         return choice
@@ -275,7 +275,7 @@ class _Making:
 
 
 def _objection(departing: float, most: float) -> str:
-    return f"a stick/slip hangs by a thread in {100.0 * departing:.0f} % of draws" if departing > most else ""
+    return f"near a stick/slip threshold in {100.0 * departing:.0f} % of draws" if departing > most else ""
 
 
 def _named_apart(records: Sequence[PlannedRecord]) -> list[PlannedRecord]:

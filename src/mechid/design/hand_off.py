@@ -10,9 +10,10 @@ from mechid.design.criterion import KINDS
 from mechid.design.design import Design
 from mechid.design.loss_table import LossRow
 from mechid.design.planned import PlannedRecord
+from mechid.design.rate_limit import FAR, LEAST, NEAR, RESOLUTION, RateLimit
 from mechid.design.rate_map import RateMap
 from mechid.design.record_set import RecordSet
-from mechid.design.step_loss import Margins, RateLimit
+from mechid.design.step_loss import SLOW_RATIO, Margins
 
 FORMAT = "mechid-design/1"
 TOLD_DEG = 90.0
@@ -51,6 +52,13 @@ def design_data(design: Design) -> dict[str, Any]:
         ],
         "torque_over_rate": [_map(m) for m in design.maps],
         "step_loss": [_loss(row) for row in design.losses],
+        "step_loss_search": {
+            "far_ratio": FAR,
+            "near_ratio": NEAR,
+            "least_steps_per_s": LEAST,
+            "slow_ratio": SLOW_RATIO,
+            "end_share": RESOLUTION,
+        },
         "margins": {name: _margins(m) for name, m in design.margins.items()},
         "warnings": list(design.warnings),
     }
@@ -137,7 +145,15 @@ def _loss(row: LossRow) -> dict[str, Any]:
 
 
 def _limit(limit: RateLimit) -> dict[str, Any]:
-    return {"rate": limit.rate, "holds_again": limit.holds_again}
+    return {
+        "rate": limit.rate,
+        "holds_again": limit.holds_again,
+        "ranges": [list(r) for r in limit.ranges],
+        "holes": [list(r) for r in limit.holes],
+        "limit": limit.limit,
+        "searched": list(limit.searched),
+        "brought_from": limit.brought_from,
+    }
 
 
 def _margins(found: Margins) -> dict[str, Any]:

@@ -6,14 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from mechid.command import Command
-from mechid.design.step_loss import (
-    RateLimit,
-    heavier,
-    pull_in,
-    pull_out,
-    rubbing,
-    weaker,
-)
+from mechid.design.rate_limit import RateLimit
+from mechid.design.step_loss import heavier, pull_in, pull_out, rubbing, weaker
 from mechid.identification.computation.parallel import mapped
 from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
@@ -54,7 +48,8 @@ def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int =
 
     def row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
         command, changed, to, other = case
-        return LossRow(command.stepping, changed, to, pull_in(other, command), pull_out(other, command))
+        started = pull_in(other, command)
+        return LossRow(command.stepping, changed, to, started, pull_out(other, command, started))
 
     return tuple(mapped(row, cases, workers))
 

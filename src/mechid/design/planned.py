@@ -12,13 +12,8 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.planned_record import DURATION_S, SAMPLE_RATE_HZ, planned_duration_s, planned_rate_hz
 from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
-from mechid.identification.output_error.target import (
-    Target,
-    TargetChannel,
-    latest_of,
-    noise_sigma,
-    time_offset_of,
-)
+from mechid.identification.output_error.noise_level import known_noise
+from mechid.identification.output_error.target import Target, TargetChannel, latest_of, time_offset_of
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
@@ -120,7 +115,7 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
 def _not_there(campaign: Campaign) -> tuple[str, ...]:
     """Name the records whose file is not there."""
     absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not Path(r.file).is_file()]
-    return tuple(f'record "{r.name}": {r.spec.path} is not there: taken as planned' for r in absent)
+    return tuple(f'record "{r.name}": {r.spec.path} is not there: it counts as planned' for r in absent)
 
 
 def _planned(
@@ -153,4 +148,4 @@ def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:
         data = read_record(record.file, record.spec)
     if data is None or record.leading != TORQUE:
         return None
-    return data.sample_rate_hz, data.duration_s, noise_sigma(replace(record, data=data), record.estimated[0])
+    return data.sample_rate_hz, data.duration_s, known_noise(replace(record, data=data), record.estimated[0]).sigma

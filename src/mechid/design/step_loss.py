@@ -7,8 +7,8 @@ the command it is held until at rest, and
     N = round((p/2 alpha - theta) / 2 pi)
 
 pole pairs are lost (N < 0) or gained, 4 |N| full steps. A swing past the edge and back loses nothing and does not
-count. Pull-in (start-stop) rate: the highest up to which the motor starts and stops at once without loss. Pull-out
-rate: the same where the rate is raised and lowered slowly (Acarnley, Stepping Motors, 4th ed. 2002, chapter 5).
+count. Pull-in (start-stop) rates: those at which the motor starts and stops at once without loss. Pull-out rates: the
+same where the rate is raised and lowered slowly (Acarnley, Stepping Motors, 4th ed. 2002, chapter 5).
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import numpy as np
 
 from mechid.command import Command, RateProfile
 from mechid.command.edges import step_edges
+from mechid.design.rate_limit import HIGHEST, LOWEST, RESOLUTION, RateLimit, rate_limit, rates_tried
 from mechid.parameter import Role
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
@@ -34,11 +35,8 @@ HOLD_S, AT_REST_SHARE = 0.4, 0.25
 """Held after the command, and the last part of it over which the rotor's angle is averaged."""
 STARTED_S, RAMP_S = 0.5, 1.0
 """Time at the rate, and from zero to it where that is slow."""
-LOWEST, HIGHEST = 4.0, 4000.0
-"""Full steps/s that are looked at."""
-AT_ONCE_RATIO, SLOW_RATIO = 1.15, 2.0
-"""Ratio of neighbours on the way up; what is brought to a rate slowly has passed all that are lower."""
-RESOLUTION = 0.005
+SLOW_RATIO = 1.1
+"""Ratio of neighbouring rates to which the motor is brought slowly: it has passed all that are lower."""
 
 
 @dataclass(frozen=True)
@@ -110,55 +108,47 @@ def is_stepper(mechanism: Mechanism) -> bool:
     return {"e_A", "e_B"} <= inputs and mechanism.electrical_periods is not None
 
 
-@dataclass(frozen=True)
-class RateLimit:
-    """Up to which rate a stepping holds.
-
-    Attributes
-    ----------
-    rate : float or None
-        Full steps/s, to half a percent; None where it holds at all rates looked at, 0 where it never does.
-    holds_again : bool
-        Whether some rate further up holds too: the loss is one of resonance.
-    """
-
-    rate: float | None
-    holds_again: bool
-
-
 def pull_in(mechanism: Mechanism, command: Command) -> RateLimit:
-    """Return the highest rate up to which the motor starts and stops at once without loss."""
-    return _limit(lambda rate: not driven(mechanism, _at(command, rate), STARTED_S, torque=False).lost, AT_ONCE_RATIO)
-
-
-def pull_out(mechanism: Mechanism, command: Command) -> RateLimit:
-    """Return the highest rate up to which the motor follows, once it is brought there slowly."""
+    """Return the rates at which the motor starts and stops at once without loss."""
 
     def holds(rate: float) -> bool:
-        up, down = RAMP_S + STARTED_S, 2.0 * RAMP_S + STARTED_S
-        slow = RateProfile.through([(0.0, 0.0), (RAMP_S, rate), (up, rate), (down, 0.0)])
+        return not driven(mechanism, _at(command, rate), STARTED_S, torque=False).lost
+
+    return rate_limit(holds, rates_tried(mechanism, command))
+
+
+def pull_out(mechanism: Mechanism, command: Command, started: RateLimit | None = None) -> RateLimit:
+    """Return the rates at which the motor follows, once it is brought there slowly.
+
+    It is brought there from rest, or, where the widest range of rates at which it starts at once lies above a hole,
+    from the middle of that range: a slow start from rest would dwell in the hole, and what is lost there tells
+    nothing of higher rates. At rates of that range it follows, as it starts there at once.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    command : Command
+    started : RateLimit or None
+        Where it starts at once, as `pull_in` found it; None finds it anew.
+    """
+    started = started or pull_in(mechanism, command)
+    first, last = started.widest or (LOWEST, LOWEST)
+    begin = math.sqrt(first * last) if first > LOWEST else 0.0
+    up, down = RAMP_S + STARTED_S, 2.0 * RAMP_S + STARTED_S
+
+    def holds(rate: float) -> bool:
+        if begin <= rate < last:
+            return True
+        slow = RateProfile.through([(0.0, begin), (RAMP_S, rate), (up, rate), (down, begin)])
         return not driven(mechanism, replace(command, rate=slow), down, torque=False).lost
 
-    return _limit(holds, SLOW_RATIO)
+    steps = math.ceil(math.log(HIGHEST / last) / math.log(SLOW_RATIO))
+    rates = [begin or LOWEST, *np.geomspace(last, HIGHEST, steps + 1).tolist()]
+    return rate_limit(holds, sorted(set(rates)), begin)
 
 
 def _at(command: Command, rate: float) -> Command:
     return replace(command, rate=RateProfile.constant(rate))
-
-
-def _limit(holds: Callable[[float], bool], ratio: float) -> RateLimit:
-    """Go up until a rate does not hold, bisect there, and see whether any of three further up holds again."""
-    good, rate = 0.0, LOWEST
-    while holds(rate):
-        good, rate = rate, ratio * rate
-        if rate > HIGHEST:
-            return RateLimit(None, False)
-    again = any(holds(rate * AT_ONCE_RATIO**k) for k in (1, 2, 4))
-    bad = rate
-    while good and bad / good > 1.0 + RESOLUTION:
-        middle = math.sqrt(good * bad)
-        good, bad = (middle, bad) if holds(middle) else (good, middle)
-    return RateLimit(good, again)
 
 
 @dataclass(frozen=True)

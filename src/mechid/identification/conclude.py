@@ -13,19 +13,26 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import mechanism_name
+from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
+from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
 from mechid.identification.output_error.declaration import DECLARED, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.result.grading import Evidence, graded
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.doubts import refused_gain
+from mechid.identification.uncertainty.raised_noise import raised_warnings
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors, standard_errors
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
 FloatArray = NDArray[np.float64]
+ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 
@@ -38,11 +45,14 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
     q = verdict.q
+    evidence = _evidence(campaign, state, seed, triangle, verdict)
     errors = standard_errors(state, seed, triangle, verdict)
     mechanism = _mechanism(campaign, problem, verdict)
+    errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
     own = _warnings(parameters)
-    return Fit(
+    louder = raised_warnings(campaign, problem.targets, state.before_raised)
+    fit = Fit(
         mechanism=mechanism,
         parameters=parameters,
         correlation_names=errors.names,
@@ -55,11 +65,55 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         },
         stages=state.stages,
         outcome=state.outcome,
-        warnings=(*campaign.warnings, *state.warnings, *errors.warnings, *own),
-        notes=ambiguity_notes(campaign),
+        warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
+        notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ())),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
     )
+    return graded(fit, evidence)
+
+
+def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:
+    """Return what the grade rests on beside the fit."""
+    problem, windows, lost = state.problem, state.windows, not math.isfinite(triangle.norm)
+    targets = {t.name: t for t in problem.targets}
+
+    def circumstances(record: str, at_s: float) -> str:
+        base = targets[record].base
+        sample = min(max(round((at_s - base.start_s) * base.sample_rate_hz), 0), base.samples)
+        return departure(problem, verdict.q, targets[record], sample)
+
+    used_to_s = {
+        name: targets[name].base.start_s + stop / targets[name].base.sample_rate_hz
+        for name, (_, stop) in windows.items()
+        if not campaign.stages and stop < targets[name].samples
+    }
+    return Evidence(
+        campaign=str(campaign.path),
+        used=windows,
+        used_to_s=used_to_s,
+        promised_fall=math.nan if lost else refused_gain(triangle, verdict.counted),
+        cost=triangle.cost,
+        lost=lost,
+        circumstances=circumstances,
+        seed=seed,
+    )
+
+
+def _without_unknown(
+    campaign: Campaign, problem: Problem, errors: StandardErrors, verdict: Verdict
+) -> tuple[StandardErrors, Verdict]:
+    """Return errors and verdict with the parameters that no record knows frozen, without an error."""
+    own = {p.name: p for record in campaign.estimated for p in record.parameters}
+    values = problem.coordinates.values(verdict.q)
+    found = {}
+    for name in errors.names:
+        parameter = campaign.mechanism.parameters.get(name) or own[name]
+        sigma = errors.of(name).held
+        reason = not_known(parameter, values[name], sigma) if sigma is not None else ""
+        if reason:
+            found[name] = Status.FROZEN, reason
+    return errors.without(found), replace(verdict, reasons={**verdict.reasons, **found})
 
 
 def _mechanism(campaign: Campaign, problem: Problem, verdict: Verdict) -> Mechanism:
@@ -145,7 +199,7 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
              for p in parameters.values() if p.status in said]  # fmt: skip
     return lines + [
         f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
-        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would tell it"
+        f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would determine it"
         for p in parameters.values()
         if p.prior and p.prior.dominates
     ]

@@ -23,7 +23,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
-from mechid.identification.stages.joint_fit import cliff_warnings, fit_past_cliffs, joint_fit
+from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
 from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
@@ -80,7 +80,7 @@ def identify(
                 state = follow_stages(watch, state, campaign)
             else:
                 state = _follow_plan(watch, state, campaign, seed, near)
-            if state.outcome.good or state.outcome in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED):
+            if state.outcome.has_optimum:
                 state = freeze_dependent(watch, state, campaign)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
@@ -139,10 +139,10 @@ def _follow_plan(
 
 def _judged(state: SearchState) -> SearchState:
     """Return the state at the end of the plan with what its last joint fit leaves in doubt."""
-    said = cliff_warnings("noise released", state)
+    said = threshold_warnings("noise re-estimated", state)
     state = state.saying(*said)
-    if state.outcome is FitOutcome.CONVERGED and said:
+    if state.outcome.has_optimum and said:
         return state.ending(FitOutcome.CLIFF)
-    if state.outcome is FitOutcome.CONVERGED and not state.converged:
+    if state.outcome.has_optimum and not state.converged:
         return state.ending(FitOutcome.NOT_CONVERGED)
     return state

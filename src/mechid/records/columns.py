@@ -262,7 +262,7 @@ def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str 
     if _factor_or_none(in_file, quantity) is not None:
         raise table.error(f'{label}: its unit contradicts unit = "{channel.unit}" of the campaign; correct one')
     if column.unit or column.name.endswith(("]", ")")):
-        return factor, f'{label}: taken in "{channel.unit}", as the campaign says, not in "{in_file}"'
+        return factor, f'{label}: read in "{channel.unit}", as the campaign says, not in "{in_file}"'
     return factor, None
 
 
@@ -272,7 +272,7 @@ def _raw_counts(table: Table, channel: ChannelSpec, index: int) -> str | None:
     if not column.whole or channel.unit or column.stated_unit or channel.gain != 1.0 or channel.quantity == "time":
         return None
     label, unit = column_label(table.columns, index), si_unit(channel.quantity)
-    return f"{label}: integers without a unit, taken in {unit}; are they raw counts? then give unit and gain"
+    return f"{label}: integers without a unit, read in {unit}; are they raw counts? then give unit and gain"
 
 
 def _factor_or_none(unit: str, quantity: str) -> float | None:

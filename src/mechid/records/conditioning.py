@@ -78,7 +78,7 @@ def limited(layout: Layout, how: Conditioning, data: Sequence[FloatArray]) -> li
         beyond = (values <= low) | (values >= high)
         count = int(np.count_nonzero(beyond))
         values[beyond] = np.nan
-        text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} taken as missing"
+        text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} counted as missing"
         told.append(
             {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
         )

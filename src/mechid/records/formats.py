@@ -58,7 +58,7 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     RecordError
         The file is missing or cannot be used; one line with file, line and remedy.
     """
-    with _readable(spec.path):
+    with readable(spec.path):
         return _record(path, spec, open_table(path, spec.path))
 
 
@@ -71,12 +71,13 @@ def open_table(path: Path, label: str) -> Table:
         The file is missing, of an unknown format, or cannot be read.
     """
     _refuse_missing(path, label)
-    with _readable(label):
+    with readable(label):
         return _reader(path, label)(path, label)
 
 
 @contextmanager
-def _readable(label: str) -> Iterator[None]:
+def readable(label: str) -> Iterator[None]:
+    """Make what goes wrong with reading a file a RecordError that names it."""
     try:
         yield
     except OSError as error:
@@ -114,7 +115,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     return Record(
         name=spec.name,
         path=path,
-        digest=_digest(path),
+        digest=digest_of(path),
         time_start_s=samples.clock.start_s,
         sample_rate_hz=samples.clock.rate_hz,
         channels=channels,
@@ -145,6 +146,7 @@ def _warnings(table: Table, layout: Layout, channels: tuple[Channel, ...]) -> tu
     return (*table.warnings, *units, *health)
 
 
-def _digest(path: Path) -> str:
+def digest_of(path: Path) -> str:
+    """Return the SHA-256 of a file, hexadecimal."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

@@ -7,9 +7,8 @@ import numpy as np
 from mechid.records.record import Channel
 from mechid.records.spec import Role
 from mechid.records.table import FloatArray, Table
+from mechid.signal.clipping import CLIPPED_RUN, clipped_runs
 
-CLIPPED_RUN = 8
-"""So many equal samples at an extreme are a clipped peak."""
 ENCODED = ("rotor_angle", "output_angle", "position")
 CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
@@ -41,26 +40,11 @@ def channel_warnings(table: Table, channel: Channel) -> list[str]:
 
 
 def _clipping(table: Table, channel: Channel) -> list[str]:
-    starts = np.sort(np.concatenate([_runs_at(channel.data, limit) for limit in _limits(channel.data)]))
-    if starts.size < CLIPPED_TIMES:
+    runs = clipped_runs(channel.data)
+    if len(runs) < CLIPPED_TIMES:
         return []
     message = (
         f'"{channel.column}": {channel.quantity} stays at its extreme for {CLIPPED_RUN} samples or more '
-        f"{starts.size} times, first here: clipped?"
+        f"{len(runs)} times, first here: clipped?"
     )
-    return [str(table.error(message, int(starts[0])))]
-
-
-def _limits(data: FloatArray) -> tuple[float, float]:
-    return float(data.min()), float(data.max())
-
-
-def _runs_at(data: FloatArray, limit: float) -> FloatArray:
-    """Return the first samples of the clipped stretches at `limit`; zero is rest, not a limit."""
-    if limit == 0.0:
-        return np.empty(0)
-    at_limit = np.zeros(data.size + 2, dtype=np.int8)
-    at_limit[1:-1] = data == limit
-    steps = np.diff(at_limit)
-    starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
-    return np.asarray(starts[ends - starts >= CLIPPED_RUN], dtype=np.float64)
+    return [str(table.error(message, runs[0][0]))]

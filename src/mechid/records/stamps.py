@@ -91,7 +91,7 @@ def placed(table: Table, time: FloatArray, rate_hz: float | None, first: int = 0
         row = int(repeated[0]) + 1 if repeated.size else worst
         raise table.error(
             f"the stamp {time[row]:.9g} s is off the nearest regular clock, {1.0 / interval:.9g} Hz, by "
-            f"{abs(off[row]):.3g} s, too far to tell its sample; if samples are taken at irregular times, "
+            f"{abs(off[row]):.3g} s, too far to place its sample; if samples were recorded at irregular times, "
             f'write time_stamps = "resample"; {MEND}',
             first + row,
         )

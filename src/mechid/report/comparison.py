@@ -30,8 +30,8 @@ EFFECTIVE = (
     Column("BIC white", "bic"),
 )
 SCORE_LAYOUTS = (
-    ((HYPOTHESIS, *FITTED, *EFFECTIVE, Column("outcome", "outcome", words=True)),),
-    ((HYPOTHESIS, *FITTED, *EFFECTIVE), (HYPOTHESIS, Column("outcome", "outcome", words=True))),
+    ((HYPOTHESIS, *FITTED, *EFFECTIVE, Column("grade", "grade", words=True)),),
+    ((HYPOTHESIS, *FITTED, *EFFECTIVE), (HYPOTHESIS, Column("grade", "grade", words=True))),
 )
 NO_SUCH = "."
 
@@ -87,6 +87,7 @@ def _least(scores: Sequence[Score], key: str) -> float:
 def _score(hypothesis: Hypothesis, score: Score, best: Mapping[str, float]) -> dict[str, Any]:
     return {
         "name": hypothesis.name,
+        "grade": str(hypothesis.grade),
         "outcome": hypothesis.outcome.code,
         **asdict(score),
         "text": {

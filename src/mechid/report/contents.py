@@ -11,7 +11,7 @@ from mechid.campaign import Campaign
 from mechid.identification.result.fit import Fit
 from mechid.report.details import correlation_data, driven_data, information_data, meaning_data, resonance_data
 from mechid.report.digits import plain
-from mechid.report.noise import against_noise, level_words
+from mechid.report.noise import against_noise, level_words, raised_words
 from mechid.report.quantities import torque_alone
 from mechid.report.summary import summary_data
 from mechid.report.use import use_word
@@ -75,8 +75,9 @@ def _record_row(
         *([] if plainly else [("channel", texts["quantity"]), ("unit", texts["unit"])]),
         ("samples", str(row["samples"])),
         ("fit, %", texts["fit_percent"]),
+        ("followed, %", fit["text"]["followed_percent"]),
         (f"residual{unit}", texts["residual_rms"]),
-        (f"noise{unit}", fit["text"]["noise_sigma"]),
+        (f"noise{unit}", fit["text"]["noise_known"]),
         ("residual / noise", f"{ratio:.2f}" if math.isfinite(ratio) else "-"),
         ("Ljung-Box p", texts["p_value"]),
         ("largest ρ", texts["largest"]),
@@ -84,7 +85,8 @@ def _record_row(
         (f"drift{rate}", fit["text"]["drift"]),
     ]
     use = use_word(row["use"], left_out=row["left_out"])
-    own = {"noise_ratio": ratio, "words": level_words(residual), "cells": cells}
+    words = " ".join(filter(None, (level_words(residual, complete=data["grade"] == "A"), raised_words(fit))))
+    own = {"noise_ratio": ratio, "words": words, "cells": cells}
     return {"name": row["name"], "use": use, "quantity": row["quantity"], **own}
 
 

@@ -17,6 +17,7 @@ from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import autocorrelation, envelope, peak_spectrum, spectrogram
 from mechid.signal.series import Beginning, IntArray, Series, blocks, mean_of
+from mechid.signal.spectrogram import WINDOWS, usual_window_s
 from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
@@ -27,9 +28,8 @@ COLUMNS = 800
 """Of a curve over time on paper; each holds its least and its largest sample."""
 START_S = 0.3
 """Of a record's start that is drawn by itself."""
-ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
-WINDOW_S, WINDOWS, HIGHEST_BINS = 0.5, 240, 500
-"""Of a spectrogram: length and number of its windows, and bins kept at most."""
+HIGHEST_BINS = 500
+"""Of a spectrogram, kept at most."""
 LOW_RATE_SHARE = 0.02
 """Rates that differ by less than this part of the largest are one rate."""
 
@@ -127,7 +127,7 @@ def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) ->
 
 
 def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
-    noise = fit.records[record.name].noise_of(channel.quantity)
+    noise = fit.records[record.name].known_noise_of(channel.quantity)
     rate_hz = p.base.sample_rate_hz
     start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
     rate = rate_over(as_fitted(record, fit), p.base)
@@ -199,8 +199,7 @@ def _largest(y: FloatArray) -> int:
 
 
 def _spectrogram(p: Prediction) -> Spectrogram:
-    duration = p.measured.size / p.base.sample_rate_hz
-    window = min(WINDOW_S, duration / 8.0)
+    window = usual_window_s(p.measured.size / p.base.sample_rate_hz)
     time, frequency, measured = spectrogram(p.level, p.base.sample_rate_hz, window, WINDOWS)
     modelled = spectrogram(p.modelled, p.base.sample_rate_hz, window, WINDOWS)[2]
     kept = slice(0, HIGHEST_BINS)

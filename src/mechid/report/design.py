@@ -43,7 +43,7 @@ LOSSES = (
     Column("pull-in steps/s", "pull_in"),
     Column("pull-out steps/s", "pull_out"),
 )
-SHOWN_PEAKS, SHOWN_OBJECTIONS = 4, 12
+SHOWN_PEAKS, SHOWN_OBJECTIONS, SHOWN_RANGES = 4, 12, 3
 Row = Mapping[str, Any]
 
 
@@ -83,8 +83,10 @@ def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> Non
     say(console, "Standard errors: at the values believed, and the median over the mechanisms that may be true", "bold")
     print_table(console, _columns(data), [{"text": {}, **row} for row in _parameter_rows(data)])
     print_table(console, RECORDS, [{"text": {}, **row} for row in _record_rows(data)])
-    say(console, "Step loss; > is beyond what was looked at, * holds again further up: a loss of resonance", "bold")
+    say(console, "Step loss", "bold")
+    say(console, loss_words(data))
     print_table(console, LOSSES, [{"text": {}, **row} for row in _loss_rows(data)])
+    print_lines(console, "holes", hole_lines(data))
     print_lines(console, "amplitude", peak_lines(data))
     print_lines(console, "left out", _left_out(data))
     print_lines(console, "warning", data["warnings"], "yellow")
@@ -127,12 +129,14 @@ def design_markdown(data: Row) -> str:
     parts = ["# Design of the next test", f"**{headline(data)}**", "## Standard errors"]
     for title, columns, rows in (
         ("", _columns(data), _parameter_rows(data)),
-        ("## Records, those that tell most first", RECORDS, _record_rows(data)),
+        ("## Records, the most informative first", RECORDS, _record_rows(data)),
         ("## Step loss", LOSSES, _loss_rows(data)),
     ):
         parts += [title] if title else []
+        parts += [loss_words(data)] if columns is LOSSES else []
         parts.append(table([c.header for c in columns], [[row[c.key] for c in columns] for row in rows]))
     for title, lines in (
+        ("Rates at which steps are lost though higher ones hold", hole_lines(data)),
         ("Torque over the step rate", peak_lines(data)),
         ("Left out", _left_out(data)),
         ("Warnings", data["warnings"]),
@@ -189,8 +193,8 @@ def _loss_rows(data: Row) -> list[dict[str, str]]:
         {
             "stepping": row["stepping"],
             "changed": _changed(row),
-            "pull_in": _limit(row["pull_in"]),
-            "pull_out": _limit(row["pull_out"]),
+            "pull_in": limit_words(row["pull_in"]),
+            "pull_out": limit_words(row["pull_out"]),
         }
         for row in data["step_loss"]
     ]
@@ -204,10 +208,49 @@ def _changed(row: Row) -> str:
     return f"{row['changed']} x {row['to']:g}"
 
 
-def _limit(limit: Row) -> str:
-    if limit["rate"] is None:
-        return ">"
-    return f"{limit['rate']:.0f}{'*' if limit['holds_again'] else ''}"
+def limit_words(limit: Row) -> str:
+    """Return where a stepping holds: "354", or "118, 147 to 1107" with a hole between."""
+    ranges = [_range(first, last, limit["searched"]) for first, last in limit["ranges"]]
+    if len(ranges) > SHOWN_RANGES:
+        ranges[1:-1] = [f"{len(ranges) - 2} more"]
+    return ", ".join(ranges) or "none"
+
+
+def _range(first: float, last: float, searched: Sequence[float]) -> str:
+    end = f"{last:.0f}" if last < searched[1] else f"> {last:.0f}"
+    return end if first <= searched[0] else f"{first:.0f} to {end}"
+
+
+def loss_words(data: Row) -> str:
+    """Say how the table of step loss is to be read, and how closely was looked."""
+    low, high = data["step_loss"][0]["pull_in"]["searched"]
+    search = data["step_loss_search"]
+    far, near, slow = (f"{100.0 * (search[f'{key}_ratio'] - 1.0):.0f} %" for key in ("far", "near", "slow"))
+    return (
+        f"Pull-in: the rates at which the motor starts and stops at once. Pull-out: those that it follows once brought "
+        f"there slowly. A single number is the end of all rates from {low:g} steps/s on; > {high:g} is beyond what was "
+        f"looked at. Between two ranges is a hole, in which steps are lost to a resonance. Starts were tried every "
+        f"{far}, near resonances every {near} but no closer than {search['least_steps_per_s']:g} step/s; slow "
+        f"ones every {slow}: a narrower hole may have been missed."
+    )
+
+
+def hole_lines(data: Row) -> list[str]:
+    """Return, at the values believed, where each stepping loses steps though it holds at higher rates."""
+    return [
+        f"{row['stepping']} stepping, {words}: "
+        + ", ".join(f"{first:.0f} to {last:.0f}" for first, last in row[key]["holes"])
+        + f" steps/s; {_beyond(row[key])}"
+        for row in data["step_loss"]
+        for key, words in (("pull_in", "started at once"), ("pull_out", "brought there slowly"))
+        if row[key]["holes"] and not row["changed"]
+    ]
+
+
+def _beyond(limit: Row) -> str:
+    if limit["limit"] is None:
+        return f"above, it holds to the highest rate looked at, {limit['searched'][1]:.0f} steps/s"
+    return f"above {limit['limit']:.0f} steps/s it holds nowhere up to {limit['searched'][1]:.0f}"
 
 
 def peak_lines(data: Row) -> list[str]:

@@ -84,6 +84,7 @@ def _over_value(p: Mapping[str, Any], sigma: float | None) -> float:
 
 
 def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
+    """Draw the limits beyond which steps are lost; a bar is a hole below, where they are lost too."""
     axes = figure.subplots(1, 3, sharey=True, gridspec_kw={"wspace": 0.08})
     supply = "current" if any(r["changed"] == "current" for r in data["step_loss"]) else "voltage"
     kinds = (
@@ -97,9 +98,12 @@ def _step_loss(data: Mapping[str, Any], figure: Any) -> None:
             points = sorted(((r["to"] if r["changed"] else unchanged, r) for r in rows), key=lambda p: p[0])
             x = [p[0] for p in points]
             for key, marker in (("pull_in", "o"), ("pull_out", "^")):
-                y = [float("nan") if p[1][key]["rate"] is None else p[1][key]["rate"] for p in points]
+                y = [float("nan") if p[1][key]["limit"] is None else p[1][key]["limit"] for p in points]
                 name = f"{stepping}, {key.replace('_', '-')}"
                 ax.plot(x, y, linestyle=style, marker=marker, markersize=3, color=colour, label=name)
+                for to, row in points:
+                    for low, high in row[key]["holes"]:
+                        ax.vlines(to, low, high, color=colour, linewidth=4.0, alpha=0.35)
         ax.axvline(unchanged, color=MARK, linewidth=0.8, linestyle=":")
         ax.set_xlabel(label)
     axes[0].set_xscale("log", base=2)

@@ -21,7 +21,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
 from numpy.typing import NDArray
 
-from mechid.report.curves import ORDERS, Curves
+from mechid.analysis.order_tracking import ORDERS
+from mechid.report.curves import Curves
 from mechid.report.payload import order_marks, shown_hz
 from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
 from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
+from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.digits import digits, plain, rounded
 
@@ -16,7 +17,9 @@ DIGITS = (3, 4, 5, 6)
 
 
 def against_noise(data: Data, row: Data) -> AgainstNoise:
-    """Return a validated channel's residual beside its record's noise floor.
+    """Return a validated channel's residual beside the noise that was known of it before the fit.
+
+    A level that rests on the residual itself says nothing of it.
 
     Parameters
     ----------
@@ -26,7 +29,7 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
         One of its ``validation``.
     """
     rows = [r for r in (*data["channels"], *data["records"]) if r["name"] == row["name"]]
-    noise = next((r["noise_sigma"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
+    noise = next((r["noise_known"] for r in rows if r.get("quantity", row["quantity"]) == row["quantity"]), math.nan)
     return AgainstNoise(
         residual_rms=_number(row["residual_rms"]),
         noise_sigma=_number(noise),
@@ -36,25 +39,34 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
     )
 
 
+def raised_words(fit: Data) -> str:
+    """Return that a channel's noise level was raised in the fit, nothing where it was not."""
+    if fit["noise_rests_on"] != NoiseSource.RESIDUAL:
+        return ""
+    return f"The search raised the noise level to follow the record; it ended at {fit['text']['noise_sigma']}."
+
+
 def _number(value: float | None) -> float:
     return math.nan if value is None else value
 
 
-def level_words(residual: AgainstNoise) -> str:
-    """Return the judgement on a residual as a sentence.
+def level_words(residual: AgainstNoise, *, complete: bool = False) -> str:
+    """Return how a residual stands to the noise as a sentence; of a model that is complete, that it explains all.
 
     Examples
     --------
     >>> record = {"noise_sigma": 1.0, "samples": 10_001, "floor_samples": 10_001}
-    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record))
+    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record), complete=True)
     'Explained down to the noise.'
+    >>> level_words(AgainstNoise(residual_rms=1.02, effective_samples=9950.0, **record))
+    'No larger than the noise.'
     >>> level_words(AgainstNoise(residual_rms=1.16, effective_samples=9950.0, **record))
     '1.16 times the noise floor, where chance explains up to 1.07 with 9950 effective samples.'
     """
     if residual.level is NoiseLevel.LOST:
         return "The simulation does not come to its end."
     if residual.level is NoiseLevel.NOISE:
-        return "Explained down to the noise."
+        return "Explained down to the noise." if complete else "No larger than the noise."
     return f"{above_words(residual)}."
 
 

@@ -173,7 +173,7 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         lines.append(f"its own test stand: {own}")
     if data["planned"]:
         as_if = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
-        return [*lines, f"planned: it has no file, and is taken {as_if}"]
+        return [*lines, f"planned: it has no file, and counts {as_if}"]
     until = data["start_s"] + data["duration_s"]
     span = f"{data['start_s']:.9g} s to {until:.9g} s"
     low, high, rms, noise = (digits(data[key], 3) for key in ("torque_min", "torque_max", "torque_rms", "noise_sigma"))

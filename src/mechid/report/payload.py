@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from mechid.report.curves import ORDERS, START_S, Curves, Spectrogram
+from mechid.analysis.order_tracking import ORDERS
+from mechid.report.curves import START_S, Curves, Spectrogram
 from mechid.report.packing import pack_floats, pack_integers
 from mechid.report.quantities import axis_labels, quantity_words
 from mechid.units import unit_words

@@ -112,5 +112,5 @@ def _warnings(p: Profile) -> list[str]:
         )
     unsettled = sum(bool(point.note) for point in p.points if math.isfinite(point.rise))
     if unsettled:
-        lines.append(f"{p.name}: {unsettled} of {len(p.points)} refits stopped at a cliff or before they converged")
+        lines.append(f"{p.name}: {unsettled} of {len(p.points)} refits stopped at a threshold or before they converged")
     return lines

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -10,11 +10,13 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.figure import Figure
 
+from mechid.analysis.look import Drive, look_at
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import MeasuredCommand
 from mechid.records import Channel, Record, Role
 from mechid.report.curves import drawn, rate_over
 from mechid.report.figures import MARK, MEASURED, MODELLED, STYLE, made, over_time, write_figures
+from mechid.report.look.figures import look_figures
 from mechid.report.plots import TIME
 from mechid.report.quantities import quantity_words
 from mechid.signal.runs import runs_of
@@ -31,7 +33,7 @@ RATE = "rate,\nfull steps/s"
 
 
 def write_record_figures(campaign: Campaign, folder: Path | str) -> list[Path]:
-    """Write a picture of each record that was read, as SVG and PNG, by the record's name.
+    """Write a picture of each record that was read and its spectra, as SVG and PNG, by the record's name.
 
     Parameters
     ----------
@@ -53,7 +55,19 @@ def write_record_figures(campaign: Campaign, folder: Path | str) -> list[Path]:
     figures = record_figures(campaign.records)
     with writable(folder):
         write_figures(figures.items(), Path(folder))
-    return [Path(folder) / f"{name}.svg" for name in figures]
+        spectra = write_figures(_spectra(campaign.records), Path(folder))
+    return [Path(folder) / f"{name}.svg" for name in (*figures, *spectra)]
+
+
+def _spectra(records: Iterable[CampaignRecord]) -> Iterator[tuple[str, Figure]]:
+    """Yield the spectrum of each channel that was read beside the lines that the command would make.
+
+    Where the rate varies they are drawn over time or rate.
+    """
+    for record in records:
+        if record.data is not None:
+            look = look_at(record.data, Drive(command=record.command, time_offset_s=record.time_offset.value))
+            yield from look_figures([look], ("spectrum",) if look.constant_rate else ("spectrum", "waterfall"))
 
 
 def record_figures(records: Iterable[CampaignRecord]) -> dict[str, Figure]:

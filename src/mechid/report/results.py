@@ -16,6 +16,7 @@ from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAM
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS
 from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"
@@ -80,7 +81,7 @@ def estimated_text(fit: Fit, *, synthetic: bool) -> str:
     lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
     if synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    return mechanism_text(fit.mechanism, "\n".join([*lines, fit.outcome.value]))
+    return mechanism_text(fit.mechanism, "\n".join([*lines, GRADE_WORDS[fit.grade], fit.outcome.value]))
 
 
 def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:

@@ -15,14 +15,11 @@ from mechid.report.quantities import quantity_words, torque_alone
 from mechid.report.use import held_out, left_out, left_out_words
 
 GOOD, CAUTION, BAD = "good", "caution", "bad"
-HEADLINE = {
-    GOOD: "The fit is good.",
-    CAUTION: "The fit has converged; read the cautions before its values are used.",
-    BAD: "The fit did not succeed; do not use its values.",
-}
+TONES = {"A": GOOD, "B": CAUTION}
+READ_CAUTIONS = "Read the cautions before its values are used."
 STRONG = 0.95
 COLOURED = 1.5
-"""Robust over white standard error from which the model is said to miss something."""
+"""Standard error for noise of any colour over that for white noise from which residuals are said to be coloured."""
 WORTH = 0.98
 """A record that would not lower a standard error below this factor is not proposed."""
 
@@ -32,7 +29,7 @@ Residuals = list[tuple[Data, AgainstNoise]]
 
 
 def summary_data(data: Data) -> dict[str, Any]:
-    """Return the verdict on what a report shows: a grade, a headline, and answers to three questions.
+    """Return the verdict on what a report shows: grade, tone, headline, and answers to three questions.
 
     Parameters
     ----------
@@ -40,10 +37,12 @@ def summary_data(data: Data) -> dict[str, Any]:
         The report's, with ``correlation`` and ``information``.
     """
     residuals = [(row, against_noise(data, row)) for row in data["validation"]]
-    grade = _grade(data, residuals)
+    tone = _tone(data, residuals)
+    careful = data["grade"] == "A" and tone != GOOD
     return {
-        "grade": grade,
-        "headline": HEADLINE[grade],
+        "grade": data["grade"],
+        "tone": tone,
+        "headline": f"{data['grade_words']} {READ_CAUTIONS}" if careful else data["grade_words"],
         "questions": [
             {"question": "Is this fit good?", "answers": _quality(data, residuals)},
             {"question": "What is least certain?", "answers": _uncertain(data)},
@@ -65,9 +64,11 @@ def relative_error(row: Data) -> float:
     return float(row["std_error"] / abs(row["estimate"])) if row["estimate"] else math.inf
 
 
-def _grade(data: Data, residuals: Residuals) -> str:
-    if not data["outcome"]["good"]:
-        return BAD
+def _tone(data: Data, residuals: Residuals) -> str:
+    """Return how the verdict is coloured: a complete model too where something is to be read first."""
+    tone = TONES.get(data["grade"], BAD)
+    if tone != GOOD:
+        return tone
     unsure = any(row["status"] in ("at_bound", "frozen") or row["local_only"] for row in data["parameters"])
     unexplained = any(not residual.is_noise for _, residual in residuals)
     return CAUTION if unexplained or unsure or _coloured(data) or data["warnings"] else GOOD
@@ -76,14 +77,13 @@ def _grade(data: Data, residuals: Residuals) -> str:
 def _quality(data: Data, residuals: Residuals) -> list[str]:
     rows = data["validation"]
     ratios = [r.ratio for _, r in residuals if r.level is not NoiseLevel.LOST]
-    lines = [data["outcome"]["message"]]
+    lines = [data["outcome"]["message"], *(reason["text"] for reason in data["reasons"])]
     if ratios:
         within = sum(r.is_noise for _, r in residuals)
         what = "records" if torque_alone(rows) else "channels"
-        lines.append(
-            f"{within} of {len(rows)} {what} are explained down to their noise: the residual is "
-            f"{min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
-        )
+        size = f"the residual is {min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
+        said = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
+        lines.append(said if data["grade"] == "A" else f"{size[0].upper()}{size[1:]}")
     lines += [
         f"Record {_called(row)}: the simulation does not come to its end."
         for row, residual in residuals
@@ -138,14 +138,16 @@ def _uncertain(data: Data) -> list[str]:
     ]
     local = [row["name"] for row in data["parameters"] if row["local_only"]]
     if local:
-        lines.append(f"Standard errors that hold in the small alone, a cliff being near: {', '.join(local)}.")
+        lines.append(
+            f"Near a stick/slip threshold: the standard errors of {', '.join(local)} hold on this side of it only."
+        )
     pair = worst_pair(data["correlation"])
     if pair and abs(pair[2]) >= STRONG:
         lines.append(f"{pair[0]} and {pair[1]} depend on each other most: correlation {pair[2]:+.3f}.")
     coloured = _coloured(data)
     if coloured:
         lines.append(
-            "Residuals are coloured: robust standard errors exceed those for white noise "
+            "Residuals are coloured: standard errors that count it exceed those for white noise "
             f"by more than {COLOURED:g} for {', '.join(coloured)}."
         )
     return lines
@@ -155,24 +157,27 @@ def _coloured(data: Data) -> list[str]:
     return [
         row["name"]
         for row in data["parameters"]
-        if row["std_error"] and row["std_error_white"] and row["std_error"] > COLOURED * row["std_error_white"]
+        if row["std_error_noise"]
+        and row["std_error_white"]
+        and row["std_error_noise"] > COLOURED * row["std_error_white"]
     ]
 
 
 def _improvement(data: Data, residuals: Residuals) -> list[str]:
-    lines = [
+    lines = [f"Next: {reason['next_command']}." for reason in data["reasons"][:1]]
+    lines += [
         f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
         for row, _ in _misfits(residuals)
     ]
     lines += [
-        f"Knowing how record {_called(row)} was taken: the warnings say what was tried of it."
+        f"Knowing how record {_called(row)} was commanded and wired: the warnings say what was tried."
         for row in left_out(data["validation"])
     ]
     row, information = least_certain(data), data["information"]
     if row and information and row["name"] in information["parameters"]:
         lines += _records_to_add(row["name"], information)
     lines += [f"{p['name']}: {p['reason']}." for p in data["parameters"] if p["status"] == "frozen"]
-    return lines or ["Nothing that these records tell of."]
+    return lines or ["Nothing that these records show."]
 
 
 def _records_to_add(name: str, information: Data) -> list[str]:

@@ -9,6 +9,7 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.quantities import quantity_words
@@ -49,7 +50,10 @@ def report_data(
     return {
         "format": FORMAT,
         "synthetic": synthetic,
-        "outcome": {"code": fit.outcome.code, "good": fit.outcome.good, "message": fit.outcome.value},
+        "grade": str(fit.grade),
+        "grade_words": GRADE_WORDS[fit.grade],
+        "reasons": [_reason(reason) for reason in fit.reasons],
+        "outcome": {"code": fit.outcome.code, "message": fit.outcome.value},
         "has_truth": bool(truth),
         "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
         "records": with_use([_record(r) for r in fit.records.values()], left_out),
@@ -61,6 +65,11 @@ def report_data(
         "notes": list(fit.notes),
         "provenance": dict(fit.provenance),
     }
+
+
+def _reason(reason: Reason) -> dict[str, Any]:
+    """Return why a fit has no better grade, the cause in words beside its code."""
+    return {**reason.to_dict(), "words": CAUSE_WORDS[reason.cause]}
 
 
 def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
@@ -76,6 +85,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "nominal": p.start,
         "estimate": p.value,
         "std_error": p.std_error,
+        "std_error_noise": p.std_error_noise,
         "std_error_white": p.std_error_white,
         "ci95": list(p.ci95) if p.ci95 else None,
         "truth": truth,
@@ -85,6 +95,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
         "status": p.status,
         "reason": p.reason,
         "local_only": p.local_only,
+        "contradicted": p.contradicted,
         "prior": asdict(p.prior) if p.prior else None,
         "estimated": p.status != Status.KNOWN,
         "text": {
@@ -96,7 +107,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
             "unit": "" if p.unit == "1" else p.unit,
             "min": "" if p.min is None else plain(p.min),
             "max": "" if p.max is None else plain(p.max),
-            "status": "local only" if p.local_only else p.status.replace("_", " "),
+            "status": "near threshold" if p.local_only else p.status.replace("_", " "),
             "prior": "" if p.prior is None else plain(p.prior.value),
             "prior_sigma": "" if p.prior is None else plain(p.prior.sigma),
             "without_prior": "" if p.prior is None else _records_alone(p.prior),
@@ -106,7 +117,7 @@ def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:
 
 def _records_alone(prior: PriorShare) -> str:
     """Return the standard error that the records alone would give, as text."""
-    return "not told" if prior.std_error_without == math.inf else digits(prior.std_error_without, 3)
+    return "not known" if prior.std_error_without == math.inf else digits(prior.std_error_without, 3)
 
 
 def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
@@ -127,9 +138,12 @@ def _record(r: RecordFit) -> dict[str, Any]:
         "fit_percent": r.fit_percent,
         "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma,
+        "noise_rests_on": r.noise_rests_on,
+        "noise_known": r.noise_known,
         "offset": r.offset,
         "drift": r.drift,
-        "followed_s": r.horizon_s,
+        "followed_percent": r.followed_percent,
+        "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order,
         "rejected": r.rejected,
         "channels": list(r.channels),
@@ -138,9 +152,10 @@ def _record(r: RecordFit) -> dict[str, Any]:
             "fit_percent": digits(r.fit_percent, 4),
             "residual_rms": digits(r.residual_rms, 3),
             "noise_sigma": digits(r.noise_sigma, 3),
+            "noise_known": digits(r.noise_known, 3),
             "offset": digits(r.offset, 3),
             "drift": digits(r.drift, 3),
-            "followed_s": plain(r.horizon_s),
+            "followed_percent": plain(r.followed_percent, 4),
         },
     }
 
@@ -156,11 +171,16 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
         "fit_percent": c.fit_percent,
         "residual_rms": c.residual_rms,
         "noise_sigma": c.noise_sigma,
+        "noise_rests_on": c.noise_rests_on,
+        "noise_known": c.known,
         "offset": c.offset,
         "drift": c.drift,
         "quantisation": c.quantisation,
         "prefilter_order": c.prefilter_order,
         "rejected": c.rejected,
+        "followed_percent": c.followed_percent,
+        "lost_at_s": c.lost_at_s,
+        "out_of_step_at_s": c.out_of_step_at_s,
         "text": {
             "quantity": quantity_words(quantity),
             "unit": unit,
@@ -168,9 +188,10 @@ def _channel(r: RecordFit, quantity: str, c: ChannelFit) -> dict[str, Any]:
             "fit_percent": digits(c.fit_percent, 4),
             "residual_rms": digits(c.residual_rms, 3),
             "noise_sigma": digits(c.noise_sigma, 3),
+            "noise_known": digits(c.known, 3),
             "offset": digits(c.offset, 3),
             "drift": digits(c.drift, 3),
-            "followed_s": plain(r.horizon_s),
+            "followed_percent": plain(c.followed_percent, 4),
         },
     }
 

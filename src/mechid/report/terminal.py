@@ -18,7 +18,7 @@ from mechid.report.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
-VERDICT_STYLE = {True: "bold green", False: "bold red"}
+GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
 PARAMETER = Column("parameter", "key", words=True)
 VALUES = (
     Column("nominal", "nominal"),
@@ -48,7 +48,7 @@ FOLLOWED = (
     Column("fit %", "fit_percent"),
     Column("residual", "residual_rms"),
     Column("noise", "noise_sigma"),
-    Column("followed s", "followed_s"),
+    Column("followed %", "followed_percent"),
 )
 LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
 RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))
@@ -80,7 +80,11 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     """Print what `report_data` made, and where the files are."""
     if data["synthetic"]:
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
-    say(console, data["outcome"]["message"], VERDICT_STYLE[data["outcome"]["good"]])
+    say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
+    for reason in data["reasons"]:
+        print_lines(console, reason["words"], [reason["text"]])
+        print_lines(console, "next", [reason["next_command"]])
+    say(console, data["outcome"]["message"])
     console.print()
     legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
     say(console, f"Parameters{legend}", "bold")

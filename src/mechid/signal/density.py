@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -57,6 +59,14 @@ class Band:
     lower_hz: float
     upper_hz: float
     rms: float
+
+
+def rms_below(frequency: FloatArray, density: FloatArray, bands: Sequence[Band]) -> float:
+    """Return the RMS below the first third octave, which with those of the bands makes up all of the density."""
+    width = float(frequency[1])
+    edges = np.append(np.maximum(frequency - 0.5 * width, 0.0), float(frequency[-1]))
+    all_of_it = float(np.sum(density * np.diff(edges)))
+    return math.sqrt(max(all_of_it - sum(band.rms**2 for band in bands), 0.0))
 
 
 def third_octaves(frequency: FloatArray, density: FloatArray) -> tuple[Band, ...]:

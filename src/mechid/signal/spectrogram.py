@@ -9,6 +9,13 @@ from scipy.signal.windows import hann
 from mechid.signal.series import Series
 
 FloatArray = NDArray[np.float64]
+WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 240, 8
+"""Usual length and number of the windows; of a short record there are so many at least, and shorter."""
+
+
+def usual_window_s(duration_s: float) -> float:
+    """Return the length of a record's windows in s."""
+    return min(WINDOW_S, duration_s / FEWEST_WINDOWS)
 
 
 def spectrogram(
@@ -49,3 +56,8 @@ def spectrogram(
     amplitude /= window.sum()
     frequency = np.arange(amplitude.shape[0]) * (sample_rate / length)
     return centres / sample_rate, frequency.astype(np.float64), amplitude
+
+
+def largest_rows(amplitude: FloatArray, each: int) -> FloatArray:
+    """Return the largest of every so many bins, (F, C) to (ceil(F / each), C), so that no line is lost."""
+    return np.asarray(np.maximum.reduceat(amplitude, np.arange(0, len(amplitude), each)), dtype=np.float64)

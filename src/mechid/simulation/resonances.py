@@ -10,10 +10,11 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from mechid.command import Command
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
-from mechid.simulation.linearisation import Linearised, held_inputs, linearised, rotor_held
+from mechid.simulation.linearisation import Holding, Linearised, held_inputs, holdings, linearised, rotor_held
 
 FloatArray = NDArray[np.float64]
 
@@ -41,18 +42,40 @@ def resonances(mechanism: Mechanism) -> tuple[Resonance, ...]:
     A mechanism that has no place to rest, as one with values that are no numbers, has none.
     """
     plant = mechanism.plant
+    found = _swinging(mechanism, held_inputs(plant), 0.0, rotor_held(plant))
+    return tuple(r for r in found if r.name)
+
+
+def free_resonances(mechanism: Mechanism, command: Command) -> tuple[Resonance, ...]:
+    """Return what swings at the angle at which a command begins, the slowest first; friction holds nothing.
+
+    The rotor on its motor's torque is among them, what the measuring chain adds is not: it moves no mechanism.
+    """
+    plant = mechanism.plant
+    free = holdings(plant)[-1]
+    found = _swinging(mechanism, held_inputs(plant, command), command.start_angle_rad, free, filtered=False)
+    return tuple(found)
+
+
+def _swinging(
+    mechanism: Mechanism, inputs: FloatArray, theta_0: float, holding: Holding, *, filtered: bool = True
+) -> list[Resonance]:
+    """Return what swings where a mechanism is linearised, the slowest first, that of its filter or not."""
+    plant = mechanism.plant
     try:
-        about = linearised(plant, mechanism.kernel_values(), held_inputs(plant), 0.0, rotor_held(plant))
+        about = linearised(plant, mechanism.kernel_values(), inputs, theta_0, holding)
     except FitError:
-        return ()
+        return []
     words = _words(plant)
     found = []
     for value, shares in _roots(about):
-        size = float(abs(value))
-        if value.imag > 0.0 and size > 2.0 * math.pi * LEAST_HZ and -value.real < OVERDAMPED * size:
-            name = words[int(shares.argmax())]
-            found.append(Resonance(name=name, frequency_hz=size / (2.0 * math.pi), damping=-float(value.real) / size))
-    return tuple(sorted((r for r in found if r.name), key=lambda resonance: resonance.frequency_hz))
+        size, most = float(abs(value)), int(shares.argmax())
+        swings = value.imag > 0.0 and size > 2.0 * math.pi * LEAST_HZ and -value.real < OVERDAMPED * size
+        if swings and (filtered or most < len(plant.states)):
+            found.append(
+                Resonance(name=words[most], frequency_hz=size / (2.0 * math.pi), damping=-float(value.real) / size)
+            )
+    return sorted(found, key=lambda resonance: resonance.frequency_hz)
 
 
 def _roots(about: Linearised) -> Iterator[tuple[complex, FloatArray]]:

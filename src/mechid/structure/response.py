@@ -72,6 +72,6 @@ def to_receptance(frequency_hz: FloatArray, values: ComplexArray, differentiated
         It starts at 0 Hz, where a rate or an acceleration does not tell the rotation.
     """
     if differentiated and frequency_hz[0] == 0.0:
-        raise InputFileError("a mobility or accelerance at 0 Hz does not tell the rotation; leave 0 Hz out")
+        raise InputFileError("a mobility or accelerance at 0 Hz does not give the rotation; leave 0 Hz out")
     factor = (2j * np.pi * frequency_hz) ** differentiated
     return np.asarray(values / factor[:, None], dtype=np.complex128)

@@ -31,7 +31,7 @@ class Estimate:
     sigmas : mapping of str to float
         Standard errors of those that have one.
     summary : mapping
-        The report's verdict: grade, headline, questions with answers.
+        The report's verdict: grade, tone, headline, questions with answers.
     angles : frozenset of str
         Names of the parameters that are angles in degrees.
     records : tuple of CampaignRecord

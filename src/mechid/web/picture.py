@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
 from mechid.analysis.against_noise import AgainstNoise
+from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
 from mechid.identification.output_error.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
-from mechid.report.curves import ORDERS, rate_over
+from mechid.report.curves import rate_over
 from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
 from mechid.signal.remainder import Remainder
 from mechid.signal.trend import Line, fit_line

@@ -59,7 +59,7 @@ def scenes_of(campaign: Campaign) -> dict[str, Scene]:
 
 def _end_of(estimate: Estimate) -> Progress:
     """Return the last report of a fit that has ended: how far off the records are at its estimate."""
-    return Progress(1, 1, "verdict", "all records judged", None, 0.0, over_noise=estimate.over_noise)
+    return Progress(1, 1, "verdict", "all records compared with their noise", None, 0.0, over_noise=estimate.over_noise)
 
 
 class Session:
@@ -234,7 +234,7 @@ class Session:
 
         def judged(told: Listener) -> Estimate:
             fit = work(campaign, told)
-            told(Progress(1, 1, "verdict", "all records are simulated and judged", None, 0.0))
+            told(Progress(1, 1, "verdict", "all records are simulated and compared with their noise", None, 0.0))
             return estimate_of(fit, campaign, "the last fit of this tab")
 
         self.run = FitRun(judged)

@@ -234,7 +234,7 @@ def _effect_words(effect: Effect | None, session: Session, channel_unit: str) ->
     unit = _unit(knob.parameter.declaration.unit)
     return (
         f"{effect.words} of {knob.name} moves this stretch by {amount(effect.rms, channel_unit)} RMS; if all else "
-        f"were known, the stretch would tell it to ± {digits(effect.alone, 2)} {unit}".rstrip()
+        f"were known, the stretch would determine it to ± {digits(effect.alone, 2)} {unit}".rstrip()
         + "."
     )
 

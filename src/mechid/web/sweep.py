@@ -8,15 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.order_tracking import ORDERS
 from mechid.plant.mechanism import Mechanism
-from mechid.report.curves import ORDERS, WINDOW_S, WINDOWS
 from mechid.signal import spectrogram
+from mechid.signal.spectrogram import WINDOWS, largest_rows, usual_window_s
 from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 
 FloatArray = NDArray[np.float64]
-FEWEST_WINDOWS = 8
-"""Of a short stretch: its windows are shorter."""
 MOST_ROWS = 600
 """Of an image; where there are more bins a row is the largest of several."""
 ABOVE_RATE, ABOVE_RESONANCE = 2.5, 1.2
@@ -60,14 +59,14 @@ class SweepPicture:
 def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> SweepPicture:
     """Return the spectrograms of a stretch that is shown, up to the orders and resonances that are marked."""
     sample_rate = scene.base.sample_rate_hz
-    window_s = min(WINDOW_S, picture.measured.size / sample_rate / FEWEST_WINDOWS)
+    window_s = usual_window_s(picture.measured.size / sample_rate)
     swinging = resonances(mechanism)
     tops = _tops(scene, max((r.frequency_hz for r in swinging), default=0.0))
     time, frequency, first = spectrogram(picture.measured, sample_rate, window_s, WINDOWS)
     others = [spectrogram(y, sample_rate, window_s, WINDOWS)[2] for y in (picture.modelled, picture.residual)]
     shown = max(int(np.searchsorted(frequency, tops[-1], side="right")), 2)
     each = math.ceil(shown / MOST_ROWS)
-    measured, modelled, residual = (_rows(amplitude[:shown], each) for amplitude in (first, *others))
+    measured, modelled, residual = (largest_rows(amplitude[:shown], each) for amplitude in (first, *others))
     return SweepPicture(
         time_s=time + picture.start_s, lowest_hz=-0.5 * frequency[1], row_hz=each * frequency[1],
         measured=measured, modelled=modelled, residual=residual,
@@ -94,11 +93,6 @@ def two_digits(value: float) -> float:
         return 0.0
     unit = 10.0 ** (math.floor(math.log10(value)) - 1)
     return float(math.ceil(value / unit - 1e-9) * unit)
-
-
-def _rows(amplitude: FloatArray, each: int) -> FloatArray:
-    """Return the largest of every so many bins, so that no line is lost."""
-    return np.asarray(np.maximum.reduceat(amplitude, np.arange(0, len(amplitude), each)), dtype=np.float64)
 
 
 def _orders(scene: Scene) -> tuple[float, ...]:

@@ -30,9 +30,9 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     counted = samples * len(target.channels)
     before, after = (target.leading.sigma * math.sqrt(j.cost / counted) for j in (declared, found))
     return (
-        f"record {record.name}: not followed as declared, but with {what}, and so taken: under the model of the other "
+        f"record {record.name}: not followed as declared, but with {what}, and so used: under the model of the other "
         f"records the residual of its first {seconds:.3g} s is {before:.3g} {unit} RMS as declared and {after:.3g} as "
-        f"taken, the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}; if that is right, write "
+        f"used, the log-likelihood higher by {0.5 * (declared.cost - found.cost):.3g}; if that is right, write "
         f"{remedy} for it in the campaign file"
     )
 
@@ -60,5 +60,5 @@ def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
 def _left_out_line(name: str) -> str:
     return (
         f"record {name}: left out of the fit: it contradicts the others, and no other sign, direction, start angle or "
-        'time offset makes their model follow it; look at how it was taken, or give it use = "validate"'
+        'time offset makes their model follow it; look at how it was recorded, or give it use = "validate"'
     )

@@ -6,7 +6,7 @@ tells; the waveform is the drive's, a hypothesis for the user to settle.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -28,24 +28,34 @@ SIGN = (
 )
 
 
-def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journal | None = None) -> list[str]:
-    """Return what follows all records much further than their declaration did, one line each.
+@dataclass(frozen=True)
+class CommonReading:
+    """What all records may be otherwise: a line on it, and whether it is followed to the ends of them all."""
+
+    line: str
+    complete: bool
+
+
+def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journal | None = None) -> list[CommonReading]:
+    """Return what follows all records much further than their declaration did.
 
     The growths are noted in `journal`, where a run is to be resumed.
     """
-    lines: list[str] = []
+    found: list[CommonReading] = []
     for words, other in _readings(problem):
         start = explaining_start(other, seed)
         if start is None:
             continue
-        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(lines))), journal=journal)
+        grown = grow(other, start.q, np.random.default_rng((seed, 2, len(found))), journal=journal)
         before, after = growth.reached(problem), grown.reached(other)
         if after >= FURTHER * before or (grown.complete and not growth.complete):
-            lines.append(
+            line = (
                 f"all records: {100.0 * after:.3g} % of their samples are followed with {words} "
-                f"({100.0 * before:.3g} % as declared); it is not taken by itself: identify again with it"
+                f"({100.0 * before:.3g} % as declared); mechid does not change all records by itself: identify again "
+                "with it"
             )
-    return lines
+            found.append(CommonReading(line, grown.complete))
+    return found
 
 
 def _readings(problem: Problem) -> list[tuple[str, Problem]]:

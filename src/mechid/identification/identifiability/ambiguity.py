@@ -29,7 +29,7 @@ def refuse_free_supply(campaign: Campaign) -> None:
         if free.issuperset(powers) and not _sees_current(campaign):
             raise InputFileError(
                 f"{campaign.mechanism_path}: {supply}: free together with {_symbols(campaign, supply)}, which "
-                f"torque records cannot tell apart ({_scaling(campaign)} gives the same torque); {REMEDY}"
+                f"torque records cannot separate ({_scaling(campaign)} gives the same torque); {REMEDY}"
             )
 
 
@@ -45,7 +45,7 @@ def _supply(campaign: Campaign, supply: str) -> str:
     declared = campaign.mechanism.plant.declarations
     enters = [f"{declared[n].meaning} as {_times(power)}" for n, power in _others(campaign, supply).items()]
     return (
-        f"{supply} is taken as known: without a current or voltage channel a relative error e of it "
+        f"{supply} counts as known: without a current or voltage channel a relative error e of it "
         f"enters {_listed(enters)}, unseen."
     )
 

@@ -56,9 +56,9 @@ class Dependence:
     def sentence(self) -> str:
         """Return it as a user reads it, with what would resolve it."""
         if len(self.involved) == 1:
-            return f"{self.why}; a record that moves it more, or a sigma from elsewhere, would tell it"
+            return f"{self.why}; a record that moves it more, or a sigma from elsewhere, would determine it"
         others = " or ".join(self.involved)
-        return f"{self.why}: {self.words}; a sigma on {others}, or a record that moves them apart, would tell them"
+        return f"{self.why}: {self.words}; a sigma on {others}, or a record that moves them apart, would separate them"
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
 from mechid.command import Command, Excitation
+from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
-from mechid.signal import noise_floor
 from mechid.signal.autoregression import Autoregression
 from mechid.signal.series import no_samples
 from mechid.simulation.simulator import TimeBase, excitation_over
@@ -45,6 +45,10 @@ class TargetChannel:
         Those among them that were never measured.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
+    rests_on : NoiseSource
+        What `sigma` rests on.
+    raised : float
+        Level to which the search raised the noise to follow the record, 0 where it did not.
     """
 
     quantity: str
@@ -55,6 +59,8 @@ class TargetChannel:
     rejected: Samples = field(default_factory=no_samples)
     rounding: float = 0.0
     bridged: Samples = field(default_factory=no_samples)
+    rests_on: NoiseSource = NoiseSource.FLOOR
+    raised: float = 0.0
 
     @property
     def scale(self) -> float:
@@ -162,7 +168,7 @@ class Target:
 
 
 def target_of(record: CampaignRecord) -> Target:
-    """Return a record as a target, each channel with the noise of its high-frequency floor."""
+    """Return a record as a target, each channel with the noise that is known of it."""
     data = record.data
     assert data is not None
     base = TimeBase(data.sample_rate_hz, data.samples, data.time_start_s)
@@ -197,34 +203,14 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
     """Return one channel of a record as it is to be matched."""
     assert record.data is not None
     channel = record.data.channel(match.quantity)
+    known = known_noise(record, match)
     return TargetChannel(
         quantity=match.quantity,
         measured=channel.data,
-        sigma=noise_sigma(record, match),
+        sigma=known.sigma,
+        rests_on=known.rests_on,
         linear=(2 if match.drift else 1) if match.offset else 0,
-        rounding=_rounding(record, match),
+        rounding=rounding(record, match),
         rejected=channel.bridged,
         bridged=channel.bridged,
     )
-
-
-def noise_sigma(record: CampaignRecord, match: Match) -> float:
-    """Return the noise of a channel in its SI unit: the one declared, that of its quiet stretches, or its floor.
-
-    A floor is never below that of the resolution that is declared: where a signal stands still or runs slowly, its
-    rounding has no high frequencies, and is there all the same.
-    """
-    assert record.data is not None
-    channel = record.data.channel(match.quantity)
-    least = max(1e-6 * float(np.std(channel.data)), _rounding(record, match))
-    if match.noise_sigma is not None:
-        return max(abs(channel.scale) * match.noise_sigma, least)
-    quiet = record.data.quiet_rms(match.quantity)
-    if quiet is not None:
-        return max(quiet, least)
-    return max(noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged), least)
-
-
-def _rounding(record: CampaignRecord, match: Match) -> float:
-    assert record.data is not None
-    return abs(record.data.channel(match.quantity).scale) * match.quantisation / math.sqrt(12.0)

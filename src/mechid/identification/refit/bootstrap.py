@@ -45,7 +45,7 @@ class DrawOutcome(Enum):
 
     CONVERGED = "converged near the estimate"
     ELSEWHERE = "converged farther off than the covariance allows: another branch of stick and slip"
-    CLIFF = "stopped at a cliff, where the cost should still fall but does not"
+    CLIFF = "stopped at a stick/slip threshold, where the cost should still fall but does not"
     NOT_CONVERGED = "stopped at its limit of steps"
     FAILED = "could not be simulated"
 

@@ -47,7 +47,7 @@ class SideEnd(Enum):
 
     CROSSED = "The cost has risen by its level."
     BOUND = "The bound of the mechanism file comes first."
-    CLIFF = "The cost jumps over its level at a cliff, where a stick/slip falls the other way."
+    CLIFF = "The cost jumps over its level at a stick/slip threshold."
     OPEN = "The cost had not risen by its level when the steps ran out."
 
 
@@ -228,7 +228,7 @@ def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArra
     if not solution.converged:
         note = "not converged"
     elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
-        note = "stopped at a cliff"
+        note = "stopped at a threshold"
     return {"cost": solution.triangle.cost, "q": solution.q, "note": note}
 
 

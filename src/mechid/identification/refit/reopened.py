@@ -16,18 +16,17 @@ from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.result.fit import FitOutcome
+from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 from mechid.identification.stages.own_stages import begin
 from mechid.identification.uncertainty.noise import released, without_outliers
+from mechid.identification.uncertainty.raised_noise import at_levels_of
 from mechid.parameter import Status
 
 FloatArray = NDArray[np.float64]
 MOVED = (Status.FREE, Status.AT_BOUND)
-ENOUGH = (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE, FitOutcome.CLIFF)
-"""Outcomes with an optimum to look around from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +84,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     campaign = taken_campaign(campaign, taken)
     parameters: dict[str, Any] = estimate["parameters"]
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
-    problem, q, windows = _at(campaign, make_problem(campaign, workers), values)
+    problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
     problem, q = _as_moved(problem, q, parameters, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
@@ -121,9 +120,9 @@ def _as_moved(
 
 def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     """Refuse a fit of other files, and one without an optimum."""
-    code = estimate["outcome"]["code"]
-    if code not in {outcome.code for outcome in ENOUGH}:
-        raise FitError(f"the fit has no optimum to look around from ({code}); identify until it converges")
+    if not Grade(estimate["grade"]).good:
+        said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
+        raise FitError(" ".join(["the fit has no optimum to look around from:", GRADE_WORDS[estimate["grade"]], *said]))
     found = estimate["provenance"]["inputs_sha256"]
     other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
     if other:

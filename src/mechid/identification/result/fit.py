@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
+from mechid.identification.result.grade import Grade, Reason
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
@@ -21,17 +22,21 @@ FORMAT = "mechid-estimate/1"
 
 
 class FitOutcome(Enum):
-    """How a fit ended; the value is the sentence its reader sees."""
+    """How the search of a fit ended; the value is the sentence its reader sees. What it is worth is its grade."""
 
-    CONVERGED = "All records are followed to their ends and the joint fit has converged."
+    CONVERGED = "The joint fit of all records has converged."
     STAGES_DONE = "The stages of the campaign file have been worked through."
+    EVENT_MISSED = (
+        "The joint fit has converged, but for a moment it leaves a record by more than its residual elsewhere: "
+        "a stick/slip falls the other way there."
+    )
     HORIZON = (
-        "The model does not follow all records to their ends from any start found; the values are those "
-        "of the part that it follows."
+        "No start was found from which the model follows all records to their ends; the values come from the parts "
+        "that it follows."
     )
     CLIFF = (
-        "The joint fit stopped at a cliff: a stick/slip hangs by a thread, the cost should still fall but does not; "
-        "the values may be off by more than their errors."
+        "The joint fit stopped at a stick/slip threshold: beyond it a stick/slip falls the other way, and the cost "
+        "rises where it should still fall."
     )
     NOT_CONVERGED = "The joint fit stopped at its limit of steps before it converged."
     FAILED = "No simulation from any start succeeded; the values are those of the mechanism file."
@@ -39,8 +44,18 @@ class FitOutcome(Enum):
 
     @property
     def good(self) -> bool:
-        """Whether the values may be used."""
+        """Whether the search came to its end."""
         return self in (FitOutcome.CONVERGED, FitOutcome.STAGES_DONE)
+
+    @property
+    def stopped_short(self) -> bool:
+        """Whether the derivatives may still promise a step, which counts in the errors."""
+        return self in (FitOutcome.CLIFF, FitOutcome.NOT_CONVERGED)
+
+    @property
+    def has_optimum(self) -> bool:
+        """Whether all that was to be fitted was, up to an optimum or near it."""
+        return self.good or self.stopped_short or self is FitOutcome.EVENT_MISSED
 
     @property
     def code(self) -> str:
@@ -124,7 +139,8 @@ class ChannelFit:
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        The noise is that of the channel itself: declared, or from its high-frequency floor and resolution.
+        The noise is that of the channel itself: declared, or from quiet stretches, its high-frequency floor, its
+        resolution; where growth stalled at that level, the residual's RMS.
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     quantisation : float
@@ -136,6 +152,18 @@ class ChannelFit:
     rejected_runs : tuple of (int, int)
         All samples of the record that do not count, gaps that were bridged and spikes: first and last-plus-one of
         each run.
+    noise_rests_on : str
+        A `NoiseSource`'s words; empty in files of versions before it was written.
+    noise_known : float or None
+        The noise as known before the fit, the same as `noise_sigma` unless that rests on the residual; None as above.
+    followed_percent : float
+        Share of the samples used that lie in windows of 50 ms that the model follows (`signal.following`).
+    lost_at_s : float or None
+        Record time at which the first window begins that it does not follow; None where it follows all.
+    worst_at_s, worst : float
+        Where the residual is largest beside what is allowed there, and how many times that it is.
+    out_of_step_at_s : float or None
+        Record time at which an angle has left the one modelled by two full steps; None where it has not.
     """
 
     unit: str
@@ -149,6 +177,23 @@ class ChannelFit:
     prefilter_order: int = 0
     rejected: int = 0
     rejected_runs: Runs = ()
+    noise_rests_on: str = ""
+    noise_known: float | None = None
+    followed_percent: float = 100.0
+    lost_at_s: float | None = None
+    worst_at_s: float = 0.0
+    worst: float = 0.0
+    out_of_step_at_s: float | None = None
+
+    @property
+    def known(self) -> float:
+        """The noise as known before the fit."""
+        return self.noise_sigma if self.noise_known is None else self.noise_known
+
+    @property
+    def followed(self) -> bool:
+        """Whether the model follows it to its end."""
+        return self.lost_at_s is None and self.out_of_step_at_s is None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,13 +205,14 @@ class RecordFit:
     fit_percent : float
         100 (1 - ||residual|| / ||measured - mean||), offset and drift removed from both.
     residual_rms, noise_sigma : float
-        In the channel's SI unit. The noise is that of the record itself, from its high-frequency floor.
+        In the channel's SI unit. The noise is that of the record itself, as of `ChannelFit`.
     offset, drift : float or None
         At the first sample, and per second: measured = model + offset + drift t. None where not removed.
     samples : int
         Samples used.
     horizon_s : float
-        How far the model follows the record, s from its first sample.
+        How far the residual stays within what the noise explains, s from the first sample; where a model lacks
+        something that is not far, and yet the record may be followed.
     prefilter_order : int
         Of the autoregressive model that whitened its residual; 0 where none did.
     rejected : int
@@ -191,15 +237,30 @@ class RecordFit:
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
     taken: Taken = DECLARED
 
+    @property
+    def followed_percent(self) -> float:
+        """Share of the samples in windows that the model follows, of the channel of which it follows least."""
+        return min((c.followed_percent for c in self.channels.values()), default=100.0)
+
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
         own = self.channels.get(quantity)
         return own.residual_rms if own else self.residual_rms
 
-    def noise_of(self, quantity: str) -> float:
-        """Return the noise of a channel, in its SI unit."""
+    @property
+    def noise_rests_on(self) -> str:
+        """What the noise of the leading channel rests on, empty where that is not known."""
+        return next((c.noise_rests_on for c in self.channels.values()), "")
+
+    @property
+    def noise_known(self) -> float:
+        """The noise of the leading channel as known before the fit."""
+        return next((c.known for c in self.channels.values()), self.noise_sigma)
+
+    def known_noise_of(self, quantity: str) -> float:
+        """Return the noise of a channel as known before the fit, in its SI unit."""
         own = self.channels.get(quantity)
-        return own.noise_sigma if own else self.noise_sigma
+        return own.known if own else self.noise_sigma
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -239,6 +300,10 @@ class Fit:
         Versions, digests of the inputs, seed, wall time.
     consistency : Consistency or None
         Whether parts of the records contradict one another; None where it was not tested.
+    grade : Grade
+        What the fit is worth.
+    reasons : tuple of Reason
+        Why it has no better grade.
     """
 
     mechanism: Mechanism
@@ -253,11 +318,15 @@ class Fit:
     notes: tuple[str, ...]
     provenance: Mapping[str, object]
     consistency: Consistency | None = None
+    grade: Grade = Grade.FAILED
+    reasons: tuple[Reason, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
         return {
             "format": FORMAT,
+            "grade": str(self.grade),
+            "grade_reasons": [reason.to_dict() for reason in self.reasons],
             "outcome": {"code": self.outcome.code, "message": self.outcome.value},
             "parameters": {name: _parameter_dict(p) for name, p in self.parameters.items()},
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
@@ -287,6 +356,7 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "use": r.use, "samples": r.samples, "fit_percent": r.fit_percent, "residual_rms": r.residual_rms,
         "noise_sigma": r.noise_sigma, "offset": r.offset, "drift": r.drift, "horizon_s": r.horizon_s,
         "prefilter_order": r.prefilter_order, "rejected": r.rejected,
+        "noise_rests_on": r.noise_rests_on, "noise_known": r.noise_known,
         "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
     }  # fmt: skip
 

@@ -24,6 +24,7 @@ from mechid.identification.result.fit import (
     RecordFit,
     StageReport,
 )
+from mechid.identification.result.grade import Grade, Reason
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
              "prefilter_order", "rejected")  # fmt: skip
@@ -103,6 +104,8 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         notes=tuple(content["notes"]),
         provenance=content["provenance"],
         consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
+        grade=Grade(content["grade"]),
+        reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
     )
 
 

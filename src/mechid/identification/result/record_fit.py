@@ -5,20 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
+from mechid.command import MeasuredCommand
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, noise_sigma, target_of
+from mechid.identification.output_error.target import Samples, Target, TargetChannel, channel_of, target_of
+from mechid.identification.result.channel_noise import ChannelNoise, channel_noises
 from mechid.identification.result.fit import ChannelFit, RecordFit
-from mechid.identification.search.gates import followed
+from mechid.identification.search.gates import chance_of, followed
+from mechid.signal.following import WINDOW_S, following, out_of_step
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
 from mechid.signal.series import blocks, counting, mean_of
 from mechid.signal.trend import Line, fit_line
+from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
@@ -28,10 +33,10 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
     """Return how the model at `q` predicts a record over its window, or over all of it where it has none."""
     target = next((t for t in problem.targets if t.name == record.name), None) or target_of(record)
     window = windows.get(record.name, (0, target.samples))
-    floors = {match.quantity: noise_sigma(record, match) for match in record.matches}
-    channels = _channels(record, target, problem, q, window, floors)
+    noises = channel_noises(record, problem.targets)
+    channels = _channels(record, target, problem, q, window, noises)
     leading = channels[record.leading]
-    judged = target.each(lambda channel: replace(channel, sigma=floors[channel.quantity]))
+    judged = target.each(lambda channel: replace(channel, sigma=noises[channel.quantity].follows))
     follows = followed(problem, judged, q)
     return RecordFit(
         name=record.name,
@@ -51,32 +56,38 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
 
 def _channels(
     record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int],
-    floors: Mapping[str, float],
+    noises: Mapping[str, ChannelNoise],
 ) -> dict[str, ChannelFit]:  # fmt: skip
     """Return how each channel is predicted, those that are only compared behind those that are fitted."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     whole = replace(target, channels=(*target.channels, *others))
     matches = {match.quantity: match for match in record.matches}
+    full_steps = _full_steps(target, problem)
     return {
-        (name := channel.quantity): _channel(record.use, matches[name], floors[name], whole, channel, r, window)
+        (name := channel.quantity): _channel(
+            record.use, matches[name], noises[name], whole, channel, r, window, full_steps.get(name)
+        )
         for channel, r in zip(whole.channels, misfit_series(problem.model, whole, q, window), strict=True)
     }
 
 
 def _channel(
-    use: str, match: Match, floor: float, target: Target, channel: TargetChannel, r: FloatArray,
-    window: tuple[int, int],
+    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: FloatArray,
+    window: tuple[int, int], full_step: float | None,
 ) -> ChannelFit:  # fmt: skip
     first, stop = window
     rejected = channel.rejected_within(window)
     rms, line = _residual(channel, r, rejected)
     spread = _spread(channel.measured[first:stop], line, rejected)
     return ChannelFit(
+        **_followed(channel, r, line, target.base, window, noise.known.sigma, full_step),
         unit=SI_UNIT[channel.quantity],
         use=match.use if use == "estimate" else use,
         fit_percent=100.0 * (1.0 - rms / spread) if spread > 0.0 else math.nan,
         residual_rms=rms,
-        noise_sigma=floor,
+        noise_sigma=noise.found.sigma,
+        noise_rests_on=str(noise.found.rests_on),
+        noise_known=noise.known.sigma,
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
         quantisation=channel.rounding * math.sqrt(12.0),
@@ -84,6 +95,41 @@ def _channel(
         rejected=rejected.size,
         rejected_runs=runs_of(channel.rejected),
     )
+
+
+def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
+    """Return a full step in rad by the angle that tells it; none where the record is not commanded by steps."""
+    periods = problem.space.mechanism.electrical_periods
+    if periods is None or isinstance(target.command, MeasuredCommand):
+        return {}
+    return {"rotor_angle": 0.5 * math.pi / periods}
+
+
+def _followed(
+    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], floor: float,
+    full_step: float | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Return how far a channel is followed, by the names that a ChannelFit has for it."""
+    first, stop = window
+    rate, rejected = base.sample_rate_hz, channel.rejected_within(window)
+    measured = Remainder(channel.measured[first:stop], line or Line(), rejected=rejected)
+    if channel.linear:
+        mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
+        measured = replace(measured, line=Line(measured.line.offset + mean.offset, measured.line.slope))
+    chance = chance_of(max(WINDOW_S * rate, 1.0))
+    found = following(measured, r, rate, noise=floor, chance=chance)
+    late = out_of_step(r, rate, full_step) if full_step else None
+
+    def instant(sample: int) -> float:
+        return base.start_s + (first + sample) / rate
+
+    return {
+        "followed_percent": 100.0 * found.share,
+        "lost_at_s": None if found.lost is None else instant(found.lost),
+        "worst_at_s": instant(found.worst_at),
+        "worst": found.worst,
+        "out_of_step_at_s": None if late is None else instant(late),
+    }
 
 
 def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple[float, Line | None]:

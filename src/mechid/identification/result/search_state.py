@@ -50,6 +50,8 @@ class SearchState:
         Parameters held, in the order in which they were.
     solution : Solution or None
         Of the last joint fit.
+    before_raised : mapping of record to str
+        How far it was followed before any noise level was raised, in words; empty where none was.
     """
 
     problem: Problem
@@ -61,6 +63,7 @@ class SearchState:
     warnings: tuple[str, ...] = ()
     frozen: tuple[Frozen, ...] = ()
     solution: Solution | None = None
+    before_raised: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
         """Return it at a better point; with how far that follows the records where this is what makes it better."""

@@ -12,6 +12,10 @@ SINGULAR = 1e-7
 """Below this share of the largest, a singular value of the column-scaled Jacobian is rounding."""
 
 
+WORTH_SAYING = 1.0
+"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
+
+
 def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
     """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
 

@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
+from itertools import islice
 
 import numpy as np
 import sympy as sp
@@ -26,7 +27,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
 from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.solve import descend
+from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
@@ -212,11 +213,23 @@ def multistart(
     cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
-        cap = sorted(costs)[STARTS - 1] if len(costs) >= STARTS else math.inf
+        cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
         costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
         progress(first + len(some), POINTS)
-    order = np.argsort(costs, kind="stable")
-    return [Candidate(points[i], costs[i]) for i in order[:STARTS] if math.isfinite(costs[i])]
+    drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
+    return list(islice(_ranked(drawn), STARTS))
+
+
+def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:
+    """Yield candidates in order of cost; those that cannot be simulated are dropped.
+
+    Where costs differ by nothing the first drawn comes first, the catalogue before all: while nothing moves yet every
+    point explains the records, and what is left of the differences is rounding, which another processor has otherwise.
+    """
+    left = [c for c in drawn if math.isfinite(c.cost)]
+    while left:
+        least = min(c.cost for c in left)
+        yield left.pop(next(i for i, c in enumerate(left) if c.cost <= least + NEGLIGIBLE))
 
 
 def candidates(
@@ -236,7 +249,7 @@ def candidates(
         refined = _refined(problem, batch, STEPS, workers, noted)
         left += [c for c in refined if c.cost > enough]
         yield from _unseen([c for c in refined if c.cost <= enough], seen)
-    for batch in _batches(sorted(left, key=lambda c: c.cost)):
+    for batch in _batches(list(_ranked(left))):
         yield from _unseen(_refined(problem, batch, FURTHER_STEPS, workers, noted), seen)
 
 
@@ -253,8 +266,7 @@ def _refined(
         return [dict(vars(c)) for c in mapped(partial(refine, problem, steps=steps), starts, workers)]
 
     inputs = [identity(problem), [[c.q, c.cost] for c in starts], steps]
-    refined = [Candidate(**c) for c in journal.step("starts refined", inputs, work)]
-    return sorted((c for c in refined if math.isfinite(c.cost)), key=lambda c: c.cost)
+    return list(_ranked([Candidate(**c) for c in journal.step("starts refined", inputs, work)]))
 
 
 def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candidate]:
@@ -274,5 +286,6 @@ def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
         (problem.coordinates.lower, problem.coordinates.upper),
         steps=steps,
         tolerance=1e-8,
+        negligible=NEGLIGIBLE,
     )
     return Candidate(found.q, found.triangle.cost, found.triangle.jacobian)

@@ -45,8 +45,8 @@ def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: in
     lost = _lost(by_own_residuals(state.problem, state.q), state.q)
     if not lost:
         return state
-    said = f"the joint optimum does not follow {', '.join(lost)} to the end"
-    return watch.note(state.ending(FitOutcome.HORIZON).saying(said))
+    said = f"{', '.join(lost)}: for a moment the residual is larger than elsewhere by more than chance"
+    return watch.note(state.ending(FitOutcome.EVENT_MISSED).saying(said))
 
 
 def _cost(problem: Problem, q: FloatArray) -> float:
@@ -62,7 +62,7 @@ def _suspicion(growth: Growth, problem: Problem) -> str:
     }
     places = ", ".join(f"record {name} at {seconds:.4g} s" for name, seconds in at.items())
     return (
-        f"{places}: a stick/slip hangs by a thread; it falls the other way than measured, or does so in finer "
+        f"{places}: near a stick/slip threshold: a stick/slip falls the other way than measured, or does so in finer "
         "integration steps, and no estimate near by was found that settles it"
     )
 

@@ -22,9 +22,12 @@ from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
+from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
+MUCH_FURTHER = 2.0
+"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
 
 
 def searched(
@@ -67,7 +70,9 @@ def _grown(
     agreed = agreement(problem, growth, seed, explained=explained, tell=told, journal=journal)
     if agreed and agreed.judged:
         state = watch.note(_taking(state, campaign, agreed))
-        return state, _grow_best(watch, state, _candidates(watch, state, seed), seed, agreed.growth)
+        return _grown_louder(
+            watch, state, _grow_best(watch, state, _candidates(watch, state, seed), seed, agreed.growth), seed
+        )
     rest = agreed if agreed and agreed.growth.complete else None
     if rest and not rest.left_out:
         return state, rest.growth
@@ -77,7 +82,32 @@ def _grown(
         said = common_readings(problem, growth, seed, journal) if explained and not growth.complete else []
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
-    return state.saying(*said), growth
+    if not any(reading.complete for reading in said):  # then it is no noise that stops the growth
+        state, growth = _grown_louder(watch, state, growth, seed)
+    return (state if growth.complete else state.saying(*(reading.line for reading in said))), growth
+
+
+def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) -> tuple[SearchState, Growth]:
+    """Raise the noise level of the channels that stop the growth, and grow again, until all records are followed.
+
+    Where no level brings that about, they stay as they are known, unless the records are followed much further at
+    another: then at the lowest of which none higher does much better.
+    """
+    kept, growth, at = (state, known), known, state
+    before = {} if growth.complete else _left(state.problem, known)
+    while not growth.complete:
+        problem = raised(at.problem, growth)
+        if problem is at.problem:
+            break
+        at = watch.note(replace(at.of(problem), before_raised=before))
+        watch.tell("noise level raised", raised_words(problem, growth))
+        best = next(_candidates(watch, at, seed), None)
+        if best is None:
+            break
+        growth = _grow_best(watch, at, iter([best]), seed)
+        if growth.complete or growth.reached(problem) > MUCH_FURTHER * kept[1].reached(problem):
+            kept = at, growth
+    return kept
 
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
@@ -133,9 +163,14 @@ def _note_growth(
 
 def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
     """Name the records that are not followed to their ends, and what happens where they are left."""
-    return [
-        f"record {t.name}: the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
+    return [f"record {name}: {words}" for name, words in _left(problem, growth).items()]
+
+
+def _left(problem: Problem, growth: Growth) -> dict[str, str]:
+    """Return how far the records are followed that are not followed to their ends, and what happens there."""
+    return {
+        t.name: f"the model follows it for {n / t.base.sample_rate_hz:.4g} s of "
         f"{(t.samples - 1) / t.base.sample_rate_hz:.4g} s; {departure(problem, growth.q, t, n)}"
         for t in problem.targets
         if (n := growth.horizons[t.name]) < t.samples
-    ]
+    }

@@ -14,7 +14,7 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
-from mechid.identification.search.doubts import refused_gain
+from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.watch import Watch
 
@@ -22,8 +22,6 @@ FloatArray = NDArray[np.float64]
 MOST_CLIFFS = 3
 BACK_FROM_EDGE = 4.0
 """Sigmas squared that it may cost to stand clear of a cliff."""
-WORTH_SAYING = 1.0
-"""A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
 
 
 def joint_fit(
@@ -76,7 +74,7 @@ def fit_past_cliffs(watch: Watch, state: SearchState, free: tuple[str, ...], see
         better = _along_cliff(watch, state, rng, WORTH_SAYING)
         if better is None:
             break
-        state = joint_fit(watch, watch.note(state.at(better)), "along a cliff", free)
+        state = joint_fit(watch, watch.note(state.at(better)), "along a threshold", free)
     if _refused(state) > 0.1 and _depends_on_steps(state):
         back = _along_cliff(watch, state, rng, -BACK_FROM_EDGE)
         state = state if back is None else watch.note(state.at(back))
@@ -87,7 +85,7 @@ def _along_cliff(watch: Watch, state: SearchState, rng: np.random.Generator, lea
     """Return a better point along a cliff, from the journal where it is there."""
     problem, q, windows = state.problem, state.q, state.windows
     found: FloatArray | None = watch.journal.step(
-        "along a cliff",
+        "along a threshold",
         [identity(problem), q, windows, least_gain],
         lambda: along_cliff(problem, q, windows, rng, least_gain=least_gain),
         rng,
@@ -111,12 +109,13 @@ def _refused(state: SearchState) -> float:
     return refused_gain(solution.triangle, ~state.problem.coordinates.on_bound(solution.q))
 
 
-def cliff_warnings(name: str, state: SearchState) -> list[str]:
+def threshold_warnings(name: str, state: SearchState) -> list[str]:
     """Say where the solver called it converged although its own derivatives promise better."""
     gain = _refused(state)
     if gain <= WORTH_SAYING:
         return []
     return [
-        f"{name}: stopped where the cost should still fall by {gain:.3g} but does not: a stick/slip hangs by a thread "
-        "near the estimate, which may be off by more than its error; try another seed, or a shorter record"
+        f"{name}: the fit stopped at a stick/slip threshold: by its derivatives the cost should still fall by "
+        f"{gain:.3g}, but beyond the threshold a stick/slip falls the other way and the cost rises; try another seed, "
+        "or a shorter record"
     ]

@@ -12,7 +12,7 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.fit import FitOutcome
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.stages.joint_fit import cliff_warnings, joint_fit
+from mechid.identification.stages.joint_fit import joint_fit, threshold_warnings
 from mechid.identification.stages.release import with_noise_released, without_priors
 from mechid.identification.stages.watch import Watch
 from mechid.parameter import Status
@@ -36,13 +36,20 @@ def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> Searc
                 break
             values |= state.values
         else:
-            state = watch.note(state.ending(FitOutcome.STAGES_DONE))
+            state = watch.note(state.ending(_ended(state)))
     finally:
         found = watch.latest
         state = watch.note(begin(found, campaign, begun, values | found.values))
-    if state.outcome is not FitOutcome.STAGES_DONE:
+    if not state.outcome.has_optimum:
         return state
     return with_noise_released(watch, state, replace(campaign.options, colour="none"))  # no fit follows
+
+
+def _ended(state: SearchState) -> FitOutcome:
+    """Return how the last stage has ended."""
+    if not state.converged:
+        return FitOutcome.NOT_CONVERGED
+    return FitOutcome.CLIFF if threshold_warnings("", state) else FitOutcome.STAGES_DONE
 
 
 def _fitted(
@@ -56,7 +63,7 @@ def _fitted(
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, name, stage.free)
-    said = cliff_warnings(name, state)
+    said = threshold_warnings(name, state)
     if not state.converged:
         said.append(f"{name} did not converge: {state.stages[-1].note}")
     return watch.note(state.saying(*said))

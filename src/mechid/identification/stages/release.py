@@ -25,7 +25,7 @@ def fit_with_noise_released(
     state = with_noise_released(watch, state, options)
     if options.priors == "search":
         state = watch.note(without_priors(state))
-    state = joint_fit(watch, state, "noise released", names)
+    state = joint_fit(watch, state, "noise re-estimated", names)
     state = _fitted_again(watch, state, names, "whitened again", whitened_again)
     return _fitted_again(watch, state, names, "spikes rejected", without_outliers) if rejects else state
 

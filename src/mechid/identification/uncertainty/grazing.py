@@ -39,8 +39,9 @@ class Grazing:
         """Say it as a warning."""
         more = f"; {self.count} of its {self.of} switches are such" if self.count > 1 else ""
         return (
-            f"record {self.record} at {self.instant_s:.6g} s: a stick/slip grazes: its instant is known to "
-            f"{self.spread_s:.2g} s, and the next switch is {self.gap_s:.2g} s away{more}"
+            f"record {self.record} at {self.instant_s:.6g} s: the instant of a stick/slip is known to "
+            f"{self.spread_s:.2g} s only, and the next switch is {self.gap_s:.2g} s away: which comes first is not "
+            f"certain{more}"
         )
 
 

@@ -22,6 +22,8 @@ ALONE = 1.02
 """Information of all over that which stays when a part is left out: what one record alone knows is not lost with it."""
 BY_RATIO = 1.15
 """Ratio from which parts contradict each other where noise has no white model to count chance by."""
+ROUNDING = 1e-14
+"""Share of the largest eigenvalue below which one is rounding."""
 PHASES_A_RECORD = 8
 """Degrees of freedom a record's phases count as: neighbouring phases are not independent."""
 
@@ -102,9 +104,9 @@ class Comparison:
         self.stretches = [self._scaled(r.stretches) for r in records]
         self.phases = [None if r.phases is None else self._scaled(r.phases) for r in records]
         self.information = self.scale.T @ information @ self.scale
-        self.inverse: FloatArray = np.asarray(np.linalg.pinv(self.information, hermitian=True), dtype=np.float64)
+        self.inverse = _inverse(self.information)
         own = noise[np.ix_(counted, counted)] * np.outer(size[counted], size[counted])
-        self.metric = self.inverse @ np.linalg.pinv(own, hermitian=True) @ self.inverse
+        self.metric = self.inverse @ _inverse(own) @ self.inverse
         self.whitened = all(r.whitened for r in records)
 
     def _scaled(self, parts: Parts) -> Parts:
@@ -201,9 +203,16 @@ def _all(parts: Sequence[Parts]) -> Parts:
     return Parts(np.concatenate([p.scores for p in parts]), np.concatenate([p.information for p in parts]))
 
 
+def _inverse(matrix: FloatArray) -> FloatArray:
+    """Return the inverse of a matrix without negative eigenvalues, (n, n); what is rounding counts as not there."""
+    values, vectors = np.linalg.eigh(matrix)
+    seen = values > ROUNDING * values[-1]
+    return np.asarray((vectors[:, seen] / values[seen]) @ vectors[:, seen].T, dtype=np.float64)
+
+
 def _roots(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return L with L L^T the covariance, (n, n), and its inverse; what rounding leaves below none counts as little."""
     size = np.sqrt(np.diag(covariance))
     values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
-    values = np.sqrt(np.maximum(values, 1e-14 * values[-1]))
+    values = np.sqrt(np.maximum(values, ROUNDING * values[-1]))
     return (size[:, np.newaxis] * vectors) * values, (vectors / values).T / size

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign.identify_options import IdentifyOptions
+from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import chance_of, gate_window
@@ -34,8 +35,8 @@ def released(
     """Return the problem with the residual RMS of each record's channels as their sigma, and a line for each misfit.
 
     A channel whose residual is more than 1.2 times its own noise floor keeps the floor, so that it is not
-    weighted away. A coloured residual is whitened from here on, as the options want it; one
-    that is mainly rounding only where they ask for it.
+    weighted away, unless the search has raised its level already. A coloured residual is whitened from here on, as the
+    options want it; one that is mainly rounding, or whose level was raised, only where they ask for it.
     No sigma falls below that of the resolution that is declared: a standstill tells nothing of what is within it.
     """
     said: list[str] = []
@@ -60,7 +61,7 @@ def _rms(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> floa
 
 def _misfit_line(target: Target, channel: TargetChannel, rms: float) -> str:
     """Say that a channel's residual is no noise of its level; nothing where it is."""
-    if rms <= MISFIT * channel.sigma:
+    if _is_noise(channel, rms):
         return ""
     unit, alone = unit_words(channel.quantity), len(target.channels) == 1
     what, whose = ("", "record's") if alone else (f" of {channel.quantity}", "channel's")
@@ -76,13 +77,18 @@ def _released(
 ) -> TargetChannel:
     """Return a channel with the level, and as the options want it the colour, of its residual as its noise."""
     rms = _rms(channel, r, window)
-    fits = rms <= MISFIT * channel.sigma
-    found = replace(channel, sigma=max(rms, channel.rounding)) if fits else channel
-    own = fits and found.rounded <= MOSTLY_ROUNDING
+    fits = _is_noise(channel, rms)
+    found = replace(channel, sigma=max(rms, channel.rounding, SMALLEST)) if fits else channel
+    own = fits and not channel.raised and found.rounded <= MOSTLY_ROUNDING
     if options.colour == "none" or (options.colour == "auto" and not own):
         return found
     colour = fit_autoregression(r, rejected=channel.rejected_within(window))
     return replace(found, prefilter=colour) if colour.order else found
+
+
+def _is_noise(channel: TargetChannel, rms: float) -> bool:
+    """Tell whether a residual counts as noise: of its channel's level, or that of a channel whose level was raised."""
+    return rms <= MISFIT * channel.sigma or channel.raised > 0.0
 
 
 def whitened_again(problem: Problem, q: FloatArray, windows: Windows) -> Problem:
@@ -116,6 +122,8 @@ def _whitened_again(problem: Problem, target: Target, q: FloatArray, window: tup
 def by_own_residuals(problem: Problem, q: FloatArray) -> Problem:
     """Return the problem with each misfit record at its own residual's RMS, to judge whether `q` follows it.
 
+    One whose level was raised is such a record.
+
     What a model lacks is in the residual throughout: against the floor every stretch would count as lost. A coloured
     residual is worth fewer samples, so a short stretch of it scatters more: the RMS grows by what chance allows more.
     """
@@ -132,7 +140,7 @@ def _channel_by_own_residual(channel: TargetChannel, r: FloatArray, window: int)
     if not np.all(np.isfinite(r)):
         return channel
     rms = float(np.linalg.norm(r)) / math.sqrt(max(r.size - channel.rejected.size, 1))
-    if rms <= MISFIT * channel.sigma and channel.prefilter is None:
+    if rms <= MISFIT * channel.sigma and channel.prefilter is None and not channel.raised:
         return channel
     worth = max(window * effective_samples(r) / r.size, 1.0)
     return replace(channel, sigma=rms * math.sqrt(chance_of(worth) / chance_of(window)))

@@ -7,6 +7,7 @@ bound forces on the others (`bounds`), the step that a stick/slip refused the so
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -86,6 +87,21 @@ class StandardErrors:
             return None
         return float(self.without_priors[self.names.index(name)])
 
+    def without(self, names: Collection[str]) -> StandardErrors:
+        """Return the errors of the other parameters; what is left out stays uncertain in theirs."""
+        kept = [i for i, name in enumerate(self.names) if name not in names]
+        square = np.ix_(kept, kept)
+        return replace(
+            self,
+            names=tuple(self.names[i] for i in kept),
+            sigma=self.sigma[kept],
+            dof=self.dof[kept],
+            correlation=self.correlation[square],
+            noise=self.noise[square],
+            white=self.white[square],
+            without_priors=self.without_priors[kept] if self.without_priors.size else self.without_priors,
+        )
+
     @property
     def covariance(self) -> FloatArray:
         """Covariance with the standard errors that hold, (n, n)."""
@@ -105,11 +121,13 @@ class ParameterErrors:
 def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> StandardErrors:
     """Return the standard errors at the point of a verdict; `seed` is that of the draws.
 
-    Those of a fit that is not good are not tested by draws. Draws leave held parameters where they are held. Draws and
-    switches are looked at within the errors of noise, by which the cost is one.
+    A fit that has failed or was interrupted has none; those of one that is not good are not tested by draws. Draws
+    leave held parameters where they are held. Draws and switches are looked at within the errors of noise, by which the
+    cost is one.
     """
     problem, q = state.problem, verdict.q
-    if not verdict.counted.any() or not np.isfinite(triangle.norm):
+    failed = state.outcome in (FitOutcome.FAILED, FitOutcome.INTERRUPTED)
+    if failed or not verdict.counted.any() or not np.isfinite(triangle.norm):
         return StandardErrors()
     every, slopes = problem.coordinates.value_slopes(q)
     kept = [i for i, name in enumerate(every) if name not in verdict.reasons]
@@ -166,7 +184,7 @@ def _gather(
         if any(b.contradicted for b in bounded):
             spread.add(inside.error_if(consistency))
             spread.add_shift(step)
-    if state.outcome is FitOutcome.CLIFF:
+    if state.outcome.stopped_short:
         spread.add_shift(newton_step(triangle, counted))
     return consistency, bounded
 
@@ -250,12 +268,13 @@ def _concerned(state: SearchState, q: FloatArray, verdict: Verdict, local: list[
     names = told_by(state.problem, q, state.windows, [d.record for d in local], verdict.counted)
     names = tuple(dict.fromkeys((*names, *(name for d in local for name in d.across))))
     where = "; ".join(map(str, local))
-    return dict.fromkeys(names, f"local only: a stick/slip may fall the other way within the error: {where}")
+    return dict.fromkeys(names, f"near a stick/slip threshold, its error holds on this side only: {where}")
 
 
 def _warning(departure: Departure) -> str:
     return (
-        f"{departure}: the cost departs from what its derivatives say in {departure.draws} of 30 draws from the "
-        f"covariance, by up to {departure.excess:.3g}: a stick/slip hangs by a thread there, and the standard errors "
-        "that rest on this record are local only; see `mechid profile` and `mechid bootstrap`"
+        f"{departure}: near a stick/slip threshold: in {departure.draws} of 30 draws within the standard errors a "
+        f"stick/slip falls the other way there, which changes the cost by up to {departure.excess:.3g}; the standard "
+        "errors that rest on this record hold on this side of the threshold only; see `mechid profile` and `mechid "
+        "bootstrap`"
     )

@@ -175,7 +175,7 @@ function printedSweep(section, sweep) {
 }
 
 function printedVerdict(verdict, source) {
-  at("verdict").className = `verdict ${verdict ? verdict.grade : ""}`;
+  at("verdict").className = `verdict ${verdict ? verdict.tone : ""}`;
   at("headline").textContent = verdict ? verdict.headline : "No estimate yet.";
   at("source").textContent = verdict ? `Said of the last estimate, ${source}; not of what is set below.` : "“Search from scratch” makes one from the catalogue, as mechid identify does; “Fit from here” makes one from the values below, once they are near.";
   at("answers").replaceChildren(...(verdict ? verdict.questions : []).map(({ question, answers }) => {

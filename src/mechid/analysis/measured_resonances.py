@@ -1,0 +1,183 @@
+"""Resonances in a record: frequencies at which it is large whatever the step rate is.
+
+Two kinds of evidence. Where the rate varies, each order of it is largest when it passes a resonance: peaks of several
+orders at different rates and one frequency are a resonance, peaks at one rate are not. And the density of the record,
+lines smoothed away, has a hump there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from scipy.signal import find_peaks
+
+from mechid.analysis.order_tracking import OrderLine
+
+FloatArray = NDArray[np.float64]
+ALIKE = 0.06
+"""Relative distance within which peaks are one resonance."""
+STANDS_OUT = 2.0
+"""Times its surroundings on both sides, that a peak of an order over the rate is."""
+ABOVE_NOISE = 6.0
+"""Standard errors above nothing."""
+HUMP_DB = 3.0
+"""By which a hump of the density rises over both sides, and over the upper half of the band."""
+SMOOTH = 0.03
+"""Relative width over which a density is smoothed."""
+POINTS_A_DECADE = 400
+LINE_BINS = 2.5
+"""On both sides of a line, that are its own under a Hann window."""
+LINES_A_HUMP, WIDER = 4.0, 0.75
+"""A hump of lines lies at so many times their distance or more, and is wider than one: half its width, in distances."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeasuredResonance:
+    """A frequency that does not follow the rate.
+
+    Attributes
+    ----------
+    frequency_hz : float
+    spread_hz : float
+        Half the distance of the peaks, or half the hump's width 3 dB below its top.
+    orders : tuple of float
+        Of the step rate, whose peaks are there, each at a rate of its own; empty where none was tracked.
+    hump : bool
+        Whether the density has a hump there.
+    """
+
+    frequency_hz: float
+    spread_hz: float
+    orders: tuple[float, ...]
+    hump: bool
+
+
+def measured_resonances(
+    tracked: Iterable[OrderLine],
+    frequency: FloatArray,
+    density: FloatArray,
+    *,
+    lines_hz: Sequence[float],
+    spacing_hz: float,
+) -> tuple[MeasuredResonance, ...]:
+    """Return the resonances that a record shows, by frequency.
+
+    Parameters
+    ----------
+    tracked : iterable of OrderLine
+        Of the record's orders over a varying rate; empty where the rate is constant or not known.
+    frequency, density : ndarray, shape (M,)
+        As `mechid.signal.power_density` makes them.
+    lines_hz : sequence of float
+        Lines of the spectrum.
+    spacing_hz : float
+        Distance of the lines of a constant rate, whose tops draw the humps; 0 where there is none, and what is between
+        the lines does.
+    """
+    humps = _humps(frequency, density if spacing_hz else _between(frequency, density, lines_hz), spacing_hz)
+    groups = [group for group in _groups(_order_peaks(tracked)) if len({order for order, _ in group}) > 1]
+    found = [_of_orders(group, humps) for group in groups]
+    taken = [one.frequency_hz for one in found]
+    alone = [h for h in humps if not any(abs(h[0] / hz - 1.0) < 2.0 * ALIKE for hz in taken)]
+    found += [MeasuredResonance(frequency_hz=hz, spread_hz=half, orders=(), hump=True) for hz, half in alone]
+    return tuple(sorted(found, key=lambda one: one.frequency_hz))
+
+
+def _of_orders(group: Sequence[tuple[float, float]], humps: Sequence[tuple[float, float]]) -> MeasuredResonance:
+    frequencies = [frequency for _, frequency in group]
+    middle = float(np.median(frequencies))
+    return MeasuredResonance(
+        frequency_hz=middle,
+        spread_hz=0.5 * (max(frequencies) - min(frequencies)),
+        orders=tuple(sorted({order for order, _ in group})),
+        hump=any(abs(hz / middle - 1.0) < 2.0 * ALIKE for hz, _ in humps),
+    )
+
+
+def _order_peaks(lines: Iterable[OrderLine]) -> list[tuple[float, float]]:
+    """Return order and frequency of each peak of an order's amplitude over the rate."""
+    by_order: dict[float, list[OrderLine]] = {}
+    for line in lines:
+        by_order.setdefault(line.order, []).append(line)
+    return [peak for order, each in by_order.items() for peak in _peaks_of(order, sorted(each, key=lambda x: x.rate))]
+
+
+def _peaks_of(order: float, lines: Sequence[OrderLine]) -> list[tuple[float, float]]:
+    amplitude = np.array([math.sqrt(max(line.power(), 0.0)) for line in lines])
+    noise = np.array([line.errors[0] for line in lines])
+    size = np.maximum(amplitude, ABOVE_NOISE * noise / STANDS_OUT)
+    peaks, _ = find_peaks(np.log(np.maximum(size, np.finfo(float).tiny)), prominence=math.log(STANDS_OUT))
+    return [
+        (order, order * _rate_at(lines, amplitude, k)) for k in peaks.tolist() if amplitude[k] > ABOVE_NOISE * noise[k]
+    ]
+
+
+def _rate_at(lines: Sequence[OrderLine], amplitude: FloatArray, peak: int) -> float:
+    """Return the rate of a peak, between its windows by the weight of their power."""
+    around = slice(max(peak - 1, 0), peak + 2)
+    return float(np.average([line.rate for line in lines[around]], weights=amplitude[around] ** 2))
+
+
+def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, float]]]:
+    """Return the peaks in groups of like frequency."""
+    groups: list[list[tuple[float, float]]] = []
+    for peak in sorted(peaks, key=lambda p: p[1]):
+        if groups and peak[1] <= groups[-1][0][1] * (1.0 + ALIKE):
+            groups[-1].append(peak)
+        else:
+            groups.append([peak])
+    return groups
+
+
+def _between(frequency: FloatArray, density: FloatArray, lines_hz: Sequence[float]) -> FloatArray:
+    """Return a density with straight lines in place of a spectrum's lines."""
+    number = np.arange(frequency.size)
+    kept = np.ones(frequency.size, dtype=bool)
+    for line in lines_hz:
+        kept[np.abs(number - line / frequency[1]) <= LINE_BINS] = False
+    return np.interp(number, number[kept], density[kept]) if kept.any() else density
+
+
+def _humps(frequency: FloatArray, density: FloatArray, spacing_hz: float) -> list[tuple[float, float]]:
+    """Return frequency and half width of the humps of a density, in Hz."""
+    width = float(frequency[1])
+    lowest = max(LINES_A_HUMP * spacing_hz, 8.0 * width)
+    if lowest * 10.0 ** (8 / POINTS_A_DECADE) >= frequency[-1]:
+        return []
+    reach = 2 * math.ceil(0.5 * spacing_hz / width) + 1
+    tops = maximum_filter1d(density, reach) if spacing_hz else density
+    grid = np.geomspace(0.5 * lowest, frequency[-1], int(POINTS_A_DECADE * math.log10(frequency[-1] / lowest) + 8))
+    level = np.maximum(np.interp(grid, frequency, _running_mean(frequency, tops)), np.finfo(float).tiny)
+    decibels = 10.0 * gaussian_filter1d(np.log10(level), SMOOTH * POINTS_A_DECADE / math.log(10.0))
+    floor = float(np.median(decibels[grid > 0.5 * frequency[-1]]))
+    peaks, facts = find_peaks(decibels, prominence=HUMP_DB, width=1, rel_height=1.0)
+    found = []
+    for k, prominent in zip(peaks.tolist(), facts["prominences"].tolist(), strict=True):
+        if grid[k] < lowest or decibels[k] < floor + HUMP_DB:
+            continue
+        inside = _inside(decibels, k, min(3.0, prominent))
+        half = 0.5 * float(grid[inside[1]] - grid[inside[0]])
+        if half >= WIDER * spacing_hz:
+            found.append((float(grid[k]), half))
+    return found
+
+
+def _inside(decibels: FloatArray, peak: int, below: float) -> tuple[int, int]:
+    """Return the last points on either side of a peak that are less than `below` under it."""
+    under = np.flatnonzero(decibels < decibels[peak] - below)
+    before, after = under[under < peak], under[under > peak]
+    return (int(before[-1]) + 1 if before.size else 0), (int(after[0]) - 1 if after.size else decibels.size - 1)
+
+
+def _running_mean(frequency: FloatArray, density: FloatArray) -> FloatArray:
+    """Return the mean of a density over `SMOOTH` of each frequency on both sides."""
+    total = np.concatenate([[0.0], np.cumsum(density)])
+    number = np.arange(frequency.size)
+    first = np.minimum(np.floor(number * (1.0 - SMOOTH)).astype(np.int64), number)
+    stop = np.minimum(np.ceil(number * (1.0 + SMOOTH)).astype(np.int64) + 1, frequency.size)
+    return np.asarray((total[stop] - total[first]) / (stop - first), dtype=np.float64)

@@ -1,0 +1,66 @@
+"""Resonances that several records show at different step rates, or one record by several orders of its rate."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechid.analysis.look import RecordLook
+from mechid.analysis.measured_resonances import ALIKE, MeasuredResonance
+
+APART = 0.1
+"""Relative distance of step rates that are different ones."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SharedResonance:
+    """A frequency that does not follow the rate, and the records that show it."""
+
+    frequency_hz: float
+    records: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Seen:
+    record: str
+    rate: float | None
+    found: MeasuredResonance
+
+
+def shared_resonances(looks: Sequence[RecordLook]) -> tuple[SharedResonance, ...]:
+    """Return the resonances of all records that are sure not to follow the rate, by frequency.
+
+    Several orders of one record are largest there, or records of known and different step rates show it; a record whose
+    rate varies differs from any other.
+    """
+    seen = [
+        _Seen(look.record.name, look.constant_rate, found)
+        for look in looks
+        if look.rate is not None
+        for channel in look.channels
+        for found in channel.resonances
+    ]
+    groups: list[list[_Seen]] = []
+    for one in sorted(seen, key=lambda each: each.found.frequency_hz):
+        if groups and one.found.frequency_hz <= groups[-1][0].found.frequency_hz * (1.0 + ALIKE):
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return tuple(_shared(group) for group in groups if _is_sure(group))
+
+
+def _is_sure(group: Sequence[_Seen]) -> bool:
+    if any(one.found.orders for one in group):
+        return True
+    rates = {one.record: one.rate for one in group}
+    constant = [rate for rate in rates.values() if rate is not None]
+    differ = bool(constant) and max(constant) > (1.0 + APART) * min(constant)
+    return len(rates) > 1 and (differ or len(constant) < len(rates))
+
+
+def _shared(group: Sequence[_Seen]) -> SharedResonance:
+    tracked = [one.found.frequency_hz for one in group if one.found.orders]
+    frequency = float(np.median(tracked or [one.found.frequency_hz for one in group]))
+    return SharedResonance(frequency_hz=frequency, records=tuple(dict.fromkeys(one.record for one in group)))

@@ -1,0 +1,303 @@
+"""The step rate that a record itself suggests, before anybody says how it was driven.
+
+A motor that steps at a constant rate repeats itself: all its lines are multiples of one frequency, the repetition
+frequency. That is the step rate, or half or a quarter of it, as coils that differ and a detent of two steps repeat
+only then. Steps that are felt as blows fill the spectrum with multiples of the step rate; microsteps leave a few low
+lines, and one at the rate of the microsteps. A rate that rises or falls evenly draws straight ridges over time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import RateProfile
+from mechid.signal import spectrogram
+from mechid.signal.lines import Line, Prominence
+from mechid.signal.series import Series
+
+FloatArray = NDArray[np.float64]
+STRONGEST, LOWEST, PARTS = 12, 4, 8
+"""Lines whose whole parts are tried as repetition frequency, the strongest and the lowest, and into how many."""
+NEAR_BINS, STEADY = 0.35, 2e-4
+"""A line this near to a multiple, in bins or relative, is one."""
+LEAST_BINS = 3.0
+"""Of a repetition frequency; below, anything would be a multiple."""
+EXPLAINED = 0.95
+"""Share of the lines, by the logarithm of their ratio, that are multiples."""
+WANDERING, MOST_POWER, MOSTLY_EXPLAINED = 3e-3, 0.9, 0.6
+"""Of a rate that wanders: how near a multiple is, the share of the lines' power and of the lines."""
+FEWEST = 3
+BY_CHANCE = 5.0
+"""Decades by which it is unlikely that so many lines are that near to multiples by chance."""
+CONTRAST = 2.0
+"""Times the others' amplitude, in the median, that lines of the step rate have."""
+REPEATS = 4
+"""Full steps after which a motor repeats itself, at most: its coils carry the same currents again."""
+FULL_ORDERS, MOST_OF_THEM = range(5, 13), 6
+"""Of a full step so many of these are lines, of microsteps hardly any."""
+MICROSTEPS = (2, 4, 8, 16, 32, 64, 128, 256)
+FREQUENCY_ERROR, LEAST_ERROR = 0.7, 2e-2
+"""Standard error of a line's frequency in bins, times its relative error in amplitude; and that of a motor's start."""
+READABLE, OFF = (0.25, 0.5, 1.0, 2.0, 4.0), 0.01
+"""Full steps after which a record may repeat itself at the rate declared, and how far that may be off."""
+WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 120, 16
+FASTEST_HZ, TRIALS = 400.0, 160
+"""Of a ridge, and its ends that are tried."""
+LOWEST_BINS = 4
+"""Of a window, in which no line is told from drift."""
+STANDS_OUT, MOSTLY = 1.0, 0.6
+"""Decades of power over the window's median, in this share of the windows, that make a ridge."""
+SWEPT = 0.2
+"""Of its largest rate: a ridge that rises or falls by less is a constant rate's."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SuggestedRate:
+    """How a record seems to have been driven.
+
+    Attributes
+    ----------
+    profile : RateProfile
+        Full steps/s over record time from its first sample; of one rate, or a straight line between two.
+    sigma : float
+        Standard error of a constant rate, full steps/s; NaN of a sweep.
+    repetition_hz : float
+        What all lines are multiples of; NaN of a sweep.
+    stepping : str
+        ``"full"``, ``"micro"``, or empty where the record does not tell.
+    microsteps : int or None
+        Steps a full step, where a line of theirs is seen.
+    others : tuple of float
+        Further rates that explain the same lines, full steps/s.
+    share : float
+        Of the lines that it explains; of a sweep, of the windows in which its ridge stands out.
+    """
+
+    profile: RateProfile
+    sigma: float
+    repetition_hz: float
+    stepping: str
+    microsteps: int | None
+    others: tuple[float, ...]
+    share: float
+
+    @property
+    def rate(self) -> float:
+        """The largest rate, full steps/s."""
+        return max(self.profile.rates)
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether there is one rate."""
+        return len(self.profile.rates) == 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateReading:
+    """A constant rate as a record shows it beside the one declared: full steps/s, and steps after which it repeats."""
+
+    rate: float
+    sigma: float
+    repeats: float
+
+
+def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | None:
+    """Return the record's own reading of a constant rate that is declared; None where its lines are at no part of it.
+
+    Parameters
+    ----------
+    suggested : SuggestedRate
+        Of a constant rate.
+    declared : float
+        Full steps/s, above 0.
+    """
+    repeats = declared / suggested.repetition_hz
+    nearest = min(READABLE, key=lambda whole: abs(repeats / whole - 1.0))
+    if abs(repeats / nearest - 1.0) > OFF:
+        return None
+    rate = nearest * suggested.repetition_hz
+    sigma = rate * suggested.sigma / suggested.profile.rates[0]
+    return RateReading(rate=rate, sigma=sigma, repeats=nearest)
+
+
+def suggested_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    """Return how a record seems to have been driven, or None where it does not tell.
+
+    Parameters
+    ----------
+    y : Series of N samples
+        Less its mean.
+    found : Prominence
+        Of the same samples.
+    lines : sequence of Line
+        Of its spectrum.
+    """
+    return _constant(found, lines) or _swept(y, found.sample_rate_hz)
+
+
+def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    repetition = repetition_frequency(lines, found.bin_hz)
+    if repetition is None:
+        return None
+    frequency, sigma, share = repetition
+    amplitude = _at_multiples(found, frequency, max(line.frequency_hz for line in lines))
+    repeats = _repeats(amplitude)
+    strong = repeats if repeats > 1 else _of_strongest(lines, frequency)
+    stepping, microsteps = _stepping(lines, strong * frequency, found.bin_hz)
+    others = () if repeats > 1 else tuple(m * frequency for m in (1, 2, 4) if m != strong)
+    return SuggestedRate(
+        profile=RateProfile.constant(strong * frequency),
+        sigma=strong * sigma,
+        repetition_hz=frequency,
+        stepping=stepping,
+        microsteps=microsteps,
+        others=others,
+        share=share,
+    )
+
+
+def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, float, float] | None:
+    """Return the largest frequency that the lines are multiples of, its standard error, and the share of them that are.
+
+    Examples
+    --------
+    >>> lines = [Line(frequency_hz=f, amplitude=1.0, sigma=0.01, ratio=1e4) for f in (46.0, 69.0, 92.0, 138.0)]
+    >>> round(repetition_frequency(lines, 1.0)[0], 6)
+    23.0
+    """
+    steady = _largest_of_which(lines, bin_hz, STEADY, least=(EXPLAINED, 0.0))
+    return steady or _largest_of_which(lines, bin_hz, WANDERING, least=(MOSTLY_EXPLAINED, MOST_POWER))
+
+
+def _largest_of_which(
+    lines: Sequence[Line], bin_hz: float, near: float, least: tuple[float, float]
+) -> tuple[float, float, float] | None:
+    """Return the largest frequency of which a least share of the lines and of their power are multiples."""
+    if len(lines) < FEWEST:
+        return None
+    frequencies, power = (np.array([getattr(line, key) for line in lines]) for key in ("frequency_hz", "amplitude"))
+    weights = np.stack((np.log10([line.ratio for line in lines]), power**2))
+    weights /= weights.sum(axis=1, keepdims=True)
+    strongest = sorted(lines, key=lambda line: -line.amplitude)[:STRONGEST]
+    trials = {line.frequency_hz / part for line in (*strongest, *lines[:LOWEST]) for part in range(1, PARTS + 1)}
+    for trial in sorted((t for t in trials if t >= LEAST_BINS * bin_hz), reverse=True):
+        best, sigma = _fitted(lines, trial, bin_hz, near)
+        own = _multiples(frequencies, best, bin_hz, near)
+        shares = weights[:, own].sum(axis=1)
+        chance = 2.0 * np.maximum(NEAR_BINS * bin_hz, near * frequencies[own]) / best
+        unlikely = -float(np.sort(np.log10(np.minimum(chance, 1.0)))[1:].sum())  # one line has told the trial
+        if np.count_nonzero(own) >= FEWEST and np.all(shares >= least) and unlikely >= BY_CHANCE:
+            return best, sigma, float(shares[0])
+    return None
+
+
+def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEADY) -> NDArray[np.bool_]:
+    """Tell which frequencies are multiples."""
+    off = np.abs(frequencies - np.rint(frequencies / fundamental) * fundamental)
+    return np.asarray((off <= np.maximum(NEAR_BINS * bin_hz, near * frequencies)) & (frequencies > 0.5 * fundamental))
+
+
+def _fitted(lines: Sequence[Line], trial: float, bin_hz: float, near: float) -> tuple[float, float]:
+    """Return a trial fitted to the lines that are its multiples, and its standard error by their scatter, Hz.
+
+    From the lowest lines on, so that the multiple of a high one can be told.
+    """
+    frequencies = np.array([line.frequency_hz for line in lines])
+    relative = np.array([line.sigma / line.amplitude for line in lines])
+    error = bin_hz * np.hypot(FREQUENCY_ERROR * np.minimum(relative, 1.0), LEAST_ERROR)
+    best, sigma = trial, math.inf
+    for upto in (4.0, 16.0, math.inf):
+        own = _multiples(frequencies, best, bin_hz, near) & (frequencies <= upto * trial)
+        if own.any():
+            multiple = np.rint(frequencies[own] / best)
+            information = (multiple / error[own]) ** 2
+            each = frequencies[own] / multiple
+            best = float(np.sum(information * each) / information.sum())
+            scatter = float(np.sum(information * (each - best) ** 2)) / max(each.size - 1, 1)
+            sigma = math.sqrt(max(scatter, 1.0) / float(information.sum()))
+    return best, sigma
+
+
+def _at_multiples(found: Prominence, frequency: float, top_hz: float) -> FloatArray:
+    """Return the amplitude at each multiple of a frequency up to a top, (K,), the largest of three bins."""
+    numbers = np.rint(np.arange(1, int(top_hz / frequency * 1.001) + 1) * frequency / found.bin_hz).astype(np.int64)
+    numbers = numbers[numbers < found.amplitude.size - 1]
+    return np.asarray(np.max([found.amplitude[numbers + k] for k in (-1, 0, 1)], axis=0), dtype=np.float64)
+
+
+def _repeats(amplitude: FloatArray) -> int:
+    """Return after how many steps a motor repeats itself: its even multiples stand out, and perhaps again of these."""
+    repeats = 1
+    while repeats < REPEATS and amplitude.size >= 2 * FEWEST:
+        odd, even = amplitude[0::2], amplitude[1::2]
+        if not np.median(even) > CONTRAST * np.median(odd[: even.size]):
+            break
+        repeats, amplitude = 2 * repeats, even
+    return repeats
+
+
+def _of_strongest(lines: Sequence[Line], frequency: float) -> int:
+    """Return 1, 2 or 4: the multiple that the strongest line is, or 1."""
+    multiple = round(max(lines, key=lambda line: line.amplitude).frequency_hz / frequency)
+    return multiple if multiple in (2, 4) else 1
+
+
+def _stepping(lines: Sequence[Line], rate: float, bin_hz: float) -> tuple[str, int | None]:
+    """Return the stepping that lines tell at a rate, and the microsteps."""
+    frequencies = np.array([line.frequency_hz for line in lines])
+    orders = set(np.rint(frequencies[_multiples(frequencies, rate, bin_hz)] / rate).astype(int).tolist())
+    inside = sum(order in orders for order in FULL_ORDERS)
+    if inside >= MOST_OF_THEM:
+        return "full", 1
+    seen = [n for n in MICROSTEPS if n in orders and n > max(FULL_ORDERS[0], 4)]
+    return ("micro", seen[0]) if seen and inside <= 2 else ("", None)
+
+
+def _swept(y: Series, sample_rate_hz: float) -> SuggestedRate | None:
+    """Return the straight ridge that stands out most over time, where there is one that is no constant rate."""
+    window_s = min(WINDOW_S, y.size / sample_rate_hz / FEWEST_WINDOWS)
+    time, frequency, amplitude = spectrogram(y, sample_rate_hz, window_s, WINDOWS)
+    if frequency.size < 2 * FEWEST_WINDOWS or time.size < FEWEST_WINDOWS:
+        return None
+    power = amplitude**2 + np.finfo(float).tiny
+    height = np.clip(np.log10(power / np.median(power, axis=0)), 0.0, 6.0)
+    height[:LOWEST_BINS] = 0.0
+    lapse = time / (y.size / sample_rate_hz)
+    top = min(FASTEST_HZ, float(frequency[-1]) / 2.0)
+    ends = _best_ends(height, lapse, float(frequency[1]), top)
+    along = _along(height, lapse, float(frequency[1]), *(np.array([end]) for end in ends))[0]
+    share = float(np.mean(along > STANDS_OUT))
+    if share < MOSTLY or abs(ends[1] - ends[0]) < SWEPT * max(ends):
+        return None
+    profile = RateProfile.through([(0.0, ends[0]), (y.size / sample_rate_hz, ends[1])])
+    return SuggestedRate(
+        profile=profile, sigma=math.nan, repetition_hz=math.nan, stepping="", microsteps=None, others=(), share=share
+    )
+
+
+def _best_ends(height: FloatArray, lapse: FloatArray, bin_hz: float, top: float) -> tuple[float, float]:
+    """Return the rates at both ends of the ridge that stands out most, in ever finer steps."""
+    reach, middle = 0.5 * top, (0.5 * top, 0.5 * top)
+    for trials in (TRIALS, 21, 21, 21):
+        first, last = (np.clip(np.linspace(m - reach, m + reach, trials), 0.0, top) for m in middle)
+        starts, stops = (grid.ravel() for grid in np.meshgrid(first, last, indexing="ij"))
+        score = np.zeros(starts.size)
+        for part in np.array_split(np.arange(starts.size), max(starts.size // 2000, 1)):
+            score[part] = _along(height, lapse, bin_hz, starts[part], stops[part]).mean(axis=1)
+        best = int(np.argmax(score))
+        middle, reach = (float(starts[best]), float(stops[best])), 3.0 * reach / trials
+    return middle
+
+
+def _along(height: FloatArray, lapse: FloatArray, bin_hz: float, starts: FloatArray, stops: FloatArray) -> FloatArray:
+    """Return the heights along straight ridges, (trials, windows), between bins by straight lines."""
+    place = (starts[:, None] + (stops - starts)[:, None] * lapse) / bin_hz
+    below = np.minimum(place.astype(np.int64), height.shape[0] - 2)
+    window = np.arange(lapse.size)
+    part = place - below
+    return np.asarray((1.0 - part) * height[below, window] + part * height[below + 1, window], dtype=np.float64)

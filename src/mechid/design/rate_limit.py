@@ -1,0 +1,130 @@
+"""Up to which step rates something holds: ranges of rates, the holes between them, and the limit beyond the last.
+
+A motor that loses steps near a resonance may hold again above it, so one number is not enough: rates are tried one
+after another over all that is looked at, closely where steps meet a resonance, and the ends of each range are bisected.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from mechid.command import Command
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.resonances import free_resonances
+
+LOWEST, HIGHEST = 4.0, 4000.0
+"""Full steps/s that are looked at."""
+RESOLUTION = 0.005
+"""To which the ends of a range are known."""
+FAR, NEAR, LEAST = 1.05, 1.01, 1.0
+"""Ratio of neighbours that are tried far from resonances and near them, and the least distance, full steps/s.
+
+Half a second at a rate (`STARTED_S`) does not tell rates apart that differ by less than half a period of what is left
+of them over that time: one full step/s.
+"""
+AROUND = (0.25, 1.2)
+"""A resonance is met from a quarter of its frequency, by every fourth swing, to a little above it.
+
+The torque is softer than a spring far from its middle, so a large swing is slower than the small one of the resonance.
+"""
+SWINGING = 0.5
+"""What is damped more does not build up from step to step."""
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class RateLimit:
+    """At which rates a stepping holds.
+
+    Attributes
+    ----------
+    ranges : tuple of (float, float)
+        From and to, full steps/s, ascending: all rates tried within hold, those between ranges do not. The ends are
+        known to half a percent. A rate that holds alone, its neighbours on both sides failing, is no range.
+    searched : (float, float)
+        From and to which rate was looked, full steps/s.
+    brought_from : float
+        Rate at which a slow start begins, full steps/s; 0 from rest.
+    """
+
+    ranges: tuple[Range, ...]
+    searched: Range
+    brought_from: float = 0.0
+
+    @property
+    def rate(self) -> float | None:
+        """Rate up to which all hold; None where all that were looked at do, 0 where the lowest does not."""
+        if not self.ranges or self.ranges[0][0] > self.searched[0]:
+            return 0.0
+        return self._unless_highest(self.ranges[0][1])
+
+    @property
+    def holds_again(self) -> bool:
+        """Whether some range further up holds too: the loss is one of resonance."""
+        return bool(self.holes)
+
+    @property
+    def holes(self) -> tuple[Range, ...]:
+        """Where steps are lost although some higher rates hold, from and to, full steps/s."""
+        ends = [self.searched[0], *(end for _, end in self.ranges)]
+        return tuple((end, start) for end, (start, _) in zip(ends, self.ranges, strict=False) if start > end)
+
+    @property
+    def limit(self) -> float | None:
+        """Rate beyond which none holds; None where the highest that was looked at does, 0 where none does."""
+        return self._unless_highest(self.ranges[-1][1]) if self.ranges else 0.0
+
+    @property
+    def widest(self) -> Range | None:
+        """The widest of the ranges, None where there is none."""
+        return max(self.ranges, key=lambda r: r[1] - r[0], default=None)
+
+    def _unless_highest(self, rate: float) -> float | None:
+        return rate if rate < self.searched[1] else None
+
+
+def rates_tried(mechanism: Mechanism, command: Command) -> list[float]:
+    """Return the rates, full steps/s, at which a start is tried: closely where steps meet a resonance of the mechanism.
+
+    Resonances are those of its own equations about the angle that the command begins at, nothing held by friction.
+    """
+    met = [
+        (AROUND[0] * r.frequency_hz, AROUND[1] * r.frequency_hz)
+        for r in free_resonances(mechanism, command)
+        if r.damping < SWINGING
+    ]
+    rates = [LOWEST]
+    while rates[-1] < HIGHEST:
+        rate = rates[-1]
+        near = any(low <= rate <= high for low, high in met)
+        following = max((NEAR if near else FAR) * rate, rate + LEAST)
+        begins = min((low for low, _ in met if rate < low < following), default=following)
+        rates.append(min(begins, HIGHEST))
+    return rates
+
+
+def rate_limit(holds: Callable[[float], bool], rates: Sequence[float], brought_from: float = 0.0) -> RateLimit:
+    """Return where `holds` is true, tried at ascending rates and then between neighbours that differ."""
+    found = [holds(rate) for rate in rates]
+    for k in range(1, len(found) - 1):
+        found[k] &= found[k - 1] or found[k + 1]
+    ends = [rates[0]] if found[0] else []
+    for (low, before), (high, after) in pairwise(zip(rates, found, strict=True)):
+        if before != after:
+            ends.append(_end(holds, low, high) if before else _end(holds, high, low))
+    if found[-1]:
+        ends.append(rates[-1])
+    ranges = tuple(zip(ends[::2], ends[1::2], strict=True))
+    return RateLimit(ranges, (rates[0], rates[-1]), brought_from)
+
+
+def _end(holds: Callable[[float], bool], good: float, bad: float) -> float:
+    """Return the last rate that holds on the way from a good one to a bad one."""
+    while abs(math.log(bad / good)) > RESOLUTION:
+        middle = math.sqrt(good * bad)
+        good, bad = (middle, bad) if holds(middle) else (good, middle)
+    return good

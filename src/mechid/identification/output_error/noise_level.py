@@ -1,0 +1,68 @@
+"""What is known of a channel's noise before any fit, and what that rests on."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+import numpy as np
+
+from mechid.campaign import CampaignRecord, Match
+from mechid.signal import noise_floor
+
+LEAST_SHARE = 1e-6
+"""Of a channel's standard deviation: a level below it is none that arithmetic on the channel keeps."""
+SMALLEST, LARGEST = 1e-150, 1e150
+"""Levels in any unit whose squares are ordinary numbers."""
+
+
+class NoiseSource(StrEnum):
+    """What a noise level rests on; the value is what its reader sees."""
+
+    DECLARED = "declared"
+    QUIET = "quiet stretch"
+    FLOOR = "high-frequency floor"
+    RESOLUTION = "resolution"
+    RESIDUAL = "residual"
+
+
+@dataclass(frozen=True)
+class NoiseLevel:
+    """Standard deviation of a channel's noise in its SI unit, and what it rests on."""
+
+    sigma: float
+    rests_on: NoiseSource
+
+
+def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
+    """Return the noise of a channel: the one declared, that of its quiet stretches, or its high-frequency floor.
+
+    None is below that of the resolution that is declared: where a signal stands still or runs slowly, its rounding has
+    no high frequencies, and is there all the same.
+    """
+    assert record.data is not None
+    channel = record.data.channel(match.quantity)
+    told, resolution = _told(record, match), rounding(record, match)
+    source = NoiseSource.RESOLUTION if resolution > told.sigma else told.rests_on
+    least = max(LEAST_SHARE * float(np.std(channel.data)), resolution, SMALLEST)
+    return NoiseLevel(min(max(told.sigma, least), LARGEST), source)
+
+
+def _told(record: CampaignRecord, match: Match) -> NoiseLevel:
+    """Return what is declared or measured of a channel's noise."""
+    assert record.data is not None
+    channel = record.data.channel(match.quantity)
+    if match.noise_sigma is not None:
+        return NoiseLevel(abs(channel.scale) * match.noise_sigma, NoiseSource.DECLARED)
+    quiet = record.data.quiet_rms(match.quantity)
+    if quiet is not None:
+        return NoiseLevel(quiet, NoiseSource.QUIET)
+    floor = noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged)
+    return NoiseLevel(floor, NoiseSource.FLOOR)
+
+
+def rounding(record: CampaignRecord, match: Match) -> float:
+    """Return the standard deviation of a uniform error of the resolution that is declared, 0 where none is, SI."""
+    assert record.data is not None
+    return abs(record.data.channel(match.quantity).scale) * match.quantisation / math.sqrt(12.0)

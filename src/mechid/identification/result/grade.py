@@ -1,0 +1,124 @@
+"""What a fit is worth: its grade, and the reasons for it, each with what to do next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any, Self
+
+
+class Grade(StrEnum):
+    """What a fit is worth; `GRADE_WORDS` say it."""
+
+    A = "A"
+    B = "B"
+    C = "C"
+    FAILED = "failed"
+
+    @property
+    def good(self) -> bool:
+        """Whether the values may be used with their error bars."""
+        return self in (Grade.A, Grade.B)
+
+
+GRADE_WORDS: Mapping[Grade, str] = {
+    Grade.A: "Grade A: the model follows all records, and their parts agree on the values.",
+    Grade.B: "Grade B: the model follows all records; the error bars are widened for what it does not explain.",
+    Grade.C: "Grade C: use no value before its reasons are settled.",
+    Grade.FAILED: "Failed: there is no estimate to use.",
+}
+"""A grade as its reader sees it, everywhere."""
+
+
+class Cause(StrEnum):
+    """Why a fit has no better grade; `CAUSE_WORDS` say it."""
+
+    NOT_SIMULATED = "not_simulated"
+    INTERRUPTED = "interrupted"
+    LEFT_OUT = "left_out"
+    USED_IN_PART = "used_in_part"
+    NOT_FOLLOWED = "not_followed"
+    OUT_OF_STEP = "out_of_step"
+    BOUND_CONTRADICTED = "bound_contradicted"
+    NOT_CONVERGED = "not_converged"
+    PARTS_DISAGREE = "parts_disagree"
+    THRESHOLD = "threshold"
+    NEAR_OPTIMUM = "near_optimum"
+    EVENT_MISSED = "event_missed"
+
+    @property
+    def grade(self) -> Grade:
+        """The best grade that it allows."""
+        if self in (Cause.NOT_SIMULATED, Cause.INTERRUPTED):
+            return Grade.FAILED
+        return Grade.B if self in WITH_WIDER_ERRORS else Grade.C
+
+
+WITH_WIDER_ERRORS = (Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED)
+"""Causes that leave the values of use: error bars count them."""
+CAUSE_WORDS: Mapping[Cause, str] = {
+    Cause.NOT_SIMULATED: "no simulation",
+    Cause.INTERRUPTED: "interrupted",
+    Cause.LEFT_OUT: "record left out",
+    Cause.USED_IN_PART: "followed in part",
+    Cause.NOT_FOLLOWED: "not followed",
+    Cause.OUT_OF_STEP: "out of step",
+    Cause.BOUND_CONTRADICTED: "bound contradicted",
+    Cause.NOT_CONVERGED: "not converged",
+    Cause.PARTS_DISAGREE: "model error",
+    Cause.THRESHOLD: "stick/slip threshold",
+    Cause.NEAR_OPTIMUM: "stopped near the optimum",
+    Cause.EVENT_MISSED: "stick/slip missed",
+}
+"""A cause in two or three words; docs/glossary.md explains each."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reason:
+    """One reason why a fit has no better grade.
+
+    Attributes
+    ----------
+    cause : Cause
+    text : str
+        What was found, where, as a sentence.
+    record, parameter : str or None
+        Whom it concerns; of parts that disagree what is contested most.
+    instant_s : float or None
+        Record time at which it begins.
+    next_command : str
+        What to do next, as typed.
+    widened_most, widened_median : float or None
+        Ratio of the standard error to that of noise alone, largest and median over the parameters.
+    """
+
+    cause: Cause
+    text: str
+    record: str | None = None
+    parameter: str | None = None
+    instant_s: float | None = None
+    next_command: str = ""
+    widened_most: float | None = None
+    widened_median: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the entry of estimate.json."""
+        return {**asdict(self), "cause": str(self.cause)}
+
+    @classmethod
+    def from_dict(cls, entry: Mapping[str, Any]) -> Self:
+        """Return what an entry of estimate.json says."""
+        return cls(**{**entry, "cause": Cause(entry["cause"])})
+
+
+def grade_of(reasons: tuple[Reason, ...]) -> Grade:
+    """Return the grade that some reasons leave, A without any.
+
+    Examples
+    --------
+    >>> str(grade_of(())), str(grade_of((Reason(cause=Cause.THRESHOLD, text=""),)))
+    ('A', 'B')
+    """
+    order = list(Grade)
+    return max((reason.cause.grade for reason in reasons), key=order.index, default=Grade.A)

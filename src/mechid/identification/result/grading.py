@@ -1,0 +1,172 @@
+"""The grade of a fit that has ended: reasons found in its records, parameters, consistency and outcome."""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.result.fit import Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.identification.result.grade import Cause, Reason, grade_of
+from mechid.identification.search.doubts import WORTH_SAYING
+
+NEAR_OPTIMUM = 0.1
+"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
+errors; beyond it there is no optimum near."""
+PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What a grade rests on beside the fit itself.
+
+    Attributes
+    ----------
+    campaign : str
+        Its file or folder, as it is typed.
+    used : collection of str
+        Records that the fit rests on.
+    used_to_s : mapping of record to float
+        Record time up to which one of them was used that was to be used whole.
+    promised_fall : float
+        By how much the cost should still fall by its derivatives, in sigmas squared.
+    cost : float
+    lost : bool
+        Whether the simulation fails at the estimate.
+    circumstances : callable
+        What happens in a record at an instant, as a clause or more.
+    seed : int
+        Of the search.
+    """
+
+    campaign: str
+    used: Collection[str]
+    used_to_s: Mapping[str, float]
+    promised_fall: float
+    cost: float
+    lost: bool
+    circumstances: Callable[[str, float], str]
+    seed: int = 0
+
+
+def graded(fit: Fit, evidence: Evidence) -> Fit:
+    """Return a fit with its grade and the reasons for it."""
+    reasons = tuple(_reasons(fit, evidence))
+    return replace(fit, grade=grade_of(reasons), reasons=reasons)
+
+
+def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
+    again = f"mechid identify {evidence.campaign} --out DIR"
+    if fit.outcome is FitOutcome.INTERRUPTED:
+        yield Reason(cause=Cause.INTERRUPTED, text=fit.outcome.value, next_command=f"{again} --resume")
+        return
+    if fit.outcome is FitOutcome.FAILED or evidence.lost:
+        text = FitOutcome.FAILED.value if fit.outcome is FitOutcome.FAILED else "The simulation fails at the estimate."
+        yield Reason(cause=Cause.NOT_SIMULATED, text=text, next_command=f"mechid check {evidence.campaign}")
+        return
+    for record in fit.records.values():
+        yield from _record_reasons(record, evidence)
+    yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)
+    yield from _search_reasons(fit, evidence)
+    if fit.consistency and not fit.consistency.agrees:
+        yield _disagreement(fit, fit.consistency, evidence)
+
+
+def _record_reasons(record: RecordFit, evidence: Evidence) -> Iterator[Reason]:
+    """Yield why a record to estimate from is not followed to its end; the first reason is enough."""
+    if record.taken.left_out:
+        text = f"Record {record.name} was left out of the fit: it contradicts the others as its file describes it."
+        check = f"mechid check {evidence.campaign}"
+        yield Reason(cause=Cause.LEFT_OUT, record=record.name, text=text, next_command=check)
+        return
+    if record.name not in evidence.used:
+        return
+    if record.name in evidence.used_to_s:
+        at_s = evidence.used_to_s[record.name]
+        text = f"Record {record.name} is followed and used up to {at_s:.4g} s only"
+        yield _loss(Cause.USED_IN_PART, record.name, at_s, text, evidence)
+        return
+    fitted = {quantity: c for quantity, c in record.channels.items() if c.use == "estimate" and not c.followed}
+    for quantity, channel in fitted.items():
+        of = "" if len(record.channels) == 1 else f" ({quantity})"
+        if channel.out_of_step_at_s is not None:
+            at_s = channel.out_of_step_at_s
+            text = f"Record {record.name}{of}: the model falls out of step with the measured at {at_s:.4g} s"
+            yield _loss(Cause.OUT_OF_STEP, record.name, at_s, text, evidence)
+        elif channel.lost_at_s is not None:
+            text = (
+                f"Record {record.name}{of} is not followed at {channel.lost_at_s:.4g} s, and in "
+                f"{100.0 - channel.followed_percent:.2g} % of it altogether"
+            )
+            yield _loss(Cause.NOT_FOLLOWED, record.name, channel.lost_at_s, text, evidence)
+        return
+
+
+def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence) -> Reason:
+    """Return why a record is not followed: where, what happens there, and what to do."""
+    happens = evidence.circumstances(record, at_s)
+    again = f"mechid identify {evidence.campaign} --out DIR --seed {evidence.seed + 1}"
+    return Reason(
+        cause=cause, record=record, instant_s=at_s, text=f"{text}{f': {happens}' if happens else ''}.",
+        next_command=again if cause is Cause.USED_IN_PART else f"mechid check {evidence.campaign}",
+    )  # fmt: skip
+
+
+def _bound(p: ParameterEstimate, again: str) -> Reason:
+    """Return what is wrong with a parameter that the records want beyond its bound."""
+    at = f"{p.value:.6g} {p.unit}".rstrip()
+    text = f"{p.name} is held at {at}: {p.reason}. The other values are shifted by it."
+    of_file = any(limit is not None and math.isclose(p.value, limit, rel_tol=1e-6) for limit in (p.min, p.max))
+    wider = f", with a wider range of {p.name} in the mechanism file" if of_file else ", with another friction law"
+    return Reason(cause=Cause.BOUND_CONTRADICTED, parameter=p.name, text=text, next_command=again + wider)
+
+
+def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
+    """Yield what the end of the search leaves in doubt."""
+    again = f"mechid identify {evidence.campaign} --out DIR --seed {evidence.seed + 1}"
+    fall = evidence.promised_fall
+    if fit.outcome is FitOutcome.EVENT_MISSED:
+        yield Reason(cause=Cause.EVENT_MISSED, text=fit.outcome.value, next_command=again)
+    if fit.outcome is FitOutcome.NOT_CONVERGED and not fall <= NEAR_OPTIMUM * evidence.cost:
+        text = f"{fit.outcome.value} The sum of squares could still fall by {_percent(fall, evidence.cost)}."
+        yield Reason(cause=Cause.NOT_CONVERGED, text=text, next_command=again)
+    elif fit.outcome.stopped_short and fall > WORTH_SAYING:
+        text = (
+            f"{fit.outcome.value} The step that was promised and not reached (a fall of the cost by {fall:.3g}) "
+            "counts in the error bars."
+        )
+        at = Cause.THRESHOLD if fit.outcome is FitOutcome.CLIFF else Cause.NEAR_OPTIMUM
+        yield Reason(cause=at, text=text, next_command=again)
+
+
+def _percent(fall: float, cost: float) -> str:
+    return f"{100.0 * fall / cost:.2g} %" if cost > 0.0 and math.isfinite(fall) else "an unknown share"
+
+
+def _disagreement(fit: Fit, found: Consistency, evidence: Evidence) -> Reason:
+    """Return what disagrees, by how much, and how much the error bars were widened for it."""
+    tests: dict[str, Scatter | None] = {"phase": found.phase, "record": found.record, "time": found.time}
+    said = [
+        f"between {PART_WORDS[key]} {test.ratio:.3g} times" for key, test in tests.items() if test and not test.agrees
+    ]
+    most, middle = widened(fit.parameters)
+    whose = (found.parameter, found.contested_record and f"record {found.contested_record}")
+    contested = " and ".join(filter(None, whose))
+    text = (
+        f"The model lacks something: what parts of the records say of the values scatters {', '.join(said)} as much as "
+        f"noise explains{f'; most contested: {contested}' if contested else ''}."
+    )
+    if most is not None and middle is not None:
+        text += f" The error bars are widened for it, by {most:.3g} times at most and {middle:.3g} in the median."
+    return Reason(
+        cause=Cause.PARTS_DISAGREE, record=found.contested_record, parameter=found.parameter, text=text,
+        widened_most=most, widened_median=middle, next_command=f"mechid check {evidence.campaign}",
+    )  # fmt: skip
+
+
+def widened(parameters: Mapping[str, ParameterEstimate]) -> tuple[float | None, float | None]:
+    """Return by how much standard errors exceed those of noise alone: largest and median; None where none has both."""
+    ratios = [p.std_error / p.std_error_noise for p in parameters.values() if p.std_error and p.std_error_noise]
+    return (max(ratios), statistics.median(ratios)) if ratios else (None, None)

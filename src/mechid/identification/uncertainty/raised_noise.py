@@ -1,0 +1,127 @@
+"""A noise level raised where growth stalls: by the channels that stop it, up to a share of what moves in them.
+
+A position or a current has no high frequencies, so that its high-frequency floor says nothing of its noise, and what
+a model misses of a real mechanism is no noise at all. Inside a level that is too low nothing is followed; a level a few
+times the residual that can be reached is as good as any for finding the way there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.output_error.noise_level import NoiseSource, known_noise
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.gates import Growth, followed
+from mechid.signal.trend import fit_line
+from mechid.units import unit_words
+
+FACTOR = 4.0
+"""By which a level is raised at a time."""
+MOST_SHARE = 0.3
+"""Of the standard deviation of what moves in a channel, up to which its level is raised."""
+
+
+def raised(problem: Problem, growth: Growth) -> Problem:
+    """Return the problem with a higher level of the channels that stop a growth; the same one where none may rise."""
+    targets = tuple(_raised(problem, t, growth) for t in problem.targets)
+    changed = any(a is not b for a, b in zip(targets, problem.targets, strict=True))
+    return replace(problem, targets=targets) if changed else problem
+
+
+def _raised(problem: Problem, target: Target, growth: Growth) -> Target:
+    gate = growth.horizons[target.name]
+    if gate == target.samples:
+        return target
+    stops = _stopping(problem, target, growth, gate)
+    return target.each(lambda channel: _raised_channel(channel) if channel.quantity in stops else channel)
+
+
+def _stopping(problem: Problem, target: Target, growth: Growth, gate: int) -> list[str]:
+    """Return the quantities that the model does not follow beyond the gate."""
+    alone = {c.quantity: followed(problem, replace(target, channels=(c,)), growth.q) for c in target.channels}
+    first = max(gate, min(alone.values()))
+    return [quantity for quantity, samples in alone.items() if samples <= first]
+
+
+def at_levels_of(problem: Problem, records: Mapping[str, Any]) -> Problem:
+    """Return the problem with the levels that a search has raised, of the `records` of its estimate.json."""
+
+    def one(target: Target) -> Target:
+        found = records[target.name]["channels"]
+        return target.each(lambda channel: _at_level(channel, found.get(channel.quantity, {})))
+
+    return replace(problem, targets=tuple(map(one, problem.targets)))
+
+
+def _at_level(channel: TargetChannel, found: Mapping[str, Any]) -> TargetChannel:
+    if found.get("noise_rests_on") != NoiseSource.RESIDUAL:
+        return channel
+    level = float(found["noise_sigma"])
+    return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
+
+
+def _raised_channel(channel: TargetChannel) -> TargetChannel:
+    """Return a channel at a higher level; the same one where its level is declared, or as high as it may be."""
+    level = min(FACTOR * channel.sigma, MOST_SHARE * moved(channel))
+    if channel.rests_on is NoiseSource.DECLARED or level <= channel.sigma:
+        return channel
+    return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
+
+
+def moved(channel: TargetChannel) -> float:
+    """Return the standard deviation of a channel, offset and drift removed where the channel's zero is free."""
+    line = fit_line(channel.measured, 2 if channel.linear else 1, channel.rejected)
+    rest = channel.measured - line.at(0, channel.measured.size)
+    return float(np.std(np.delete(rest, channel.rejected)))
+
+
+def raised_words(problem: Problem, growth: Growth) -> str:
+    """Return what the levels of unfinished records have been raised to, and how far these were followed below it."""
+    words = []
+    for t in problem.targets:
+        levels = [f"{c.quantity} {c.raised:.3g} {unit_words(c.quantity)}" for c in t.channels if c.raised]
+        if growth.horizons[t.name] < t.samples and levels:
+            seconds, of = growth.horizons[t.name] / t.base.sample_rate_hz, t.samples / t.base.sample_rate_hz
+            words.append(
+                f"record {t.name} to {' and '.join(levels)}: followed {seconds:.3g} s of {of:.3g} s below that"
+            )
+    return "; ".join(words)
+
+
+def raised_warnings(campaign: Campaign, targets: Sequence[Target], before: Mapping[str, str]) -> list[str]:
+    """Say of each record whose levels were raised from where, what they ended at, and why.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    targets : sequence of Target
+        As the search has ended.
+    before : mapping of str to str
+        How far each record was followed at the levels known beforehand, in words.
+    """
+    lines = []
+    for target in targets:
+        record = campaign.record(target.name)
+        levels = [_level_words(record, c) for c in target.channels if c.raised > 0.0]
+        if levels:
+            why = f"; at the level known beforehand {before[target.name]}" if target.name in before else ""
+            lines.append(
+                f"record {target.name}: to follow it the noise level was raised, {', '.join(levels)}, the RMS of the "
+                "residual: how much of that is noise, and how much the model lacks, the record alone does not tell"
+                f"{why}"
+            )
+    return lines
+
+
+def _level_words(record: CampaignRecord, channel: TargetChannel) -> str:
+    known = known_noise(record, next(m for m in record.matches if m.quantity == channel.quantity))
+    return (
+        f"of {channel.quantity} from {known.sigma:.3g} ({known.rests_on}) to {channel.raised:.3g} "
+        f"{unit_words(channel.quantity)}, and ended at {channel.sigma:.3g}"
+    )

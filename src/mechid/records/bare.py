@@ -1,0 +1,275 @@
+"""A file of which nobody has said what it holds: every column that can be a channel, as far as the file tells.
+
+What it is follows from its unit. A column without one keeps its own numbers, and its name.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from mechid.errors import RecordError
+from mechid.records.columns import ChosenColumn, Layout, find_column, is_time, time_beside
+from mechid.records.conditioning import Samples
+from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
+from mechid.records.record import Channel, Record
+from mechid.records.sampling import sample
+from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
+from mechid.records.table import Clock, Table, column_label
+from mechid.signal.series import no_samples
+from mechid.units import si_unit, to_si_factor
+
+KINDS: Mapping[str, str] = {
+    "torque": "torque",
+    "force": "force",
+    "angle": "output_angle",
+    "rate": "output_rate",
+    "position": "position",
+    "velocity": "velocity",
+    "current": "current_phase_a",
+    "voltage": "voltage_phase_a",
+}
+"""What a unit tells, and a quantity of that unit."""
+COUNTS = "counts"
+"""Unit of whole numbers without one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Hints:
+    """What a user says of the columns of bare files; all of it may be left out.
+
+    Parameters
+    ----------
+    sample_rate_hz : float or None
+        Of a file without a clock.
+    columns : tuple of str
+        Those to look at, by name or by index from 0; empty means all.
+    quantity, unit : str or None
+        What they are, one of `mechid.units.SI_UNIT`, and the unit of the file's numbers.
+    """
+
+    sample_rate_hz: float | None = None
+    columns: tuple[str, ...] = ()
+    quantity: str | None = None
+    unit: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Group:
+    """Columns that are sampled together, with the units of what is read of them."""
+
+    layout: Layout
+    units: tuple[str, ...]
+
+    def each(self) -> tuple[_Group, ...]:
+        """Return every channel by itself."""
+        pairs = zip(self.layout.channels, self.units, strict=True)
+        return tuple(_Group(layout=replace(self.layout, channels=(c,)), units=(unit,)) for c, unit in pairs)
+
+
+def read_bare(path: Path, hints: Hints | None = None) -> tuple[Record, ...]:
+    """Read all channels of a file: one record for those that are sampled together.
+
+    Missing samples are bridged, and irregular time stamps put on the nearest regular clock; the treatments tell it. A
+    column that cannot be a channel is named in the warnings of the first record.
+
+    Parameters
+    ----------
+    path : Path
+    hints : Hints or None
+
+    Raises
+    ------
+    RecordError
+        The file is missing, is no record, or holds no channel that can be read; one line.
+    """
+    hints = hints or Hints()
+    table = open_table(path, path.name)
+    refused: list[str] = []
+    with readable(path.name):
+        groups = _groups(table, hints)
+        records = [record for group in groups for record in _read(path, table, group, hints, refused)]
+    if not records:
+        raise RecordError(refused[0] if refused else str(table.error("no column that can be a channel")))
+    warnings = (*table.warnings, *refused, *records[0].warnings)
+    return (replace(records[0], warnings=warnings), *records[1:])
+
+
+def _groups(table: Table, hints: Hints) -> tuple[_Group, ...]:
+    """Return the columns to look at, those of one clock together."""
+    indices = _columns(table, hints)
+    found: dict[object, list[tuple[ChosenColumn, str]]] = {}
+    clocks: dict[object, tuple[ChosenColumn | None, Clock | None]] = {}
+    for index in indices:
+        column, time = table.columns[index], _time(table, index, hints)
+        key = (time.index if time else None, column.clock, column.samples, column.start_time)
+        clocks[key] = (time, column.clock)
+        found.setdefault(key, []).append(_channel_of(table, index, hints))
+    return tuple(
+        _Group(layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
+               units=tuple(unit for _, unit in chosen))
+        for key, chosen in found.items()
+    )  # fmt: skip
+
+
+def _columns(table: Table, hints: Hints) -> list[int]:
+    if hints.columns:
+        asked = [int(name) if name.isdigit() else name for name in hints.columns]
+        return [find_column(table, ChannelSpec(quantity="column", column=name)) for name in asked]
+    indices = [k for k, column in enumerate(table.columns) if column.fault is None and not is_time(column)]
+    if hints.sample_rate_hz is None and len(indices) > 1 and _is_clock(table, indices[0]) and _rises(table, indices[0]):
+        indices = indices[1:]
+    if len(indices) > 1 and (hints.quantity or hints.unit):
+        names = ", ".join(column_label(table.columns, k) for k in indices[:8])
+        raise table.error(f"which column are --quantity and --unit of? name it with --column; there are {names}")
+    return indices
+
+
+def _is_clock(table: Table, index: int) -> bool:
+    """Tell whether a column has to be the time: the first of an ordered file that has no other clock."""
+    clocked = any(is_time(column) or column.clock for column in table.columns)
+    return table.is_ordered and index == 0 and not clocked
+
+
+def _time(table: Table, index: int, hints: Hints) -> ChosenColumn | None:
+    """Return the time column of a column, None where the clock is known without."""
+    if table.columns[index].clock:
+        return None
+    beside = time_beside(table, index)
+    if beside or hints.sample_rate_hz is not None:
+        return beside
+    if index > 0 and _is_clock(table, 0) and _rises(table, 0):
+        return ChosenColumn(index=0, quantity="time", scale=1.0)
+    raise table.error("no time column; give --sample-rate-hz")
+
+
+def _rises(table: Table, index: int) -> bool:
+    """Tell whether a column grows from sample to sample, as a clock does."""
+    return bool(np.all(np.diff(table.read([index])[0]) > 0.0))
+
+
+def _channel_of(table: Table, index: int, hints: Hints) -> tuple[ChosenColumn, str]:
+    """Return a column as a channel, and the unit of what is read of it."""
+    column, label = table.columns[index], column_label(table.columns, index)
+    stated = hints.unit or column.stated_unit
+    if hints.quantity is not None:
+        return _in_si(table, index, hints.quantity, hints.quantity, stated), si_unit(hints.quantity)
+    for kind, quantity in KINDS.items() if stated else ():
+        if _measures(stated or "", quantity):
+            return _in_si(table, index, kind, quantity, stated), si_unit(quantity)
+    name = column.bare_name or label.replace('"', "")
+    return ChosenColumn(index=index, quantity=name, scale=1.0), stated or (COUNTS if column.whole else "")
+
+
+def _measures(unit: str, quantity: str) -> bool:
+    try:
+        to_si_factor(unit, quantity)
+    except RecordError:
+        return False
+    return True
+
+
+def _in_si(table: Table, index: int, name: str, quantity: str, unit: str | None) -> ChosenColumn:
+    try:
+        scale = to_si_factor(unit or si_unit(quantity), quantity)
+    except RecordError as error:
+        raise table.error(f"{column_label(table.columns, index)}: {error}") from None
+    return ChosenColumn(index=index, quantity=name, scale=scale)
+
+
+def _read(path: Path, table: Table, group: _Group, hints: Hints, refused: list[str]) -> list[Record]:
+    """Return the record of a group, or of those of its channels that can be read; why the others cannot is added."""
+    try:
+        return [_record(path, table, group, hints, refused)]
+    except RecordError as error:
+        if len(group.units) > 1:
+            return [record for one in group.each() for record in _read(path, table, one, hints, refused)]
+        refused.append(str(error))
+        return []
+
+
+def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list[str]) -> Record:
+    samples, odd = _sampled(table, group, hints)
+    if samples.data[0].size < MINIMUM_SAMPLES:
+        raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
+    channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
+    dead = [channel for channel in channels if np.ptp(channel.data) == 0.0]
+    said = [
+        str(table.error(f'"{c.column}": constant at {c.data[0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"))
+        for c in dead
+    ]
+    if len(dead) == len(channels):
+        raise RecordError(said[0])
+    refused.extend(said)
+    return Record(
+        name=path.stem,
+        path=path,
+        digest=digest_of(path),
+        time_start_s=samples.clock.start_s,
+        sample_rate_hz=samples.clock.rate_hz,
+        channels=tuple(channel for channel in channels if channel not in dead),
+        warnings=odd,
+        start_time=table.columns[group.layout.channels[0].index].start_time,
+        metadata=table.metadata,
+        treatments=samples.treatments,
+    )
+
+
+def _sampled(table: Table, group: _Group, hints: Hints) -> tuple[Samples, tuple[str, ...]]:
+    """Return the samples of a group, its stamps as they are, else on the nearest clock; and what is odd about them."""
+    first: RecordError | None = None
+    for how in (Conditioning(max_gap_s=math.inf), *_more_tolerant(table, group, hints)):
+        try:
+            spec = RecordSpec(name="", path="", sample_rate_hz=hints.sample_rate_hz, conditioning=how)
+            samples = sample(table, group.layout, spec)
+            return samples, (str(first),) if first else ()
+        except RecordError as error:
+            first = first or error
+    raise first or table.error("no samples")
+
+
+def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Conditioning]:
+    """Yield ways of conditioning that put up with more: without missing ends, then with stamps that are not regular."""
+    window_s = _finite_span(table, group, hints)
+    if window_s:
+        yield Conditioning(max_gap_s=math.inf, window_s=window_s)
+    if group.layout.time:
+        for stamps in (TimeStamps.REGULAR, TimeStamps.RESAMPLE):
+            yield Conditioning(max_gap_s=math.inf, window_s=window_s, time_stamps=stamps)
+
+
+def _finite_span(table: Table, group: _Group, hints: Hints) -> tuple[float, float] | None:
+    """Return the record time in s from the first to the last sample that all channels have; None where it is all."""
+    layout = group.layout
+    arrays = table.read([column.index for column in layout.chosen])
+    good = np.flatnonzero(np.all(np.isfinite(arrays[-len(layout.channels) :]), axis=0))
+    if not good.size:
+        raise table.error(f"{column_label(table.columns, layout.channels[0].index)}: no finite number")
+    ends = good[[0, -1]]
+    if ends[0] == 0 and ends[1] == arrays[0].size - 1:
+        return None
+    if layout.time:
+        times = arrays[0][ends] * layout.time.scale
+    else:
+        clock = layout.clock or Clock(0.0, hints.sample_rate_hz or 1.0)
+        times = clock.start_s + ends / clock.rate_hz
+    return float(times[0]), float(times[1])
+
+
+def _channel(table: Table, group: _Group, number: int, samples: Samples) -> Channel:
+    chosen = group.layout.channels[number]
+    column = table.columns[chosen.index]
+    return Channel(
+        quantity=chosen.quantity,
+        unit=group.units[number],
+        data=samples.data[number],
+        role=chosen.role,
+        column=column.key or str(chosen.index),
+        metadata=column.metadata,
+        scale=chosen.scale,
+        bridged=samples.bridged.get(number, no_samples()),
+    )

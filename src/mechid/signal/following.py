@@ -1,0 +1,139 @@
+"""Whether a model follows a measured series: stretch by stretch, beside how much there is to follow."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal.series import Series
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+WINDOW_S = 0.05
+OF_WINDOW, OF_RECORD, MOST_OF_RECORD = 0.5, 0.1, 0.5
+"""Shares of the measured RMS, in the window and over the record, up to which a residual's RMS counts as followed."""
+THROUGHOUT = 2.0
+"""Times the median of all windows that a residual may reach in one: what is there throughout is no loss."""
+BLOCK_WINDOWS = 128
+
+
+@dataclass(frozen=True, kw_only=True)
+class Following:
+    """How far a model follows a series.
+
+    Attributes
+    ----------
+    lost : int or None
+        First sample of the first window that is not followed; None where all are.
+    share : float
+        Of the samples, those in windows that are followed.
+    worst : float
+        Largest ratio of a window's residual RMS to what is allowed there; infinite where a simulation failed.
+    worst_at : int
+        First sample of that window.
+    """
+
+    lost: int | None
+    share: float
+    worst: float
+    worst_at: int
+
+    @property
+    def whole(self) -> bool:
+        """Whether the series is followed to its end."""
+        return self.lost is None
+
+
+def following(
+    measured: Series, residual: FloatArray, sample_rate_hz: float, *, noise: float = 0.0, chance: float = 1.0
+) -> Following:
+    """Return how far a model follows a series.
+
+    In every window of 50 ms the residual's mean square is at most
+
+        max(0.5 m, 0.1 M, min(2 e, 0.5 M))^2 + chance noise^2
+
+    with m the measured RMS in the window, M that of the whole series, and e the median of the residual's RMS in all
+    windows: noise of any colour, and what a model lacks throughout, are no loss.
+
+    Parameters
+    ----------
+    measured : Series of N samples
+        Less what is projected out; 0 where a sample does not count.
+    residual : (N,)
+        Of the same samples; 0 where a sample does not count, NaN where the simulation failed.
+    sample_rate_hz : float
+    noise : float
+        RMS of the noise in both.
+    chance : float
+        Mean square, in units of that of the noise, that noise reaches in a window by chance.
+
+    Examples
+    --------
+    >>> t = np.arange(0.0, 1.0, 1e-3)
+    >>> y = np.sin(100.0 * t)
+    >>> following(y, 0.4 * y, 1000.0).whole, following(y, np.where(t < 0.6, 0.0, y), 1000.0).lost
+    (True, 600)
+    """
+    starts = _starts(residual.size, max(round(WINDOW_S * sample_rate_hz), 4))
+    ends = np.append(starts[1:], residual.size)
+    there, left = _mean_squares(measured, residual, starts, ends)
+    sizes = ends - starts
+    whole = float(there @ sizes) / residual.size
+    throughout = min(THROUGHOUT**2 * float(np.median(left)), MOST_OF_RECORD**2 * whole)
+    least = max(OF_RECORD**2 * whole, throughout if math.isfinite(throughout) else 0.0)
+    allowed = np.maximum(OF_WINDOW**2 * there, least) + chance * noise**2
+    ratio = np.sqrt(left / np.maximum(allowed, np.finfo(float).tiny))
+    ratio[~np.isfinite(ratio)] = math.inf
+    lost = np.flatnonzero(ratio > 1.0)
+    worst = int(np.argmax(ratio))
+    return Following(
+        lost=int(starts[lost[0]]) if lost.size else None,
+        share=float(sizes[ratio <= 1.0].sum()) / residual.size,
+        worst=float(ratio[worst]),
+        worst_at=int(starts[worst]),
+    )
+
+
+def out_of_step(residual: FloatArray, sample_rate_hz: float, full_step: float) -> int | None:
+    """Return the first sample of the first window in which an angle has left the one modelled by two full steps.
+
+    A motor that falls out of step comes to rest four full steps away, or a multiple; an offset is projected out, so
+    that the first window is the one that is in step.
+
+    Parameters
+    ----------
+    residual : (N,)
+        Of an angle, rad.
+    sample_rate_hz : float
+    full_step : float
+        In rad at the same shaft.
+    """
+    starts = _starts(residual.size, max(round(WINDOW_S * sample_rate_hz), 4))
+    sums = np.add.reduceat(residual, starts)
+    means = sums / np.diff(np.append(starts, residual.size))
+    lost = np.flatnonzero(~(np.abs(means - means[0]) < 2.0 * full_step))
+    return int(starts[lost[0]]) if lost.size else None
+
+
+def _starts(samples: int, window: int) -> IntArray:
+    """Return where windows begin; what is left at the end goes with the last one."""
+    return np.arange(max(samples // window, 1), dtype=np.int64) * window
+
+
+def _mean_squares(
+    measured: Series, residual: FloatArray, starts: IntArray, ends: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the mean squares of both in each window, (w,) each, block by block."""
+    there, left = np.empty(starts.size), np.empty(starts.size)
+    for k in range(0, starts.size, BLOCK_WINDOWS):
+        some = slice(k, min(k + BLOCK_WINDOWS, starts.size))
+        part = slice(int(starts[k]), int(ends[some][-1]))
+        inside = starts[some] - part.start
+        there[some] = np.add.reduceat(measured[part] ** 2, inside)
+        left[some] = np.add.reduceat(residual[part] ** 2, inside)
+    sizes = ends - starts
+    return there / sizes, left / sizes

@@ -1,0 +1,55 @@
+"""Quiet stretches: where a series is far below what it does elsewhere."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal.runs import runs_of
+
+FloatArray = NDArray[np.float64]
+WINDOW_S, LEAST_SAMPLES = 0.02, 16
+"""A stretch is looked at in windows of this length."""
+LEAST_WINDOWS = 3
+"""Of a stretch; a shorter one may be a signal that passes through zero."""
+FAR_BELOW = 0.1
+"""Of the RMS of the whole series: the quietest window lies below, else nothing is quiet."""
+ALIKE = 1.5
+"""Times the RMS of the quietest window, up to which a window is quiet too."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuietStretch:
+    """The samples from `first` to before `stop`, and their RMS about their own mean, in the series' unit."""
+
+    first: int
+    stop: int
+    rms: float
+
+
+def quiet_stretches(y: FloatArray, sample_rate: float) -> tuple[QuietStretch, ...]:
+    """Return the stretches in which nothing moves, in their order; none where no window stands out as quiet.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        In any unit.
+    sample_rate : float
+        In Hz.
+    """
+    n = max(round(WINDOW_S * sample_rate), LEAST_SAMPLES)
+    if y.size < 2 * LEAST_WINDOWS * n:
+        return ()
+    windows = y[: y.size // n * n].reshape(-1, n)
+    rms = windows.std(axis=1)
+    least = float(rms.min())
+    if least > FAR_BELOW * float(y.std()):
+        return ()
+    found = runs_of(np.flatnonzero(rms <= ALIKE * least))
+    return tuple(
+        QuietStretch(first=a * n, stop=b * n, rms=float(y[a * n : b * n].std()))
+        for a, b in found
+        if b - a >= LEAST_WINDOWS
+    )

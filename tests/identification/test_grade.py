@@ -1,0 +1,193 @@
+"""The grade of a fit. Truth: fits made by hand, each with one thing wrong and known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from mechid.campaign import catalogue_mechanism
+from mechid.identification.output_error.declaration import Taken
+from mechid.identification.result.consistency import Consistency, Scatter
+from mechid.identification.result.fit import ChannelFit, Fit, FitOutcome, ParameterEstimate, RecordFit
+from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
+from mechid.identification.result.grading import Evidence, graded
+
+EVENT = "the model's friction goes from stuck to forward"
+FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}
+"""By which the standard errors of the free parameters exceed those of noise."""
+
+
+def parameter(name, factor=None, **changes):
+    noise = None if factor is None else 0.1
+    entries = {
+        "symbol": "x", "unit": "N*m", "value": 2.0, "std_error": factor and factor * 0.1, "std_error_noise": noise,
+        "std_error_white": noise, "start": 1.0, "min": 0.0, "max": 2.0, "status": "free" if factor else "at_bound",
+    }  # fmt: skip
+    return ParameterEstimate(name=name, **(entries | changes))
+
+
+def record(name, *, use="estimate", taken=None, **changes):
+    channel = ChannelFit(
+        unit="N*m", use=use, fit_percent=99.0, residual_rms=2e-3, noise_sigma=2e-3, offset=0.0, drift=0.0, **changes
+    )
+    return RecordFit(
+        name=name, use=use, samples=1001, fit_percent=99.0, residual_rms=2e-3, noise_sigma=2e-3, offset=0.0,
+        drift=0.0, horizon_s=1.0, channels={"torque": channel}, taken=taken or Taken(),
+    )  # fmt: skip
+
+
+def fit(*records, outcome=FitOutcome.CONVERGED, consistency=None, parameters=()):
+    free = [parameter(name, factor) for name, factor in FACTORS.items()]
+    return Fit(
+        mechanism=catalogue_mechanism(), parameters={p.name: p for p in (*free, *parameters)},
+        correlation_names=tuple(FACTORS), correlation=np.eye(3), covariance=np.eye(3),
+        records={r.name: r for r in records or (record("full"), record("sweep"))}, stages=(), outcome=outcome,
+        warnings=(), notes=(), provenance={}, consistency=consistency,
+    )  # fmt: skip
+
+
+EVIDENCE = Evidence(
+    campaign="bench",
+    used=("full", "sweep", "fast"),
+    used_to_s={},
+    promised_fall=0.0,
+    cost=2000.0,
+    lost=False,
+    circumstances=lambda *_: EVENT,
+    seed=4,
+)
+AGAIN = "mechid identify bench --out DIR --seed 5"
+
+
+def only(found):
+    """Return the one reason of a fit."""
+    (reason,) = found.reasons
+    return reason
+
+
+def test_a_fit_with_nothing_against_it_is_complete():
+    parts = Consistency(phase=Scatter(ratio=1.1, z=3.9, clusters=32), record=Scatter(ratio=1.0, z=0.1, clusters=2))
+    found = graded(fit(consistency=parts), EVIDENCE)
+    assert (found.grade, found.reasons) == (Grade.A, ())
+
+
+def test_a_bound_that_the_records_allow_is_nothing_against_it():
+    assert graded(fit(parameters=(parameter("load.inertia"),)), EVIDENCE).grade is Grade.A
+
+
+def test_parts_that_disagree_are_model_error_and_the_widening_is_said():
+    """Truth: standard errors 2, 6 and 3 times those of noise: 6 at most, 3 in the median."""
+    parts = Consistency(
+        phase=Scatter(ratio=8.4, z=131.0, clusters=32), time=Scatter(ratio=1.0, z=0.3, clusters=10),
+        parameter="gear.damping", contested_record="sweep",
+    )  # fmt: skip
+    found = graded(fit(consistency=parts), EVIDENCE)
+    reason = only(found)
+    assert found.grade is Grade.B
+    assert (reason.cause, reason.parameter, reason.record) == (Cause.PARTS_DISAGREE, "gear.damping", "sweep")
+    assert (reason.widened_most, reason.widened_median) == pytest.approx((6.0, 3.0))
+    for words in (
+        "between the phases of a step 8.4 times",
+        "gear.damping and record sweep",
+        "6 times at most and 3 in",
+    ):
+        assert words in reason.text
+    assert "stretches" not in reason.text
+
+
+def test_an_optimum_at_a_threshold_is_b_and_says_what_was_promised():
+    found = graded(fit(outcome=FitOutcome.CLIFF), replace(EVIDENCE, promised_fall=12.0))
+    assert (found.grade, only(found).cause, only(found).next_command) == (Grade.B, Cause.THRESHOLD, AGAIN)
+    assert "a fall of the cost by 12" in only(found).text
+
+
+@pytest.mark.parametrize(
+    ("fall", "grade", "causes"),
+    [(0.5, Grade.A, []), (150.0, Grade.B, [Cause.NEAR_OPTIMUM]), (300.0, Grade.C, [Cause.NOT_CONVERGED])],
+)
+def test_a_limit_of_steps_counts_by_what_is_still_promised(fall, grade, causes):
+    """Of a cost of 2000; a fall below 1 moves nothing by more than its error."""
+    found = graded(fit(outcome=FitOutcome.NOT_CONVERGED), replace(EVIDENCE, promised_fall=fall))
+    assert (found.grade, [r.cause for r in found.reasons]) == (grade, causes)
+
+
+def test_an_event_missed_for_less_than_a_window_is_b():
+    found = graded(fit(outcome=FitOutcome.EVENT_MISSED), EVIDENCE)
+    assert (found.grade, only(found).cause) == (Grade.B, Cause.EVENT_MISSED)
+
+
+def test_a_record_that_is_not_followed_is_c_with_instant_cause_and_command():
+    found = graded(fit(record("full"), record("sweep", lost_at_s=0.85, followed_percent=97.5)), EVIDENCE)
+    reason = only(found)
+    assert found.grade is Grade.C
+    assert (reason.cause, reason.record, reason.instant_s) == (Cause.NOT_FOLLOWED, "sweep", 0.85)
+    assert reason.text == f"Record sweep is not followed at 0.85 s, and in 2.5 % of it altogether: {EVENT}."
+    assert reason.next_command == "mechid check bench"
+
+
+def test_a_motor_out_of_step_is_c_also_where_the_residual_is_small_beside_the_travel():
+    found = graded(fit(record("fast", out_of_step_at_s=3.1)), EVIDENCE)
+    assert (found.grade, only(found).cause, only(found).instant_s) == (Grade.C, Cause.OUT_OF_STEP, 3.1)
+
+
+def test_a_record_used_in_part_is_c():
+    found = graded(fit(outcome=FitOutcome.HORIZON), replace(EVIDENCE, used_to_s={"sweep": 0.21}))
+    reason = only(found)
+    assert (found.grade, reason.cause, reason.record, reason.instant_s) == (Grade.C, Cause.USED_IN_PART, "sweep", 0.21)
+    assert reason.next_command == AGAIN
+
+
+def test_a_record_left_out_is_c():
+    left = record("sweep", use="validate", taken=Taken(left_out=True), lost_at_s=0.1)
+    found = graded(fit(record("full"), left, outcome=FitOutcome.HORIZON), EVIDENCE)
+    assert (found.grade, only(found).cause, only(found).record) == (Grade.C, Cause.LEFT_OUT, "sweep")
+
+
+def test_a_record_held_out_that_is_not_followed_takes_nothing_from_the_fit():
+    held_out = fit(record("full"), record("other", use="validate", lost_at_s=0.1))
+    assert graded(held_out, EVIDENCE).grade is Grade.A
+
+
+def test_a_record_in_no_stage_takes_nothing_from_the_fit():
+    assert graded(fit(record("full"), record("other", lost_at_s=0.1)), EVIDENCE).grade is Grade.A
+
+
+@pytest.mark.parametrize(
+    ("most", "remedy"), [(2.0, "with a wider range of friction.static"), (5.0, "another friction")]
+)
+def test_a_contradicted_bound_is_c(most, remedy):
+    """The second lies on what it is never below, which is no bound of the file."""
+    held = parameter("friction.static", max=most, contradicted=True, reason="the records want it 9 sigma beyond")
+    found = graded(fit(parameters=(held,)), EVIDENCE)
+    assert (found.grade, only(found).cause, only(found).parameter) == (Grade.C, Cause.BOUND_CONTRADICTED, held.name)
+    assert remedy in only(found).next_command
+
+
+@pytest.mark.parametrize(
+    ("outcome", "lost", "cause"),
+    [
+        (FitOutcome.FAILED, False, Cause.NOT_SIMULATED),
+        (FitOutcome.CONVERGED, True, Cause.NOT_SIMULATED),
+        (FitOutcome.INTERRUPTED, False, Cause.INTERRUPTED),
+    ],
+)
+def test_without_a_simulation_or_an_end_it_has_failed(outcome, lost, cause):
+    found = graded(fit(record("full", lost_at_s=0.1), outcome=outcome), replace(EVIDENCE, lost=lost))
+    assert (found.grade, only(found).cause) == (Grade.FAILED, cause)
+
+
+def test_the_worst_reason_decides():
+    assert grade_of(tuple(Reason(cause=c, text="") for c in (Cause.THRESHOLD, Cause.LEFT_OUT))) is Grade.C
+    assert [g for g in Grade if g.good] == [Grade.A, Grade.B]
+
+
+def test_a_reason_comes_back_from_json():
+    reason = Reason(cause=Cause.THRESHOLD, text="x", record="sweep", instant_s=0.3, widened_most=2.0)
+    assert Reason.from_dict(json.loads(json.dumps(reason.to_dict()))) == reason
+
+
+def test_every_grade_and_cause_has_words():
+    assert set(GRADE_WORDS) == set(Grade)
+    assert set(CAUSE_WORDS) == set(Cause)
+    assert len(set(CAUSE_WORDS.values())) == len(Cause)
