@@ -14,13 +14,14 @@ from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
 from mechid.analysis.step_rate import SuggestedRate, suggested_rate
 from mechid.command import Command, MeasuredCommand, RateProfile
+from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
 from mechid.signal import Band, noise_floor, power_density, spectrogram, third_octaves
 from mechid.signal.clipping import clipped_runs
 from mechid.signal.density import rms_below
 from mechid.signal.lines import Line, Prominence, prominence, spectral_lines
 from mechid.signal.mains import MainsLine, mains_lines
-from mechid.signal.quiet import QuietStretch, quiet_stretches
+from mechid.signal.quiet import QuietStretch, quiet_rms, quiet_stretches
 from mechid.signal.resolution import resolution
 from mechid.signal.runs import Runs, runs_of
 from mechid.signal.spectrogram import WINDOWS, usual_window_s
@@ -71,7 +72,7 @@ class NoiseEvidence:
     floor : float
         Of white noise, in the upper part of the band.
     quiet : float or None
-        RMS of the longest quiet stretch, with all colour.
+        RMS of the quietest stretches, with all colour.
     resolution : float
         Step in which the samples are written, 0 where there is none.
     """
@@ -205,7 +206,9 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     suggestions = (_suggested(c, spectrum, found) for c, spectrum, found in each)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
-    channels = [_channel(c, spectrum, found, travel, base, _orders(declared, suggested)) for c, spectrum, found in each]
+    with one_core_algebra():
+        orders = _orders(declared, suggested)
+        channels = [_channel(c, spectrum, found, travel, base, orders) for c, spectrum, found in each]
     return RecordLook(
         record=record,
         declared=declared,
@@ -293,7 +296,7 @@ def _channel(
             () if constant else tracked,
             frequency,
             density,
-            lines_hz=[one.frequency_hz for one in lines],
+            lines=lines,
             spacing_hz=constant or 0.0,
         ),
         waterfall=_waterfall(level, base, travel),
@@ -304,13 +307,13 @@ def _noise(channel: Channel, sample_rate_hz: float) -> tuple[tuple[QuietStretch,
     y = channel.data
     quiet, step = quiet_stretches(y, sample_rate_hz), resolution(y)
     floor = noise_floor(y, sample_rate_hz, rejected=channel.bridged)
-    longest = max(quiet, key=lambda stretch: stretch.stop - stretch.first).rms if quiet else None
+    quietest = quiet_rms(quiet)
     told = {"floor": floor, "resolution": step / math.sqrt(12.0)}
-    if longest is not None and longest > AGREES * floor:
-        told["quiet stretch"] = longest
+    if quietest is not None and quietest > AGREES * floor:
+        told["quiet stretch"] = quietest
     rests_on = max(told, key=lambda key: told[key])
     return quiet, NoiseEvidence(
-        sigma=told[rests_on], rests_on=rests_on, floor=floor, quiet=longest, resolution=step
+        sigma=told[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step
     )  # fmt: skip
 
 

@@ -158,10 +158,10 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
             for b in look.bands
         ],
         "below_rms": look.below_rms,
-        "resonances": [_resonance(one, rate_known=record.rate is not None) for one in look.resonances],
+        "resonances": [_resonance(one) for one in look.resonances],
         "text": {name: digits(value, 4) for name, value in numbers.items()} | {"noise": digits(noise.sigma, 3)},
     }  # fmt: skip
-    return data | {"words": channel_words(data)}
+    return data | {"words": channel_words(data, rate_known=record.rate is not None)}
 
 
 def _runs(runs: Runs, start_s: float, sample_rate_hz: float) -> dict[str, Any]:
@@ -217,14 +217,14 @@ def _order_line(line: OrderLine) -> dict[str, float]:
     }
 
 
-def _resonance(found: MeasuredResonance, *, rate_known: bool) -> dict[str, Any]:
+def _resonance(found: MeasuredResonance) -> dict[str, Any]:
     data = {
         "frequency_hz": found.frequency_hz,
         "spread_hz": found.spread_hz,
         "orders": list(found.orders),
         "hump": found.hump,
     }
-    return data | {"words": resonance_word(data, rate_known=rate_known)}
+    return data | {"words": resonance_word(data)}
 
 
 def _shared(one: SharedResonance) -> dict[str, Any]:
