@@ -69,6 +69,16 @@ def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, 
         assert path.with_suffix(".png").stat().st_size > 5000
 
 
+def test_each_spectrum_stands_beside_the_lines_of_its_command(run, folder, tmp_path):
+    """Truth: axes and orders that must stand in it; of a varying rate it is also drawn over the rate."""
+    assert run("check", folder, "--out", tmp_path / "pictures").exit_code == 0
+    spectrum = (tmp_path / "pictures" / "full_46_spectrum.svg").read_text()
+    assert all(text in spectrum for text in ("frequency, Hz", "amplitude, N m", "level around", ">1<", ">2<"))
+    waterfall = (tmp_path / "pictures" / "sweep_waterfall.svg").read_text()
+    assert "step rate, full steps/s" in waterfall
+    assert not (tmp_path / "pictures" / "full_46_waterfall.svg").exists()
+
+
 def test_a_picture_of_a_bare_file_is_refused(run, folder, tmp_path):
     result = run("check", folder / "full_46.csv", "--out", tmp_path)
     assert result.exit_code == 2

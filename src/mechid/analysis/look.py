@@ -125,6 +125,11 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     >>> record = read_record(path, RecordSpec(name="a", path="a.csv"))  # doctest: +SKIP
     >>> look_at(record).channels[0].noise.sigma  # doctest: +SKIP
     """
+    with one_core_algebra(), np.errstate(all="ignore"):  # of numbers beyond all measure spectra are none
+        return _look_at(record, declared)
+
+
+def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     base = TimeBase(record.sample_rate_hz, record.samples, record.time_start_s)
     declared = declared if declared and declared.is_stepped else None
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
@@ -133,9 +138,8 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     suggestions = (_suggested(c, spectrum, found) for c, spectrum, found in each)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
-    with one_core_algebra():
-        steps = _microsteps(declared, suggested)
-        channels = [_channel(c, spectrum, found, travel, base, steps) for c, spectrum, found in each]
+    steps = _microsteps(declared, suggested)
+    channels = [_channel(c, spectrum, found, travel, base, steps) for c, spectrum, found in each]
     return RecordLook(
         record=record,
         declared=declared,
