@@ -154,6 +154,24 @@ def test_what_is_no_record_is_4_and_leaves_nothing(refused, tmp_path, kind):
     assert not (tmp_path / "out").exists()
 
 
+ODD = {
+    "shortest": np.random.default_rng(1).standard_normal(16),
+    "one sample": (np.arange(100) == 99).astype(float),
+    "ramp": np.arange(2000.0),
+    "two levels": np.random.default_rng(2).integers(0, 2, 3000).astype(float),
+    "tiny": 1e-200 * np.random.default_rng(3).standard_normal(500),
+    "far off zero": 1e9 + np.random.default_rng(4).standard_normal(3000),
+}
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_odd_records_are_looked_at_too(run, tmp_path, kind):
+    np.save(tmp_path / "a.npy", ODD[kind])
+    result = run("look", tmp_path / "a.npy", "--sample-rate-hz", "1000", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    assert json.loads((tmp_path / "out" / "look.json").read_text())["records"]
+
+
 def test_a_folder_and_a_missing_file_are_4(refused, tmp_path):
     assert "is a folder" in refused(4, "look", tmp_path, "--out", tmp_path / "out")
     assert "there is no such file" in refused(4, "look", tmp_path / "b.csv", "--out", tmp_path / "out")

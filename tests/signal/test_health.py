@@ -44,3 +44,4 @@ def test_a_signal_that_never_rests_has_no_quiet_stretch():
     assert quiet_stretches(np.random.default_rng(3).standard_normal(10_000), RATE) == ()
     assert quiet_stretches(np.sin(0.05 * np.arange(10_000)), RATE) == ()
     assert quiet_stretches(np.ones(20), RATE) == ()
+    assert quiet_stretches(np.arange(10_000.0), RATE) == ()

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.measured_resonances import MeasuredResonance, measured_resonances
 from mechid.analysis.noise_evidence import NoiseEvidence, noise_evidence
 from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
@@ -34,8 +35,6 @@ FloatArray = NDArray[np.float64]
 MORE_ORDERS = (0.25, *ORDERS, 6.0, 8.0)
 """A quarter: the currents of a two-phase motor repeat after four full steps."""
 USUAL_MICROSTEPS = 16
-CONSTANT = 0.02
-"""Rates that differ by less than this part of the largest are one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,6 +124,11 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     >>> record = read_record(path, RecordSpec(name="a", path="a.csv"))  # doctest: +SKIP
     >>> look_at(record).channels[0].noise.sigma  # doctest: +SKIP
     """
+    with one_core_algebra(), np.errstate(all="ignore"):  # of numbers beyond all measure spectra are none
+        return _look_at(record, declared)
+
+
+def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     base = TimeBase(record.sample_rate_hz, record.samples, record.time_start_s)
     declared = declared if declared and declared.is_stepped else None
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
@@ -133,9 +137,8 @@ def look_at(record: Record, declared: Drive | None = None) -> RecordLook:
     suggestions = (_suggested(c, spectrum, found) for c, spectrum, found in each)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
-    with one_core_algebra():
-        steps = _microsteps(declared, suggested)
-        channels = [_channel(c, spectrum, found, travel, base, steps) for c, spectrum, found in each]
+    steps = _microsteps(declared, suggested)
+    channels = [_channel(c, spectrum, found, travel, base, steps) for c, spectrum, found in each]
     return RecordLook(
         record=record,
         declared=declared,
@@ -178,13 +181,11 @@ def rate_at(travel: Travel, times_s: FloatArray) -> FloatArray:
 
 
 def _constant_rate(travel: Travel | None) -> float | None:
-    """Return the rate where it is one over the whole record, else None."""
+    """Return the magnitude of the rate where it is one over the whole record, else None."""
     if travel is None:
         return None
-    ends = [travel.base.start_s, travel.base.start_s + travel.base.samples / travel.base.sample_rate_hz]
-    inside = [t + travel.time_offset_s for t in travel.rate.times_s if ends[0] < t + travel.time_offset_s < ends[1]]
-    rates = rate_at(travel, np.array([max(ends[0], travel.time_offset_s), *inside, ends[1]]))
-    return float(rates.max()) if float(np.ptp(rates)) <= CONSTANT * float(rates.max()) else None
+    rate = commanded_rate(travel.rate, travel.time_offset_s, travel.base)
+    return abs(float(rate[0, 1])) if len(rate) == 1 else None
 
 
 def _channel(

@@ -34,6 +34,7 @@ KINDS: Mapping[str, str] = {
     "voltage": "voltage_phase_a",
 }
 """What a unit tells, and a quantity of that unit."""
+LARGEST = 1e100
 COUNTS = "counts"
 """Unit of whole numbers without one."""
 
@@ -207,6 +208,9 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
     if samples.data[0].size < MINIMUM_SAMPLES:
         raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
     channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
+    wild = [channel for channel in channels if float(np.abs(channel.data).max()) > LARGEST]
+    if wild:
+        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
     dead = [channel for channel in channels if np.ptp(channel.data) == 0.0]
     said = [
         str(table.error(f'"{c.column}": constant at {c.data[0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"))

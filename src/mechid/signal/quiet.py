@@ -17,7 +17,7 @@ WINDOW_S, LEAST_SAMPLES = 0.02, 16
 LEAST_WINDOWS = 3
 """Of a stretch; a shorter one may be a signal that passes through zero."""
 FAR_BELOW = 0.1
-"""Of the RMS of the whole series: the quietest window lies below, else nothing is quiet."""
+"""Of the RMS of the whole series: a quiet stretch, and the quietest window, lie below."""
 ALIKE = 2.0
 """Times the RMS of the quietest window, up to which a window is quiet too."""
 
@@ -53,11 +53,9 @@ def quiet_stretches(y: FloatArray, sample_rate: float) -> tuple[QuietStretch, ..
     if least > FAR_BELOW * float(y.std()):
         return ()
     found = runs_of(np.flatnonzero(rms <= ALIKE * least))
-    return tuple(
-        QuietStretch(first=a * n, stop=b * n, rms=float(y[a * n : b * n].std()))
-        for a, b in found
-        if b - a >= LEAST_WINDOWS
-    )
+    long = ((a * n, b * n) for a, b in found if b - a >= LEAST_WINDOWS)
+    stretches = (QuietStretch(first=a, stop=b, rms=float(y[a:b].std())) for a, b in long)
+    return tuple(one for one in stretches if one.rms <= FAR_BELOW * float(y.std()))  # a ramp is none
 
 
 def quiet_rms(stretches: Sequence[QuietStretch]) -> float | None:

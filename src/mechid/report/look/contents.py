@@ -18,13 +18,13 @@ from mechid.analysis.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.look.words import (
     channel_words,
-    declared_words,
     driven_words,
     mains_word,
     order_of,
     resonance_word,
     unit_text,
 )
+from mechid.report.overview import command_words
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
@@ -108,7 +108,7 @@ def _declared(drive: Drive) -> dict[str, Any]:
         "times_s": list(rate.times_s),
         "rates": list(rate.rates),
         "time_offset_s": drive.time_offset_s,
-        "words": declared_words(drive.command),
+        "words": command_words(drive.command),
     }
 
 

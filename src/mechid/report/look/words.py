@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mechid.command import Command
 from mechid.report.digits import digits, plain, with_sigma
-from mechid.report.overview import command_words
 
 Data = Mapping[str, Any]
 SHOWN_LINES = 3
@@ -62,11 +60,6 @@ def resonance_word(found: Data) -> str:
     hump = "a hump of the spectrum" if found["hump"] else ""
     spread = f" ± {digits(found['spread_hz'], 2)}" if found["spread_hz"] > 0.0 else ""
     return f"{digits(found['frequency_hz'], 3)}{spread} Hz: {'; '.join(filter(None, (tracked, hump)))}"
-
-
-def declared_words(command: Command) -> str:
-    """Return a command in words."""
-    return command_words(command)
 
 
 def driven_words(driven: Data) -> list[str]:
