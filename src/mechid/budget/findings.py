@@ -79,8 +79,8 @@ def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
         )
     if not source.stepped_alike(mode.command):
         yield (
-            f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is that '
-            "of the others. Record the torque in this stepping"
+            f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is '
+            "that of the others. Record the torque in this stepping"
         )
 
 
