@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-data bench recovery coverage lint style types format pytest lock clean
+.PHONY: help demo test test-slow test-data bench recovery coverage incomplete lint style types format pytest lock clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -31,6 +31,9 @@ recovery: $(VENV)/.installed ## 100 random mechanisms from the catalogue, resuma
 
 coverage: $(VENV)/.installed ## Coverage of the 95 % intervals, resumable (OPTIONS="--noise white|ar888|ar46 --draws 0:400")
 	$(BIN)/python benchmarks/interval_coverage.py $(OPTIONS)
+
+incomplete: $(VENV)/.installed ## Errors where one effect is left out of the model, resumable (OPTIONS="--seeds 0:5 --halves")
+	$(BIN)/python benchmarks/incomplete_benches.py $(OPTIONS)
 
 lint: style types ## Style, format and types, nothing changed
 

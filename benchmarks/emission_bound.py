@@ -34,12 +34,19 @@ from mechid.identification.identify import identify
 from mechid.report import report_data, write_results
 from mechid.structure import Modes, Structure
 
-HELD_OUT = (("full", 1, 0.35), ("full", 1, 0.75), ("micro", 16, 0.4), ("micro", 16, 0.8), ("micro", 16, 1.3), ("micro", 16, 2.0))
-"""Stepping, microsteps, and rate over the bench's rate at the resonance: full steps were recorded at 0.5 and 1 of it and
-at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
+HELD_OUT = (
+    ("full", 1, 0.35),
+    ("full", 1, 0.75),
+    ("micro", 16, 0.4),
+    ("micro", 16, 0.8),
+    ("micro", 16, 1.3),
+    ("micro", 16, 2.0),
+)
+"""Stepping, microsteps, and rate over the bench's rate at the resonance: full steps were recorded at 0.5 and 1 of it
+and at 5 a second, microsteps at 1 of it and through a sweep to 2.4."""
 SETTLED_S, LOOKED_AT_S, HIGHEST_HZ = 1.5, 2.0, 500.0
 SAMPLE_RATE_HZ = 60_000.0
-"""Of the truth, about: a whole number of samples a step, so that its lines stand in bins; what folds back is 1e-3 of them."""
+"""Of the truth, about: a whole number of samples a step, so that its lines stand in bins."""
 HOUSING = 2.0 * np.pi * 4000.0, 0.7
 """Frequency in rad/s and damping of the housing that the rotor's reaction passes; it is divided out of the lines."""
 LEAST = 0.01
@@ -70,7 +77,7 @@ def truth_of(effect, seed, stepping, microsteps, rate):
     kept = frequency <= 2.0 * HIGHEST_HZ
     frequency, amplitude = frequency[kept], amplitude[kept]
     power = np.histogram(frequency[1:], EDGES_HZ, weights=0.5 * amplitude[1:] ** 2)[0]
-    lines = amplitude[each :: each][: int(4.0 * HIGHEST_HZ / rate)]
+    lines = amplitude[each::each][: int(4.0 * HIGHEST_HZ / rate)]
     orders = np.arange(1, lines.size + 1) / 4.0
     return dict(zip(orders.tolist(), lines.tolist(), strict=True)), np.sqrt(power)
 
@@ -102,9 +109,7 @@ def compared(effect, seed, folder):
 def _at_rate(effect, seed, flying, stepping, microsteps, rate):
     lines, bands = truth_of(effect, seed, stepping, microsteps, rate)
     start = 0.0 if stepping == "micro" else 45.0
-    command = Command(
-        stepping=stepping, microsteps=microsteps, rate=RateProfile.constant(rate), start_angle_deg=start
-    )
+    command = Command(stepping=stepping, microsteps=microsteps, rate=RateProfile.constant(rate), start_angle_deg=start)
     mode = OperatingMode(name="m", command=command, rates=np.array([rate]), highest_hz=HIGHEST_HZ)
     substeps = enough_substeps(flying.mechanism, mode, flying.names)
     state = steady_state(flying.mechanism, mode, rate, flying.names, substeps)

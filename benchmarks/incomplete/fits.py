@@ -24,6 +24,7 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
     return {
         "outcome": fit.outcome.code,
         "grade": str(fit.grade),
+        "reasons": [str(reason.cause) for reason in fit.reasons],
         "wall_s": wall,
         "cpu_s": cpu,
         "concluding_s": wall - fit.provenance["wall_time_s"],

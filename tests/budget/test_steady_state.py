@@ -118,6 +118,15 @@ def test_what_the_model_misses_beyond_the_noise(tmp_path, noise, expected):
     assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(expected, abs=1e-12)
 
 
+def test_a_noise_level_that_rests_on_the_residual_excuses_nothing(tmp_path):
+    """Truth: as above, with nothing of the noise known beforehand."""
+    path = write_estimate_of_paper(tmp_path, fit_percent=95.0)
+    content = json.loads(path.read_text(encoding="utf-8"))
+    content["records"]["sweep"] |= {"noise_sigma": 1e-3, "noise_rests_on": "residual", "noise_known": 0.0}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert read_flying(path, Flight()).discrepancy.overall == pytest.approx(0.05, abs=1e-12)
+
+
 def test_a_spread_makes_an_ensemble(flying):
     """Truth: units n_p standard deviations off, simulated anew. Temporal is the worse of them."""
     structure = Structure(name="s", line_of_sight=("x",), model=PAYLOAD)

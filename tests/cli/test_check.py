@@ -58,7 +58,7 @@ def test_stages_are_told(run, staged):
 
 
 def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, tmp_path):
-    """Truth: the labels that must stand in it; the SVG keeps text as text."""
+    """Truth: the labels that must stand in it; the SVG keeps text as text. The spectrum has the command's orders."""
     result = run("check", folder, "--out", tmp_path / "pictures")
     assert result.exit_code == 0
     for name in ("full_46", "sweep"):
@@ -67,6 +67,10 @@ def test_a_picture_of_each_record_has_its_channels_and_its_command(run, folder, 
         text = path.read_text()
         assert all(label in text for label in (name, "torque,", "N m", "time, s", "rate,", "full steps/s"))
         assert path.with_suffix(".png").stat().st_size > 5000
+    spectrum = (tmp_path / "pictures" / "full_46_spectrum.svg").read_text()
+    assert all(label in spectrum for label in ("frequency, Hz", "amplitude, N m", "level around", ">1<", ">2<"))
+    assert "step rate, full steps/s" in (tmp_path / "pictures" / "sweep_waterfall.svg").read_text()
+    assert not (tmp_path / "pictures" / "full_46_waterfall.svg").exists()
 
 
 def test_a_picture_of_a_bare_file_is_refused(run, folder, tmp_path):

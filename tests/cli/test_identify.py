@@ -13,8 +13,17 @@ from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
 
-FILES = ["estimate.json", "figures", "journal.jsonl", "mechanism.toml", "report.html", "report.json", "report.md"]
-WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json"]
+FILES = [
+    "estimate.json",
+    "figures",
+    "journal.jsonl",
+    "mechanism.toml",
+    "report.html",
+    "report.json",
+    "report.md",
+    "residual.json",
+]
+WITHOUT_REPORT = ["estimate.json", "journal.jsonl", "mechanism.toml", "report.json", "residual.json"]
 CODES = {Grade.A: 0, Grade.B: 0, Grade.C: 5, Grade.FAILED: 5}
 LOST = Reason(cause=Cause.NOT_FOLLOWED, text="Record sweep is not followed at 3 s.", next_command="mechid check bench")
 

@@ -45,4 +45,5 @@ def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
         "report.html",
         "report.json",
         "report.md",
+        "residual.json",
     ]

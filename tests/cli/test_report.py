@@ -42,7 +42,9 @@ def test_it_makes_the_report_of_identify_again(run, result):
     shutil.rmtree(result.out / "figures")
     made = run("report", result.out)
     assert made.exit_code == 0, made.stderr
-    assert [f"written: {result.out / name}" for name in [*NAMES, "figures"]] == made.stdout.splitlines()
+    assert [
+        f"written: {result.out / name}" for name in [*NAMES, "figures", "residual.json"]
+    ] == made.stdout.splitlines()
     assert sorted(path.name for path in (result.out / "figures").iterdir()) == figures
     assert json.loads((result.out / "report.json").read_text()) == json.loads(before["report.json"])
     assert (result.out / "report.md").read_text() == before["report.md"]

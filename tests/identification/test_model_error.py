@@ -12,7 +12,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.output_error.weighted_rows import WeightedRows
-from mechid.identification.result.consistency import BY_CHANCE
+from mechid.identification.result.consistency import BY_CHANCE, Consistency, Scatter
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty import model_error
 from mechid.identification.uncertainty.covariance import scores
@@ -228,3 +228,15 @@ def test_a_bound_within_the_errors_leaves_an_interval_on_one_side():
     )
     sigma = free.parameters["gear.stiffness"].std_error
     assert 0.3 * sigma < high - low < 2.5 * sigma
+
+
+@pytest.mark.parametrize(
+    ("phase", "record", "agrees"), [(0.0, 0.0, True), (5.0, 0.0, False), (None, 5.0, False), (None, None, False)]
+)
+def test_stretches_of_time_decide_where_nothing_else_is_tested(phase, record, agrees):
+    """Truth: hum, whose stretches scatter by 20 while phases and records do not, moves no value."""
+
+    def scatter(z):
+        return None if z is None else Scatter(ratio=1.0, z=z, clusters=10)
+
+    assert Consistency(phase=scatter(phase), record=scatter(record), time=scatter(20.0)).agrees is agrees

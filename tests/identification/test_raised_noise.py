@@ -14,6 +14,7 @@ from layouts import mechanism_of, paper_table
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.noise_level import LARGEST, NoiseSource, known_noise
 from mechid.identification.refit.reopened import reopened
+from mechid.identification.result.channel_noise import channel_noises
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.gates import Growth
 from mechid.identification.uncertainty.raised_noise import FACTOR, MOST_SHARE, moved, raised
@@ -118,6 +119,21 @@ def test_only_the_channel_that_stops_the_growth_is_raised(tmp_path):
     problem = make_problem(replace(made, mechanism=made.mechanism.with_values(values)), 1)
     for target in raised(problem, stalled(problem)).targets:
         assert [c.raised > 0.0 for c in target.channels] == [False, True]
+
+
+def test_what_is_not_fitted_takes_the_level_its_quantity_was_raised_to():
+    """Truth: the rule; what is declared is never raised, and one record that is not raised speaks for all."""
+    made = bench_with()
+    known = make_problem(made, 1)
+    louder = raised(known, stalled(known)).targets
+    (other,) = (replace(r, name="other", use="validate") for r in made.records)
+    level = louder[0].leading.sigma
+    noise = channel_noises(other, louder)["torque"]
+    assert (noise.found.sigma, noise.found.rests_on, noise.follows) == (level, NoiseSource.RESIDUAL, level)
+    assert noise.known.sigma == pytest.approx(level / FACTOR)
+    for record, targets in ((matched(other, noise_sigma=1e-4), louder), (other, (*louder, *known.targets))):
+        noise = channel_noises(record, targets)["torque"]
+        assert noise.found == noise.known
 
 
 @pytest.mark.slow

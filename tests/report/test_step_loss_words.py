@@ -8,7 +8,7 @@ SEARCHED = [4.0, 4000.0]
 
 
 def limit(ranges, holes=(), end=None):
-    return {"ranges": ranges, "holes": list(holes), "limit": end, "searched": SEARCHED}
+    return {"ranges": ranges, "holes": list(holes), "limit": end, "searched": SEARCHED, "brought_from": 0.0}
 
 
 @pytest.mark.parametrize(
@@ -25,6 +25,11 @@ def limit(ranges, holes=(), end=None):
 )
 def test_where_a_stepping_holds(ranges, words):
     assert limit_words(limit(ranges)) == words
+
+
+def test_a_slow_start_above_a_hole_says_from_where():
+    slow = {**limit([[417.0, 4000.0]]), "searched": [417.0, 4000.0], "brought_from": 417.0}
+    assert limit_words(slow) == "417 to > 4000"
 
 
 def test_holes_are_listed_at_the_values_believed():

@@ -5,8 +5,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.signal import welch
 
 from mechid.signal import power_density, third_octaves
+from mechid.signal.density import rms_below
 
 RATE = 10_000.0
 
@@ -47,3 +49,24 @@ def test_bands_leave_no_gap_up_to_half_the_rate():
         assert lower.upper_hz == pytest.approx(upper.lower_hz)
     assert bands[-1].upper_hz <= RATE / 2.0
     assert bands[-1].centre_hz * 10.0**0.1 >= RATE / 2.0
+
+
+@pytest.mark.parametrize("size", [10_000, 100_000])
+def test_it_is_scipys(size):
+    """The segments are 4096 and 8192 samples long, those that are half a record at most."""
+    y = np.random.default_rng(6).standard_normal(size)
+    whole = welch(y, RATE, window="hann", nperseg=4096 if size == 10_000 else 8192)
+    assert power_density(y, RATE)[1] == pytest.approx(whole[1], rel=1e-9)
+
+
+def test_bands_and_what_is_below_make_up_the_whole():
+    """Parseval: together they are the density's integral, which is the variance of a stationary series."""
+    rng = np.random.default_rng(7)
+    y = rng.standard_normal(200_000) + np.sin(2.0 * np.pi * 50.0 / RATE * np.arange(200_000))
+    frequency, density = power_density(y, RATE)
+    bands = third_octaves(frequency, density)
+    total = sum(band.rms**2 for band in bands) + rms_below(frequency, density, bands) ** 2
+    width = np.full(density.size, frequency[1])
+    width[[0, -1]] /= 2.0
+    assert total == pytest.approx(float(np.sum(density * width)), rel=1e-9)
+    assert total == pytest.approx(np.var(y), rel=0.02)

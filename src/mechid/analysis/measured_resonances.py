@@ -17,6 +17,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.signal import find_peaks
 
 from mechid.analysis.order_tracking import OrderLine
+from mechid.signal.lines import Line
 
 FloatArray = NDArray[np.float64]
 ALIKE = 0.06
@@ -62,7 +63,7 @@ def measured_resonances(
     frequency: FloatArray,
     density: FloatArray,
     *,
-    lines_hz: Sequence[float],
+    lines: Sequence[Line],
     spacing_hz: float,
 ) -> tuple[MeasuredResonance, ...]:
     """Return the resonances that a record shows, by frequency.
@@ -73,13 +74,13 @@ def measured_resonances(
         Of the record's orders over a varying rate; empty where the rate is constant or not known.
     frequency, density : ndarray, shape (M,)
         As `mechid.signal.power_density` makes them.
-    lines_hz : sequence of float
-        Lines of the spectrum.
+    lines : sequence of Line
+        Of the spectrum.
     spacing_hz : float
         Distance of the lines of a constant rate, whose tops draw the humps; 0 where there is none, and what is between
         the lines does.
     """
-    humps = _humps(frequency, density if spacing_hz else _between(frequency, density, lines_hz), spacing_hz)
+    humps = _humps(frequency, density if spacing_hz else _between(frequency, density, lines), spacing_hz)
     groups = [group for group in _groups(_order_peaks(tracked)) if len({order for order, _ in group}) > 1]
     found = [_of_orders(group, humps) for group in groups]
     taken = [one.frequency_hz for one in found]
@@ -134,12 +135,17 @@ def _groups(peaks: Sequence[tuple[float, float]]) -> list[list[tuple[float, floa
     return groups
 
 
-def _between(frequency: FloatArray, density: FloatArray, lines_hz: Sequence[float]) -> FloatArray:
-    """Return a density with straight lines in place of a spectrum's lines."""
+def _between(frequency: FloatArray, density: FloatArray, lines: Sequence[Line]) -> FloatArray:
+    """Return a density with straight lines in place of a spectrum's lines.
+
+    d bins off a line its skirt under a Hann window is 1 / (pi d^3) of its amplitude, which is cut where it meets the
+    level around.
+    """
     number = np.arange(frequency.size)
     kept = np.ones(frequency.size, dtype=bool)
-    for line in lines_hz:
-        kept[np.abs(number - line / frequency[1]) <= LINE_BINS] = False
+    for line in lines:
+        skirt = LINE_BINS + (math.sqrt(line.ratio) / math.pi) ** (1.0 / 3.0)
+        kept[np.abs(number - line.frequency_hz / frequency[1]) <= skirt] = False
     return np.interp(number, number[kept], density[kept]) if kept.any() else density
 
 

@@ -28,6 +28,8 @@ CENTRES_HZ = 10.0 ** (np.arange(41) / 10.0)
 """Of the third octaves of the density, 1 Hz to 10 kHz."""
 RATE_STEP = 0.05
 """Windows whose rates differ by less, relative, are one rate."""
+BINS, FEWEST_BINS = 64, 3
+"""Of a spectrum around a line, which say how large noise makes it; of a band, for a density."""
 TURNS = 2.0
 """Of the difference of two neighbouring orders that a window has to hold for both to be told apart."""
 
@@ -44,8 +46,8 @@ class ResidualAtRate:
     duration_s : float
         Of all windows.
     amplitude : (K,)
-        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the record
-        does not reach or resolve the order.
+        Amplitude of the lines at `TRACKED`, N m, noise included, root mean square over the windows; NaN where the
+        record does not reach or resolve the order.
     sigma : (K,)
         The same that noise of the density between the lines would give alone.
     density : (B,)
@@ -93,22 +95,35 @@ def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Wi
     amplitudes, _ = order_amplitudes(left[:, None], window.position, orders)
     between = left - left.mean() - order_signal(amplitudes[:, 0], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
-    density = _third_octaves(between, window.sample_rate_hz, window.rate * np.array(orders))
-    known, tracked = np.isfinite(density), np.isin(TRACKED, orders)
-    near = np.interp(np.log(window.rate * np.array(orders)), np.log(CENTRES_HZ[known]), density[known])
+    frequency, fine = periodogram(between, window.sample_rate_hz, window="hann")
+    at_lines, tracked = window.rate * np.array(orders), np.isin(TRACKED, orders)
+    density = _third_octaves(frequency, fine, at_lines)
+    near = _around(frequency, fine, at_lines)
     power, noise = np.full((2, len(TRACKED)), np.nan)
     power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
     return _Window(window.rate, duration_s, power, noise, density)
 
 
-def _third_octaves(between: FloatArray, sample_rate_hz: float, lines_hz: FloatArray) -> FloatArray:
-    """Return the mean density in each band, a bin less for each line that was fitted there; NaN where no bin is left."""
-    frequency, density = periodogram(between, sample_rate_hz, window="hann")
+def _around(frequency: FloatArray, density: FloatArray, lines_hz: FloatArray) -> FloatArray:
+    """Return the mean density around each line, (k,), over an octave to both sides and `BINS` bins at least.
+
+    A bin less counts for each line that was fitted among them.
+    """
+    sums = np.concatenate([[0.0], np.cumsum(density)])
+    first = np.maximum(np.searchsorted(frequency, 0.5 * lines_hz), 1)
+    last = np.minimum(np.maximum(np.searchsorted(frequency, 2.0 * lines_hz), first + BINS), frequency.size)
+    lowest = np.maximum(np.minimum(first, last - BINS), 1)
+    fitted = np.searchsorted(lines_hz, frequency[last - 1], side="right") - np.searchsorted(lines_hz, frequency[lowest])
+    return np.asarray((sums[last] - sums[lowest]) / np.maximum(last - lowest - fitted, 1))
+
+
+def _third_octaves(frequency: FloatArray, density: FloatArray, lines_hz: FloatArray) -> FloatArray:
+    """Return the mean density in each band, a bin less for each line that was fitted there; NaN where few are left."""
     edges = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
     bins, lines = (np.histogram(at, edges)[0] for at in (frequency, lines_hz))
     left = bins - lines
     power = np.histogram(frequency, edges, weights=density)[0]
-    return np.where(left > 0, power / np.maximum(left, 1), np.nan)
+    return np.where(left >= FEWEST_BINS, power / np.maximum(left, 1), np.nan)
 
 
 def _joined(windows: list[_Window]) -> ResidualAtRate:

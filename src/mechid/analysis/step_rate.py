@@ -41,12 +41,14 @@ REPEATS = 4
 FULL_ORDERS, MOST_OF_THEM = range(5, 13), 6
 """Of a full step so many of these are lines, of microsteps hardly any."""
 MICROSTEPS = (2, 4, 8, 16, 32, 64, 128, 256)
+SETTLES = 1e-3
+"""Of a step: by how much a motor moves against its command while a record's motion settles."""
 FREQUENCY_ERROR, LEAST_ERROR = 0.7, 2e-2
 """Standard error of a line's frequency in bins, times its relative error in amplitude; and that of a motor's start."""
 READABLE, OFF = (0.25, 0.5, 1.0, 2.0, 4.0), 0.01
 """Full steps after which a record may repeat itself at the rate declared, and how far that may be off."""
 WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 120, 16
-FASTEST_HZ, TRIALS = 400.0, 160
+FASTEST_HZ, TRIALS = 400.0, 101
 """Of a ridge, and its ends that are tried."""
 LOWEST_BINS = 4
 """Of a window, in which no line is told from drift."""
@@ -152,7 +154,7 @@ def _constant(found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     others = () if repeats > 1 else tuple(m * frequency for m in (1, 2, 4) if m != strong)
     return SuggestedRate(
         profile=RateProfile.constant(strong * frequency),
-        sigma=strong * sigma,
+        sigma=math.hypot(strong * sigma, SETTLES * found.bin_hz),
         repetition_hz=frequency,
         stepping=stepping,
         microsteps=microsteps,
@@ -167,7 +169,7 @@ def repetition_frequency(lines: Sequence[Line], bin_hz: float) -> tuple[float, f
     Examples
     --------
     >>> lines = [Line(frequency_hz=f, amplitude=1.0, sigma=0.01, ratio=1e4) for f in (46.0, 69.0, 92.0, 138.0)]
-    >>> round(repetition_frequency(lines, 1.0)[0], 6)
+    >>> round(repetition_frequency(lines, 0.1)[0], 6)
     23.0
     """
     steady = _largest_of_which(lines, bin_hz, STEADY, least=(EXPLAINED, 0.0))

@@ -41,18 +41,19 @@ class Carried:
 
     def ratio(self, frequency_hz: FloatArray) -> FloatArray:
         """Return by what an amplitude is multiplied, (n,): an upper bound where the path is not known."""
-        return np.maximum(self._at_rotor(frequency_hz), 1.0)
+        return np.asarray(np.maximum(self._at_rotor(frequency_hz), 1.0))
 
     def known(self, frequency_hz: FloatArray) -> NDArray[np.bool_]:
         """Return where both paths agree, (n,), so that the ratio is no bound but known."""
         if self.at_rotor is None:
             return np.zeros(frequency_hz.shape, dtype=np.bool_)
-        return np.abs(self._at_rotor(frequency_hz) - 1.0) <= AGREE
+        return np.asarray(np.abs(self._at_rotor(frequency_hz) - 1.0) <= AGREE, dtype=np.bool_)
 
     def _at_rotor(self, frequency_hz: FloatArray) -> FloatArray:
         if self.at_rotor is None:
             return np.ones(frequency_hz.shape)
-        return np.interp(np.log(np.maximum(frequency_hz, GRID_HZ[0])), np.log(GRID_HZ), self.at_rotor)
+        at = np.log(np.maximum(frequency_hz, GRID_HZ[0]))
+        return np.asarray(np.interp(at, np.log(GRID_HZ), self.at_rotor))
 
 
 def carried(bench: Mechanism, flying: Mechanism) -> Carried:

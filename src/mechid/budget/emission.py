@@ -1,4 +1,4 @@
-"""What the mechanism exerts on its base at a rate: the model's lines and bands, what it lacks beside, and a bound of both.
+"""What the mechanism exerts on its base at a rate: the model's lines and bands, what it lacks, and a bound of both.
 
 The bound stays above a share of 95 % of what may be, line by line and band by band: parameters from their covariance,
 what the model lacks at phases of its own, its size by as many rates of the bench as tell it.
@@ -108,9 +108,7 @@ def _beside(
     return here.orders[lacking], drawn, here.rates / rng.gamma(here.rates, size=(SAMPLES, 1))
 
 
-def _carried(
-    here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray
-) -> tuple[str, ...]:
+def _carried(here: ResidualHere | None, orders: FloatArray, residual: FloatArray, limit: FloatArray) -> tuple[str, ...]:
     known = {} if here is None else dict(zip(here.orders.tolist(), here.known.tolist(), strict=True))
     words = (DENSITY if q not in known else RATIO if known[q] else UPPER for q in orders.tolist())
     return tuple(

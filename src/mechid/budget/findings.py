@@ -25,8 +25,8 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
     yield from _free_body(file)
     if estimate.residual is None:
         yield (
-            f"{file.estimate.name}: there is no {RESIDUAL_NAME} of a torque record beside it, so that what the model lacks "
-            "does not fly: mechid report makes it anew from records of the torque"
+            f"{file.estimate.name}: there is no {RESIDUAL_NAME} of a torque record beside it, so that what the model "
+            "lacks does not fly: mechid report makes it anew from records of the torque"
         )
     if objection := moving_base_objection(estimate.mechanism):
         yield objection
@@ -73,14 +73,14 @@ def _lacking(estimate: Estimate, made: ModeBudget) -> Iterator[str]:
     outside = [r.residual.rate for r in made.responses if r.residual is not None and r.residual.outside]
     if outside:
         yield (
-            f'mode "{mode.name}": {min(outside):.4g} to {max(outside):.4g} steps/s are outside the {measured[0]:.4g} to '
-            f"{measured[1]:.4g} steps/s of the records: what the model lacks there is not known; above, it is taken to grow "
-            "with the rate squared. Record the torque at these rates"
+            f'mode "{mode.name}": {min(outside):.4g} to {max(outside):.4g} steps/s are outside the {measured[0]:.4g} '
+            f"to {measured[1]:.4g} steps/s of the records: what the model lacks there is not known; above, it is taken "
+            "to grow with the rate squared. Record the torque at these rates"
         )
     if not source.stepped_alike(mode.command):
         yield (
-            f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is that of '
-            "the others. Record the torque in this stepping"
+            f'mode "{mode.name}": no record is stepped as it is ({mode.command.stepping}); what the model lacks is '
+            "that of the others. Record the torque in this stepping"
         )
 
 

@@ -74,7 +74,9 @@ def _harmonics(budget: Budget) -> Iterator[str]:
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
             sigmas = line_sigmas(budget, response)
             n = s.lines.size
-            rows = zip(s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True)
+            rows = zip(
+                s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True
+            )
             for order, f, line, sigma, two_way, error, floor, bound in rows:
                 phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
                 yield (

@@ -217,9 +217,21 @@ def _lines(made: ModeBudget) -> dict[str, Any]:
         "bound_Nm": exerted.bound[:n].tolist(),
         "residual_carried": list(exerted.carried[:n]),
         "lacking": [
-            {"order": float(q), "frequency_hz": float(f), "residual_Nm": float(a), "bound_Nm": float(b), "residual_carried": c}
-            for q, f, a, b, c in zip(exerted.orders[n:], exerted.frequency_hz[n:], exerted.residual[n:],
-                                     exerted.bound[n:], exerted.carried[n:], strict=True)
+            {
+                "order": float(q),
+                "frequency_hz": float(f),
+                "residual_Nm": float(a),
+                "bound_Nm": float(b),
+                "residual_carried": c,
+            }
+            for q, f, a, b, c in zip(
+                exerted.orders[n:],
+                exerted.frequency_hz[n:],
+                exerted.residual[n:],
+                exerted.bound[n:],
+                exerted.carried[n:],
+                strict=True,
+            )
         ],
         "samples_a_period": at.state.samples_a_period,
         "line_of_sight_rad": np.abs(at.phasors).T.tolist(),

@@ -30,7 +30,7 @@ BoolArray = NDArray[np.bool_]
 
 EDGES_HZ = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
 FALSE_ALARM = 0.01
-"""By chance a complete model's noise makes a source at one rate that flies, any order or band of it, so often at most."""
+"""By chance a complete model's noise makes a source at one rate that flies, at any order or band, at most so often."""
 SIGMAS = 4.0
 """Standard errors of the noise floor that a density has to be above it, beside its own scatter."""
 NEAR = 0.12
@@ -169,7 +169,9 @@ def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, F
     power, noise = (np.array([getattr(at, name) for at in cells]) ** 2 for name in ("amplitude", "sigma"))
     windows = np.array([at.windows for at in cells])[:, None]
     known = np.isfinite(power) & np.isfinite(noise) & (noise > 0.0)
-    power, noise, count = (np.where(known, values, 0.0) for values in (power, noise, np.broadcast_to(windows, power.shape)))
+    power, noise, count = (
+        np.where(known, values, 0.0) for values in (power, noise, np.broadcast_to(windows, power.shape))
+    )
     ratio = np.divide(power, noise, out=np.zeros_like(power), where=noise > 0.0)
     total, shape = (count * ratio).sum(axis=0), count.sum(axis=0)
     heard = (shape > 0) & (total > gamma.ppf(1.0 - alarm, np.maximum(shape, 1)))
@@ -178,15 +180,20 @@ def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, F
     return np.where(heard, np.sqrt(np.maximum(mean, 0.0)), 0.0), hidden
 
 
+def _lines_in_bands(rate: float) -> NDArray[np.int64]:
+    """Return how many of the tracked lines stand in each band, (B,)."""
+    return np.histogram(rate * np.array(TRACKED), EDGES_HZ)[0]
+
+
 def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: float) -> FloatArray:
     """Return the density in each band less that of white noise, 0 where noise makes as much, (N m)^2/Hz."""
     if not cells:
         return np.zeros(CENTRES_HZ.size)
     density = np.array([at.density for _, at in cells])
     floor = np.array([record.noise_density for record, _ in cells])[:, None]
-    freedom = 2.0 * np.array([at.duration_s for _, at in cells])[:, None] * np.diff(EDGES_HZ)
+    bins = np.array([at.duration_s * np.diff(EDGES_HZ) - at.windows * _lines_in_bands(at.rate) for _, at in cells])
     known = np.isfinite(density)
-    weight = np.where(known, np.maximum(freedom, 2.0), 0.0)
+    weight = np.where(known, np.maximum(2.0 * bins, 2.0), 0.0)
     total = weight.sum(axis=0)
     mean, noise = ((weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
                    for values in (density, np.broadcast_to(floor, density.shape)))  # fmt: skip

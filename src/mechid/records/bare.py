@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mechid.errors import RecordError
+from mechid.errors import RecordError, UsageError, did_you_mean
 from mechid.records.columns import ChosenColumn, Layout, find_column, is_time, time_beside
 from mechid.records.conditioning import Samples
 from mechid.records.formats import MINIMUM_SAMPLES, digest_of, open_table, readable
@@ -21,7 +21,7 @@ from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
 from mechid.records.table import Clock, Table, column_label
 from mechid.signal.series import no_samples
-from mechid.units import si_unit, to_si_factor
+from mechid.units import SI_UNIT, si_unit, to_si_factor
 
 KINDS: Mapping[str, str] = {
     "torque": "torque",
@@ -34,6 +34,7 @@ KINDS: Mapping[str, str] = {
     "voltage": "voltage_phase_a",
 }
 """What a unit tells, and a quantity of that unit."""
+LARGEST = 1e100
 COUNTS = "counts"
 """Unit of whole numbers without one."""
 
@@ -50,12 +51,22 @@ class Hints:
         Those to look at, by name or by index from 0; empty means all.
     quantity, unit : str or None
         What they are, one of `mechid.units.SI_UNIT`, and the unit of the file's numbers.
+
+    Raises
+    ------
+    UsageError
+        The quantity is unknown.
     """
 
     sample_rate_hz: float | None = None
     columns: tuple[str, ...] = ()
     quantity: str | None = None
     unit: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.quantity is not None and self.quantity not in SI_UNIT:
+            near = did_you_mean(self.quantity, SI_UNIT) or "; known are " + ", ".join(SI_UNIT)
+            raise UsageError(f'unknown quantity "{self.quantity}"{near}')
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,6 +208,9 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
     if samples.data[0].size < MINIMUM_SAMPLES:
         raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
     channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
+    wild = [channel for channel in channels if float(np.abs(channel.data).max()) > LARGEST]
+    if wild:
+        raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
     dead = [channel for channel in channels if np.ptp(channel.data) == 0.0]
     said = [
         str(table.error(f'"{c.column}": constant at {c.data[0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"))
@@ -237,7 +251,7 @@ def _more_tolerant(table: Table, group: _Group, hints: Hints) -> Iterator[Condit
     window_s = _finite_span(table, group, hints)
     if window_s:
         yield Conditioning(max_gap_s=math.inf, window_s=window_s)
-    if group.layout.time:
+    if group.layout.time and hints.sample_rate_hz is None:
         for stamps in (TimeStamps.REGULAR, TimeStamps.RESAMPLE):
             yield Conditioning(max_gap_s=math.inf, window_s=window_s, time_stamps=stamps)
 

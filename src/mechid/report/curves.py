@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.command import RateProfile
 from mechid.identification.result.fit import Fit
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
@@ -30,8 +30,6 @@ START_S = 0.3
 """Of a record's start that is drawn by itself."""
 HIGHEST_BINS = 500
 """Of a spectrogram, kept at most."""
-LOW_RATE_SHARE = 0.02
-"""Rates that differ by less than this part of the largest are one rate."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -158,18 +156,7 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
 
 def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
     """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
-    profile = record.command.rate
-    until = base.start_s + (base.samples - 1) / base.sample_rate_hz
-    points = np.array([(t + record.time_offset.value, r) for t, r in _points(profile)])
-    inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]
-    ends = [(t, float(np.interp(t, points[:, 0], points[:, 1]))) for t in (base.start_s, until)]
-    rate = np.array([ends[0], *map(tuple, inside), ends[1]])
-    spread = float(np.ptp(rate[:, 1]))
-    return rate if spread > LOW_RATE_SHARE * float(np.abs(rate[:, 1]).max()) else rate[:1]
-
-
-def _points(profile: RateProfile) -> list[tuple[float, float]]:
-    return list(zip(profile.times_s, profile.rates, strict=True))
+    return commanded_rate(record.command.rate, record.time_offset.value, base)
 
 
 def drawn(y: Series, base: TimeBase) -> FloatArray:

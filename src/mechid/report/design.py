@@ -210,15 +210,17 @@ def _changed(row: Row) -> str:
 
 def limit_words(limit: Row) -> str:
     """Return where a stepping holds: "354", or "118, 147 to 1107" with a hole between."""
-    ranges = [_range(first, last, limit["searched"]) for first, last in limit["ranges"]]
+    low, high = limit["searched"]
+    least = None if limit["brought_from"] else low
+    ranges = [_range(first, last, least, high) for first, last in limit["ranges"]]
     if len(ranges) > SHOWN_RANGES:
         ranges[1:-1] = [f"{len(ranges) - 2} more"]
     return ", ".join(ranges) or "none"
 
 
-def _range(first: float, last: float, searched: Sequence[float]) -> str:
-    end = f"{last:.0f}" if last < searched[1] else f"> {last:.0f}"
-    return end if first <= searched[0] else f"{first:.0f} to {end}"
+def _range(first: float, last: float, least: float | None, highest: float) -> str:
+    end = f"{last:.0f}" if last < highest else f"> {last:.0f}"
+    return end if first == least else f"{first:.0f} to {end}"
 
 
 def loss_words(data: Row) -> str:
@@ -228,10 +230,11 @@ def loss_words(data: Row) -> str:
     far, near, slow = (f"{100.0 * (search[f'{key}_ratio'] - 1.0):.0f} %" for key in ("far", "near", "slow"))
     return (
         f"Pull-in: the rates at which the motor starts and stops at once. Pull-out: those that it follows once brought "
-        f"there slowly. A single number is the end of all rates from {low:g} steps/s on; > {high:g} is beyond what was "
-        f"looked at. Between two ranges is a hole, in which steps are lost to a resonance. Starts were tried every "
-        f"{far}, near resonances every {near} but no closer than {search['least_steps_per_s']:g} step/s; slow "
-        f"ones every {slow}: a narrower hole may have been missed."
+        f"there slowly, from rest or, above a hole, from the rate that a range begins with. A single number is the end "
+        f"of all rates from {low:g} steps/s on; > {high:g} is beyond what was looked at. Between two ranges is a hole, "
+        f"in which steps are lost to a resonance. Starts were tried every {far}, near resonances every {near} but no "
+        f"closer than {search['least_steps_per_s']:g} step/s; slow ones every {slow}: a narrower hole may have been "
+        "missed."
     )
 
 

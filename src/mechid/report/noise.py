@@ -40,7 +40,15 @@ def against_noise(data: Data, row: Data) -> AgainstNoise:
 
 
 def raised_words(fit: Data) -> str:
-    """Return that a channel's noise level was raised in the fit, nothing where it was not."""
+    """Return that a channel's noise level was raised in the fit, nothing where it was not.
+
+    Examples
+    --------
+    >>> raised_words({"noise_rests_on": "residual", "text": {"noise_sigma": "0.00245"}})
+    'The search raised the noise level to follow the record; it ended at 0.00245.'
+    >>> raised_words({"noise_rests_on": "high-frequency floor"})
+    ''
+    """
     if fit["noise_rests_on"] != NoiseSource.RESIDUAL:
         return ""
     return f"The search raised the noise level to follow the record; it ended at {fit['text']['noise_sigma']}."

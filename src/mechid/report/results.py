@@ -17,7 +17,7 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
-from mechid.writing import write_together
+from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"
 MECHANISM_NAME = "mechanism.toml"
@@ -45,7 +45,8 @@ def write_results(
     mechanism_name : str
         Name of the mechanism file.
     validation : mapping or None
-        Of the records, as `validate` makes it; estimate.json holds it under each record.
+        Of the records, as `validate` makes it; estimate.json holds it under each record, and residual.json what is
+        left of their torques.
 
     Returns
     -------
@@ -62,10 +63,17 @@ def write_results(
     texts = {
         mechanism_name: text,
         REPORT_NAME: json_text({**data, "provenance": fit.provenance}),
-        RESIDUAL_NAME: json_text(residual_content(fit, validation or {})),
         ESTIMATE_NAME: json_text(with_validation(fit.to_dict(), validation or {})),
     }
+    if validation:
+        texts[RESIDUAL_NAME] = json_text(residual_content(fit, validation))
     return write_together(folder, texts)
+
+
+def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder: Path) -> Path:
+    """Write residual.json beside the estimate of a fit that was read back, and return its path."""
+    write_whole(folder / RESIDUAL_NAME, json_text(residual_content(fit, validation)))
+    return folder / RESIDUAL_NAME
 
 
 def estimated_text(fit: Fit, *, synthetic: bool) -> str:

@@ -15,7 +15,7 @@ LEAST_RATIO = 20.0
 WANDER = 0.002
 """Relative distance from its nominal frequency at which a grid is looked for."""
 LOW_MULTIPLES, ALIKE = 3, 5e-4
-"""A grid shows one of its lowest multiples; the others are off their nominal frequency by the same share."""
+"""A grid shows its own frequency, or two of its lowest multiples; all are off nominal by the same share."""
 BINS, INTERPOLATED = 1.5, 0.35
 """And bins, of a peak and of the frequency interpolated between them, where a short record resolves no better."""
 
@@ -46,9 +46,9 @@ def mains_lines(found: Prominence, least_ratio: float = LEAST_RATIO) -> tuple[Ma
 
 
 def _of_one_grid(lines: list[MainsLine], bin_hz: float) -> list[MainsLine]:
-    """Return the lines that one grid makes: none where all are high multiples, which anything may be near."""
+    """Return the lines that one grid makes: none where there are but multiples, which anything may be near."""
     low = [one for one in lines if one.multiple <= LOW_MULTIPLES]
-    if not low:
+    if len(low) < 2 and not any(one.multiple == 1 for one in low):
         return []
     strongest = max(low, key=lambda one: one.line.ratio)
     grid = strongest.line.frequency_hz / strongest.multiple

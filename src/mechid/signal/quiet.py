@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +17,12 @@ WINDOW_S, LEAST_SAMPLES = 0.02, 16
 LEAST_WINDOWS = 3
 """Of a stretch; a shorter one may be a signal that passes through zero."""
 FAR_BELOW = 0.1
-"""Of the RMS of the whole series: the quietest window lies below, else nothing is quiet."""
-ALIKE = 1.5
+"""Of the RMS of the whole series: a quiet stretch, and the quietest window, lie below."""
+ALIKE = 2.0
 """Times the RMS of the quietest window, up to which a window is quiet too."""
+
+LIKE_THE_QUIETEST = 1.5
+"""Times the RMS of the quietest stretch, up to which another is like it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -48,8 +53,19 @@ def quiet_stretches(y: FloatArray, sample_rate: float) -> tuple[QuietStretch, ..
     if least > FAR_BELOW * float(y.std()):
         return ()
     found = runs_of(np.flatnonzero(rms <= ALIKE * least))
-    return tuple(
-        QuietStretch(first=a * n, stop=b * n, rms=float(y[a * n : b * n].std()))
-        for a, b in found
-        if b - a >= LEAST_WINDOWS
-    )
+    long = ((a * n, b * n) for a, b in found if b - a >= LEAST_WINDOWS)
+    stretches = (QuietStretch(first=a, stop=b, rms=float(y[a:b].std())) for a, b in long)
+    return tuple(one for one in stretches if one.rms <= FAR_BELOW * float(y.std()))  # a ramp is none
+
+
+def quiet_rms(stretches: Sequence[QuietStretch]) -> float | None:
+    """Return the RMS over the quietest stretch and those like it, None where there is none.
+
+    What is louder may be a weak signal. Of coloured noise it is up to a quarter too low: windows near the quietest
+    are picked.
+    """
+    least = min((one.rms for one in stretches), default=0.0)
+    alike = [(one.stop - one.first, one.rms) for one in stretches if one.rms <= LIKE_THE_QUIETEST * least]
+    if not alike:
+        return None
+    return math.sqrt(sum(n * rms**2 for n, rms in alike) / sum(n for n, _ in alike))

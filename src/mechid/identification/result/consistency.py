@@ -53,8 +53,15 @@ class Consistency:
 
     @property
     def agrees(self) -> bool:
-        """Whether the parts of the records agree: noise alone explains how they scatter."""
-        return all(test is None or test.agrees for test in (self.phase, self.record, self.time))
+        """Whether the parts of the records agree: noise alone explains how they scatter.
+
+        Stretches of time count where there are neither phases nor several records: a hum, which stays in phase over a
+        stretch, scatters them without moving any value.
+        """
+        tests = [test for test in (self.phase, self.record) if test is not None]
+        if tests:
+            return all(test.agrees for test in tests)
+        return self.time is None or self.time.agrees
 
     def to_dict(self) -> dict[str, Any]:
         """Return the entry of estimate.json."""

@@ -43,6 +43,8 @@ def searched(
     state, growth = _grown(watch, state, campaign, best, found, seed)
     state = state.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
+    if state.before_raised:
+        followed += ", noise level raised"
     return watch.close(state, "gated growth", names, math.nan, growth.rounds, followed), growth
 
 

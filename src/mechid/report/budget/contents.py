@@ -25,7 +25,8 @@ REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 def budget_contents(data: Data) -> dict[str, Any]:
     """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
     modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode),
-              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode)} for k, mode in enumerate(data["modes"])]  # fmt: skip
+              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode)}
+             for k, mode in enumerate(data["modes"])]  # fmt: skip
     return {
         **data,
         "modes": modes,

@@ -9,11 +9,12 @@ from mechid.report.markdown import Strong, bullets, cell, table
 
 REQUIREMENT = (
     "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "of it by draws",
-    "of it lacking in the model (of the limit)", "two-way", "ECSS sum", "limit, rad", "one-way margin, %", "two-way margin, %", "decides, %", "of", "",
+    "of it lacking in the model (of the limit)", "two-way", "ECSS sum", "limit, rad", "one-way margin, %",
+    "two-way margin, %", "decides, %", "of", "",
 )  # fmt: skip
 SHOWN = (
-    "statistics", "rate", "level", "sigma", "sampling", "lacking", "two_way", "ecss", "limit", "one_way_margin", "two_way_margin",
-    "deciding", "coupling", "met",
+    "statistics", "rate", "level", "sigma", "sampling", "lacking", "two_way", "ecss", "limit", "one_way_margin",
+    "two_way_margin", "deciding", "coupling", "met",
 )  # fmt: skip
 MODE = (
     "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",

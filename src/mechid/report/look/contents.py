@@ -8,21 +8,23 @@ from typing import Any
 
 import numpy as np
 
-from mechid.analysis.look import RESOLVED, ChannelLook, Drive, RecordLook, SeenLine, StepLine
+from mechid.analysis.look import ChannelLook, Drive, RecordLook
 from mechid.analysis.measured_resonances import MeasuredResonance
 from mechid.analysis.order_tracking import OrderLine
+from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
+from mechid.analysis.step_lines import RESOLVED, StepLine
 from mechid.analysis.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.look.words import (
     channel_words,
-    declared_words,
     driven_words,
     mains_word,
     order_of,
     resonance_word,
     unit_text,
 )
+from mechid.report.overview import command_words
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
@@ -106,7 +108,7 @@ def _declared(drive: Drive) -> dict[str, Any]:
         "times_s": list(rate.times_s),
         "rates": list(rate.rates),
         "time_offset_s": drive.time_offset_s,
-        "words": declared_words(drive.command),
+        "words": command_words(drive.command),
     }
 
 
@@ -158,10 +160,10 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
             for b in look.bands
         ],
         "below_rms": look.below_rms,
-        "resonances": [_resonance(one, rate_known=record.rate is not None) for one in look.resonances],
+        "resonances": [_resonance(one) for one in look.resonances],
         "text": {name: digits(value, 4) for name, value in numbers.items()} | {"noise": digits(noise.sigma, 3)},
     }  # fmt: skip
-    return data | {"words": channel_words(data)}
+    return data | {"words": channel_words(data, rate_known=record.rate is not None)}
 
 
 def _runs(runs: Runs, start_s: float, sample_rate_hz: float) -> dict[str, Any]:
@@ -217,14 +219,14 @@ def _order_line(line: OrderLine) -> dict[str, float]:
     }
 
 
-def _resonance(found: MeasuredResonance, *, rate_known: bool) -> dict[str, Any]:
+def _resonance(found: MeasuredResonance) -> dict[str, Any]:
     data = {
         "frequency_hz": found.frequency_hz,
         "spread_hz": found.spread_hz,
         "orders": list(found.orders),
         "hump": found.hump,
     }
-    return data | {"words": resonance_word(data, rate_known=rate_known)}
+    return data | {"words": resonance_word(data)}
 
 
 def _shared(one: SharedResonance) -> dict[str, Any]:

@@ -117,8 +117,9 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         for order in sorted({*ORDERS, float(look.declared.command.microsteps)}):
             axes.axvline(order * look.constant_rate, color=MARK, linewidth=0.7, linestyle="--", alpha=0.5, zorder=0)
     frequency, amplitude, level = spectrum_groups(channel)
-    axes.loglog(frequency, amplitude, color=MEASURED, linewidth=0.7, label="amplitude")
-    axes.loglog(frequency, level, color=NOISE, linewidth=0.8, linestyle="--", label="level around")
+    axes.plot(frequency, amplitude, color=MEASURED, linewidth=0.7, label="amplitude")
+    if np.any(level > 0.0):
+        axes.plot(frequency, level, color=NOISE, linewidth=0.8, linestyle="--", label="level around")
     lines = sorted(channel.lines, key=lambda seen: -seen.line.amplitude)
     for k, seen in enumerate(lines[:MOST_MARKED]):
         colour = MODELLED if seen.mains and seen.order is None else MARK if seen.order is not None else RESIDUAL_COLOUR
@@ -135,11 +136,12 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
             alpha=0.15,
             linewidth=0,
         )
-    floor = float(np.quantile(level[level > 0.0], 0.05)) if np.any(level > 0.0) else 0.0
-    if floor > 0.0:
-        axes.set_ylim(bottom=floor / 3.0)
-    axes.set(xlabel=FREQUENCY, ylabel=axis_label(channel, "amplitude"), xlim=(frequency[0], frequency[-1]))
-    in_powers(axes.yaxis)
+    _in_decades(axes, amplitude)
+    shown = level[(level > 0.0) & np.isfinite(level)]
+    if shown.size:
+        axes.set_ylim(bottom=float(np.quantile(shown, 0.05)) / 3.0)
+    axes.set(xlabel=FREQUENCY, ylabel=axis_label(channel, "amplitude"), xscale="log")
+    axes.set_xlim(frequency[0], frequency[-1])
     in_powers(axes.xaxis)
     axes.legend(loc="upper right")
 
@@ -147,18 +149,26 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
 def _bands(channel: ChannelLook, figure: Any) -> None:
     """Draw the density beside the RMS in third octaves."""
     left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.3})
-    root = np.sqrt(channel.density[1:])
-    left.loglog(channel.density_hz[1:], root, color=MEASURED, linewidth=0.6)
+    root, rms = np.sqrt(channel.density[1:]), np.array([band.rms for band in channel.bands])
+    left.plot(channel.density_hz[1:], root, color=MEASURED, linewidth=0.6)
     white = channel.noise.sigma * math.sqrt(2.0 / channel.spectrum.sample_rate_hz)
     left.axhline(white, color=NOISE, linewidth=0.9, linestyle="--", label="white noise of the level found")
     unit = unit_text(channel.channel.unit)
-    left.set(xlabel=FREQUENCY, ylabel=f"density, {unit or 'unit'}/√Hz")
+    left.set(xlabel=FREQUENCY, ylabel=f"density, {unit or 'unit'}/√Hz", xscale="log")
     left.legend(loc="lower left")
     edges = [channel.bands[0].lower_hz, *(band.upper_hz for band in channel.bands)]
-    right.stairs([band.rms for band in channel.bands], edges, color=MEASURED, fill=True)
-    right.set(xscale="log", yscale="log", xlabel=FREQUENCY, ylabel=axis_label(channel, "RMS in third octaves"))
-    for axis in (left.xaxis, left.yaxis, right.xaxis, right.yaxis):
-        in_powers(axis)
+    right.stairs(rms, edges, color=MEASURED, fill=True)
+    right.set(xlabel=FREQUENCY, ylabel=axis_label(channel, "RMS in third octaves"), xscale="log")
+    for axes, values in ((left, root), (right, rms)):
+        _in_decades(axes, values)
+        in_powers(axes.xaxis)
+
+
+def _in_decades(axes: Any, values: FloatArray) -> None:
+    """Give an axis of values a logarithmic scale, where they have any."""
+    if np.any((values > 0.0) & np.isfinite(values)):
+        axes.set_yscale("log")
+        in_powers(axes.yaxis)
 
 
 def _waterfall(channel: ChannelLook, figure: Any) -> None:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from mechid.command import Command
 from mechid.report.digits import digits, plain, with_sigma
-from mechid.report.overview import command_words
 
 Data = Mapping[str, Any]
 SHOWN_LINES = 3
 QUARTER_WORDS = {0.25: "¼", 0.5: "½", 0.75: "¾"}
+NO_RATE = "The step rate is not known: a hump may also be a line that wanders."
 DIFFERS = 5.0
 """Standard errors by which a rate is not the one declared."""
 
@@ -54,19 +53,13 @@ def mains_word(line: Data) -> str:
     return f"mains {line['mains_hz']:g} Hz{times}"
 
 
-def resonance_word(found: Data, *, rate_known: bool) -> str:
+def resonance_word(found: Data) -> str:
     """Return a resonance with what it rests on."""
     orders = ", ".join(order_of(order).removeprefix("order ") for order in found["orders"])
     tracked = f"orders {orders} of the step rate are largest there, each at its own rate" if orders else ""
     hump = "a hump of the spectrum" if found["hump"] else ""
-    hump += "" if rate_known or not hump else "; without a known step rate it may be a line that wanders"
     spread = f" ± {digits(found['spread_hz'], 2)}" if found["spread_hz"] > 0.0 else ""
     return f"{digits(found['frequency_hz'], 3)}{spread} Hz: {'; '.join(filter(None, (tracked, hump)))}"
-
-
-def declared_words(command: Command) -> str:
-    """Return a command in words."""
-    return command_words(command)
 
 
 def driven_words(driven: Data) -> list[str]:
@@ -150,14 +143,15 @@ def _microstep_words(seen: float, wanted: int) -> str:
     return f"It shows {seen:g} microsteps a full step, {'as' if same else 'not'} the {wanted} declared."
 
 
-def channel_words(channel: Data) -> dict[str, list[str]]:
+def channel_words(channel: Data, *, rate_known: bool) -> dict[str, list[str]]:
     """Return what is said of a channel, by what it is about."""
+    resonances = [one["words"] for one in channel["resonances"]]
     return {
         "health": _health(channel),
         "noise": _noise(channel),
         "lines": _lines(channel),
         "mains": _mains(channel),
-        "resonances": [one["words"] for one in channel["resonances"]] or ["None seen."],
+        "resonances": [*resonances, *([] if rate_known else [NO_RATE])] if resonances else ["None seen."],
     }
 
 
@@ -193,12 +187,12 @@ def _noise(channel: Data) -> list[str]:
     sigma, floor = (of_unit(noise[key], 3, unit) for key in ("sigma", "floor"))
     rests = {
         "floor": "from the quietest part of the upper band; coloured noise is more than that",
-        "quiet stretch": f"from the longest quiet stretch; the white part of it is {floor}, so the noise is coloured",
+        "quiet stretch": f"from the quietest stretches; the white part is {floor}, the rest colour or a weak signal",
         "resolution": f"that of the resolution: the upper band holds less, {floor}",
     }[noise["rests_on"]]
     lines = [f"{sigma} a sample, {rests}."]
     if noise["quiet_rms"] is not None and noise["rests_on"] != "quiet stretch":
-        lines.append(f"The longest quiet stretch has {of_unit(noise['quiet_rms'], 3, unit)} RMS.")
+        lines.append(f"The quietest stretches have {of_unit(noise['quiet_rms'], 3, unit)} RMS.")
     if noise["resolution"]:
         lines.append(f"Resolution {of_unit(noise['resolution'], 3, unit)}.")
     if channel["quiet"]:

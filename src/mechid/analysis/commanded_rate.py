@@ -1,0 +1,33 @@
+"""The commanded step rate over a record's own time."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import RateProfile
+from mechid.simulation.simulator import TimeBase
+
+FloatArray = NDArray[np.float64]
+ONE_RATE = 0.02
+"""Rates that differ by less than this part of the largest are one rate."""
+
+
+def commanded_rate(profile: RateProfile, time_offset_s: float, base: TimeBase) -> FloatArray:
+    """Return a rate over a record's time, (R, 2) of s and full steps/s, linear between; (1, 2) where it is constant.
+
+    Parameters
+    ----------
+    profile : RateProfile
+    time_offset_s : float
+        Record time at which it starts.
+    base : TimeBase
+        Of the record.
+    """
+    until = base.start_s + (base.samples - 1) / base.sample_rate_hz
+    points = np.array([(t + time_offset_s, r) for t, r in zip(profile.times_s, profile.rates, strict=True)])
+    inside = points[(points[:, 0] > base.start_s) & (points[:, 0] < until)]
+    ends = [(t, float(np.interp(t, points[:, 0], points[:, 1]))) for t in (base.start_s, until)]
+    rate = np.array([ends[0], *map(tuple, inside), ends[1]])
+    spread = float(np.ptp(rate[:, 1]))
+    return rate if spread > ONE_RATE * float(np.abs(rate[:, 1]).max()) else rate[:1]

@@ -1,0 +1,67 @@
+"""Orders of the step rate over a whole record: amplitude less the noise, with its error."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from mechid.analysis.order_tracking import OrderLine
+
+RESOLVED = 3.0
+"""Standard errors from which a line is told from noise."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepLine:
+    """One order of the step rate, over windows of equal travel.
+
+    Attributes
+    ----------
+    order : float
+    windows : int
+    amplitude, sigma : float
+        Root of the mean power over the windows, less the noise's, and its standard error; the channel's unit.
+    peak_rate, peak_amplitude : float
+        Full steps/s in the window where it is largest, and its amplitude there.
+    """
+
+    order: float
+    windows: int
+    amplitude: float
+    sigma: float
+    peak_rate: float
+    peak_amplitude: float
+
+
+def summed_up(tracked: Sequence[OrderLine]) -> tuple[StepLine, ...]:
+    """Return each order over its windows, ascending."""
+    by_order: dict[float, list[OrderLine]] = {}
+    for line in tracked:
+        by_order.setdefault(line.order, []).append(line)
+    return tuple(_of_order(order, by_order[order]) for order in sorted(by_order))
+
+
+def _of_order(order: float, lines: Sequence[OrderLine]) -> StepLine:
+    """Return an order over its windows.
+
+    The error of the mean power is its scatter over the windows, or that of the noise if that is larger:
+    |c + n|^2 has the variance 4 e^2 |c|^2 + 4 e^4 with the error e of each part of n.
+    """
+    power, error = np.array([line.power() for line in lines]), np.array([line.errors[0] for line in lines])
+    mean = float(power.mean())
+    size = math.sqrt(max(mean, 0.0))
+    by_noise = float(np.mean(4.0 * error**2 * np.maximum(power, 0.0) + 4.0 * error**4)) / power.size
+    by_scatter = float(power.var(ddof=1)) / power.size if power.size > 1 else 0.0
+    spread = math.sqrt(max(by_noise, by_scatter))
+    peak = int(np.argmax(power))
+    return StepLine(
+        order=order,
+        windows=len(lines),
+        amplitude=size,
+        sigma=min(spread / (2.0 * size), math.sqrt(spread)) if size else math.sqrt(spread),
+        peak_rate=lines[peak].rate,
+        peak_amplitude=math.sqrt(max(float(power[peak]), 0.0)),
+    )
