@@ -118,7 +118,7 @@ def test_an_event_missed_for_less_than_a_window_is_b():
     assert (found.grade, only(found).cause) == (Grade.B, Cause.EVENT_MISSED)
 
 
-@pytest.mark.parametrize(("over", "grade"), [(1.1, Grade.A), (5.0, Grade.B)])
+@pytest.mark.parametrize(("over", "grade"), [(0.4, Grade.B), (1.1, Grade.A), (5.0, Grade.B)])
 def test_one_record_without_steps_is_complete_only_down_to_its_noise(over, grade):
     """Truth: its residual beside its noise; parts of it are compared over time alone."""
     own = record("full")

@@ -5,6 +5,8 @@ The ranges are from them to the least squares of the data's own index on this ax
 
 import pytest
 
+from mechid.identification.result.grade import Grade
+
 pytestmark = [pytest.mark.data, pytest.mark.slow]
 RATIO = 256.85714285714286
 
@@ -15,6 +17,7 @@ def fit(example, identified):
 
 
 def test_both_angles_are_followed_from_the_motors_torque(fit, figure):
+    assert fit.grade is Grade.B
     figure("robot axis: fit from motor torque to angles", fit.records["axis_1"].fit_percent, least=95.0, unit="%")
 
 

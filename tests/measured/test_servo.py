@@ -5,6 +5,8 @@ That fit: i = 1.934e-4 a + 2.273e-4 w + 0.0710 sign(w) - 0.0002, in A, rad/s2 an
 
 import pytest
 
+from mechid.identification.result.grade import Grade
+
 pytestmark = [pytest.mark.data, pytest.mark.slow]
 INERTIA = 1.934e-4
 
@@ -16,6 +18,7 @@ def fit(example, identified):
 
 def test_it_is_followed_without_a_noise_level(fit, figure):
     assert fit.outcome.good
+    assert fit.grade is Grade.B
     record = fit.records["to_and_fro"]
     assert record.noise_rests_on == "residual"
     figure("servo: fit from current to rate", record.fit_percent, least=95.0, unit="%")

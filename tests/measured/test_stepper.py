@@ -12,6 +12,7 @@ import mechid
 from mechid.analysis.preference import ComparisonOutcome
 from mechid.command import Command, RateProfile
 from mechid.design.step_loss import pull_in
+from mechid.identification.result.grade import Grade
 
 pytestmark = [pytest.mark.data, pytest.mark.slow]
 COUNT = 2.0 * math.pi / 8192
@@ -29,6 +30,7 @@ def fits(example, identified):
     fit, with_detent = identified(example("stepper"), out="with")
     _, without = identified(example("stepper", mechanism=(DETENT, "")), out="without")
     assert fit.outcome.good
+    assert fit.grade is Grade.B
     return fit, with_detent, without
 
 

@@ -18,6 +18,8 @@ from mechid.identification.uncertainty.noise import MISFIT
 NEAR_OPTIMUM = 0.1
 """Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
 errors; beyond it there is no optimum near."""
+LEAST_OF_NOISE = 0.5
+"""Residual over noise below which what is declared as noise is none: a residual holds all of it."""
 PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 
@@ -148,19 +150,23 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
 
 
 def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
-    """Yield the channels that leave more than their noise where no parts are there to show what it is."""
+    """Yield the channels that leave another size than their noise where no parts are there to show what it is."""
     for record in fit.records.values():
         for quantity, channel in record.channels.items():
             fitted = record.name in evidence.used and channel.use == "estimate"
-            if fitted and channel.residual_rms > MISFIT * channel.known:
-                times = f"{channel.residual_rms / channel.known:.3g} times the noise"
-                text = (
-                    f"Record {record.name} ({quantity}): the residual is {times}. Without steps and without a second "
-                    "record nothing shows whether noise of some colour or a lack of the model leaves it: the errors "
-                    "count it as noise."
-                )
-                check = f"mechid check {evidence.campaign}"
-                yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=check)
+            ratio = channel.residual_rms / channel.known if channel.known > 0.0 else math.inf
+            if not fitted or LEAST_OF_NOISE <= ratio <= MISFIT:
+                continue
+            size = f"{ratio:.3g} times the noise"
+            if ratio < LEAST_OF_NOISE:
+                size = f"{size} declared, which therefore is no noise"
+            text = (
+                f"Record {record.name} ({quantity}): the residual is {size}. Without steps and without a second record "
+                "nothing shows whether noise of some colour or a lack of the model leaves it: the errors count it as "
+                "noise."
+            )
+            check = f"mechid check {evidence.campaign}"
+            yield Reason(cause=Cause.UNEXPLAINED, record=record.name, text=text, next_command=check)
 
 
 def _percent(fall: float, cost: float) -> str:
