@@ -9,6 +9,9 @@ import threading
 
 import pytest
 
+from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.outcome import FitOutcome
+
 WAIT_S = 120.0
 
 
@@ -36,7 +39,9 @@ def test_ctrl_c_keeps_the_best_so_far(bench, tmp_path):
     assert "Traceback" not in said + rest
     assert f"mechid: interrupted; {out} holds the best so far" in rest.splitlines()
     assert json.loads((out / "estimate.json").read_text())["outcome"]["code"] == "interrupted"
-    assert output.startswith("Interrupted by the user")
+    first, second = output.splitlines()[:2]
+    assert (first, second) == (GRADE_WORDS[Grade.FAILED], f"interrupted: {FitOutcome.INTERRUPTED.value}")
+    assert output.count("Interrupted by the user") == 1
     assert sorted(path.name for path in out.iterdir()) == [
         "estimate.json",
         "figures",

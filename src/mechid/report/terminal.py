@@ -84,7 +84,8 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     for reason in data["reasons"]:
         print_lines(console, reason["words"], [reason["text"]])
         print_lines(console, "next", [reason["next_command"]])
-    say(console, data["outcome"]["message"])
+    if not any(reason["text"].startswith(data["outcome"]["message"]) for reason in data["reasons"]):
+        say(console, data["outcome"]["message"])
     console.print()
     legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
     say(console, f"Parameters{legend}", "bold")
