@@ -77,13 +77,15 @@ def _tone(data: Data, residuals: Residuals) -> str:
 def _quality(data: Data, residuals: Residuals) -> list[str]:
     rows = data["validation"]
     ratios = [r.ratio for _, r in residuals if r.level is not NoiseLevel.LOST]
-    lines = [data["outcome"]["message"], *(reason["text"] for reason in data["reasons"])]
+    said = [reason["text"] for reason in data["reasons"]]
+    message = data["outcome"]["message"]
+    lines = said if any(text.startswith(message) for text in said) else [message, *said]
     if ratios:
         within = sum(r.is_noise for _, r in residuals)
         what = "records" if torque_alone(rows) else "channels"
         size = f"the residual is {min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
-        said = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
-        lines.append(said if data["grade"] == "A" else f"{size[0].upper()}{size[1:]}")
+        explained = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
+        lines.append(explained if data["grade"] == "A" else f"{size[0].upper()}{size[1:]}")
     lines += [
         f"Record {_called(row)}: the simulation does not come to its end."
         for row, residual in residuals
