@@ -24,6 +24,7 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
     return {
         "outcome": fit.outcome.code,
         "grade": str(fit.grade),
+        "reasons": [reason.to_dict() for reason in fit.reasons],
         "reasons": [str(reason.cause) for reason in fit.reasons],
         "wall_s": wall,
         "cpu_s": cpu,
@@ -44,7 +45,12 @@ def _parameter(found: ParameterEstimate, truth: float) -> dict[str, Any]:
 
 def _records(fit: Fit) -> dict[str, Any]:
     keys = ("samples", "residual_rms", "noise_sigma", "fit_percent", "prefilter_order")
-    return {name: {key: getattr(record, key) for key in keys} for name, record in fit.records.items()}
+    followed = ("followed_percent", "worst", "worst_at_s")
+    return {
+        name: {key: getattr(record, key) for key in keys}
+        | {key: getattr(channel, key) for channel in record.channels.values() for key in followed}
+        for name, record in fit.records.items()
+    }
 
 
 def half(campaign: Campaign, part: str) -> Campaign:
