@@ -24,7 +24,6 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
     return {
         "outcome": fit.outcome.code,
         "grade": str(fit.grade),
-        "reasons": [reason.to_dict() for reason in fit.reasons],
         "reasons": [str(reason.cause) for reason in fit.reasons],
         "wall_s": wall,
         "cpu_s": cpu,
