@@ -44,7 +44,12 @@ def _parameter(found: ParameterEstimate, truth: float) -> dict[str, Any]:
 
 def _records(fit: Fit) -> dict[str, Any]:
     keys = ("samples", "residual_rms", "noise_sigma", "fit_percent", "prefilter_order")
-    return {name: {key: getattr(record, key) for key in keys} for name, record in fit.records.items()}
+    followed = ("followed_percent", "worst", "worst_at_s")
+    return {
+        name: {key: getattr(record, key) for key in keys}
+        | {key: getattr(channel, key) for channel in record.channels.values() for key in followed}
+        for name, record in fit.records.items()
+    }
 
 
 def half(campaign: Campaign, part: str) -> Campaign:
