@@ -53,7 +53,7 @@ def test_check_simulate_and_design_take_them_alike(run, planned):
     data = json.loads((planned / "next" / "design.json").read_text(encoding="utf-8"))
     seconds = {r["name"]: r["duration_s"] for r in data["candidates"]}
     for name, (lasts, rate) in LASTS.items():
-        said = f"taken for {lasts:g} s at {rate:g} Hz by simulate and design"
+        said = f"counts for {lasts:g} s at {rate:g} Hz by simulate and design"
         assert said in checked.stdout
         assert f'record "{name}" has no file: simulated for {lasts:g} s at {rate:g} Hz' in simulated.stderr
         time = np.loadtxt(planned / "sim" / f"{name}.csv", delimiter=",", skiprows=1)[:, 0]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.identification.search.multistart import ROBUST_SIGMAS, robust_cost
-from mechid.identification.uncertainty.standard_errors import StandardErrors
+from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-9, 1e-4])
@@ -21,7 +21,7 @@ def test_large_residuals_count_by_their_size():
 
 def test_a_variance_that_is_rounding_is_infinite():
     """Truth: along a direction that no record sees the variance is infinite; rounding may leave it below zero."""
-    errors = StandardErrors(names=("a", "b"), robust=np.diag([-1e9, 4.0]), white=np.diag([1.0, 1.0]))
-    assert errors.of("a") == (np.inf, 1.0)
-    assert errors.of("b") == (2.0, 1.0)
-    assert np.all(np.isfinite(errors.correlation))
+    two = {"sigma": np.array([np.inf, 2.0]), "dof": np.full(2, np.inf), "correlation": np.eye(2)}
+    errors = StandardErrors(names=("a", "b"), noise=np.diag([-1e9, 4.0]), white=np.eye(2), **two)
+    assert errors.of("a") == ParameterErrors(held=np.inf, noise=np.inf, white=1.0)
+    assert errors.of("b") == ParameterErrors(held=2.0, noise=2.0, white=1.0)
