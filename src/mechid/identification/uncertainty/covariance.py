@@ -17,7 +17,6 @@ from scipy.signal import lfilter
 
 from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduced import reduced
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.output_error.weighted_rows import WeightedRows
@@ -133,49 +132,44 @@ def _score(
     """Return J^T C J / sigma^4, summed over channels, with C the residual's covariance; and the score by parts.
 
     Coloured noise: by filtering J through 1/A. Rounding: its error stands still while the channel does, so it is one
-    for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits.
+    for all samples of a visit to a step of the instrument, of variance q^2/12, and independent between visits. Sums
+    are of products of all columns of [Phi r J]; offset and drift are projected out of the sums, in one pass.
     """
-    triangles, _ = reduced(problem.model, target, q, window, jacobian=True)
-    projections = [_projection(R, c.linear) for R, c in zip(triangles, target.channels, strict=True)]
-    coloured = [_Coloured(c, own, window, problem.size) for c, own in zip(target.channels, colour, strict=True)]
+    rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
+    coloured = [_Coloured(*each, window) for each in zip(target.channels, colour, rows.widths, strict=True)]
     whitened = all(
         own.order == 0 and c.rounded <= MOSTLY_ROUNDING for c, own in zip(target.channels, colour, strict=True)
     )
-    parts = PartsOfRecord(target, problem.coordinates.time_offset(target, q), window, problem.size, whitened=whitened)
-    for k, rows, n in WeightedRows(Misfit(problem.model, target, q, window, jacobian=True)):
-        linear, scale = target.channels[k].linear, target.channels[k].scale
-        rJ = rows[linear:, :n].T / scale - rows[:linear, :n].T @ projections[k]
-        coloured[k].add(rJ[:, 1:])
-        parts.add(k, rJ[:, 0], rJ[:, 1:])
-    return sum((c.score for c in coloured), np.zeros((problem.size, problem.size))), parts.summed
+    parts = PartsOfRecord(target, problem.coordinates.time_offset(target, q), window, rows.widths, whitened=whitened)
+    for k, block, n in rows:
+        coloured[k].add(block[:, :n])
+        parts.add(k, block[:, :n])
+    projected = parts.projections
+    score = sum((c.score(of[:, 1:]) for c, of in zip(coloured, projected, strict=True)), np.zeros((problem.size,) * 2))
+    return score, parts.summed(projected)
 
 
 class _Coloured:
     """The variance of a channel's score under its residual's own colour, from rows that come block by block."""
 
-    def __init__(self, channel: TargetChannel, own: Autoregression, window: tuple[int, int], size: int) -> None:
+    def __init__(self, channel: TargetChannel, own: Autoregression, width: int, window: tuple[int, int]) -> None:
         self._channel, self._own = channel, own
-        self._memory = np.zeros((own.order, size))
-        self._total = np.zeros((size, size))
-        self._visits = Visits(channel.measured[slice(*window)], size) if channel.rounded else None
+        self._memory = np.zeros((width, own.order))
+        self._total = np.zeros((width, width))
+        self._visits = Visits(channel.measured[slice(*window)], width) if channel.rounded else None
 
-    def add(self, J: FloatArray) -> None:
-        """Add the next rows, (m, n)."""
+    def add(self, rows: FloatArray) -> None:
+        """Add the next samples, (width, m)."""
         if self._visits is not None:
-            self._visits.add(J)
+            self._visits.add(rows.T)
         if self._own.order:
-            J, self._memory = lfilter([1.0], self._own.coefficients, J, axis=0, zi=self._memory)
-        self._total += J.T @ J
+            rows, self._memory = lfilter([1.0], self._own.coefficients, rows, axis=1, zi=self._memory)
+        self._total += rows @ rows.T
 
-    @property
-    def score(self) -> FloatArray:
-        """Of all rows, (n, n)."""
-        score = self._total * (1.0 - self._channel.rounded) * (self._own.sigma / self._channel.scale) ** 2
-        return score + self._visits.total * self._channel.rounded if self._visits else score
-
-
-def _projection(R: FloatArray, linear: int) -> FloatArray:
-    """Return what is projected out of residual and Jacobian, (linear, 1 + n)."""
-    if not linear:
-        return np.zeros((0, R.shape[1]))
-    return np.asarray(np.linalg.solve(R[:linear, :linear], R[:linear, linear:]), dtype=np.float64)
+    def score(self, columns: FloatArray) -> FloatArray:
+        """Return that of all rows over linear functions of the columns, (width, n)."""
+        total = columns.T @ self._total @ columns
+        score = total * (1.0 - self._channel.rounded) * (self._own.sigma / self._channel.scale) ** 2
+        if self._visits is not None:
+            score += columns.T @ self._visits.total @ columns * self._channel.rounded
+        return np.asarray(score, dtype=np.float64)

@@ -6,6 +6,7 @@ them; clusters in time alone do not see it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,12 @@ class Parts:
         """Number of parts, G."""
         return len(self.scores)
 
+    @property
+    def moved(self) -> Parts:
+        """Those in which a sample tells of any coordinate."""
+        some = np.trace(self.information, axis1=1, axis2=2) > 0.0
+        return Parts(self.scores[some], self.information[some])
+
     def joined(self, groups: int) -> Parts:
         """Return as many parts as asked for, each made of neighbours; the number is a divisor of the parts'."""
         n = self.scores.shape[1]
@@ -75,7 +82,7 @@ class RecordParts:
 
 
 class PartsOfRecord:
-    """Sums over the parts of a record, of residuals and Jacobians that come block by block, channel by channel.
+    """Sums over the parts of a record, of columns [Phi r J] that come block by block, channel by channel.
 
     Parameters
     ----------
@@ -84,13 +91,19 @@ class PartsOfRecord:
         Record time at which its command starts.
     window : (int, int)
         First and last-plus-one sample.
-    size : int
-        Number of coordinates.
+    widths : sequence of int
+        Columns of each channel.
     whitened : bool
     """
 
     def __init__(
-        self, target: Target, time_offset_s: float, window: tuple[int, int], size: int, *, whitened: bool
+        self,
+        target: Target,
+        time_offset_s: float,
+        window: tuple[int, int],
+        widths: Sequence[int],
+        *,
+        whitened: bool,
     ) -> None:
         self._target, self._time_offset_s, self._window = target, time_offset_s, window
         self._done = [window[0]] * len(target.channels)
@@ -98,26 +111,25 @@ class PartsOfRecord:
         of_quarter = np.clip(round(seconds / (QUARTERS * STRETCH_S)), 1, MOST_STRETCHES // QUARTERS)
         stretches = QUARTERS * int(of_quarter)
         self._bounds = np.linspace(*window, stretches + 1).round().astype(np.int64)
-        self._stretches = _Sums(stretches, size)
-        self._phases = None if isinstance(target.command, MeasuredCommand) else _Sums(PHASES, size)
+        stepped = not isinstance(target.command, MeasuredCommand)
+        self._stretches = [np.zeros((stretches, width, width)) for width in widths]
+        self._phases = [np.zeros((PHASES, width, width)) for width in widths] if stepped else None
         self._whitened = whitened
 
-    def add(self, k: int, r: FloatArray, J: FloatArray) -> None:
-        """Add the next rows of channel k, (m,) and (m, n)."""
+    def add(self, k: int, rows: FloatArray) -> None:
+        """Add the next samples of channel k, (width, m)."""
         first = self._done[k]
-        self._done[k] = last = first + len(r)
+        self._done[k] = last = first + rows.shape[1]
         begun = int(np.searchsorted(self._bounds, first, side="right")) - 1
         cuts = self._bounds[(self._bounds > first) & (self._bounds < last)] - first
         for stretch, part in enumerate(map(slice, [0, *cuts], [*cuts, last - first]), begun):
-            self._stretches.add(stretch, r[part], J[part])
+            self._stretches[k][stretch] += rows[:, part] @ rows[:, part].T
         if self._phases is not None:
             phase = self._phase(first, last)
-            order = np.argsort(phase, kind="stable")
-            r, J = r[order], J[order]
-            edges = np.searchsorted(phase[order], np.arange(PHASES + 1))
-            for of_step in np.flatnonzero(np.diff(edges)).tolist():
-                part = slice(edges[of_step], edges[of_step + 1])
-                self._phases.add(of_step, r[part], J[part])
+            rows = rows[:, np.argsort(phase, kind="stable")]
+            ends = np.cumsum(np.bincount(phase, minlength=PHASES))
+            for of_step, part in enumerate(map(slice, [0, *ends[:-1]], ends)):
+                self._phases[k][of_step] += rows[:, part] @ rows[:, part].T
 
     def _phase(self, first: int, last: int) -> NDArray[np.int64]:
         """Return in which part of a full step the command is at each sample, (m,)."""
@@ -127,28 +139,31 @@ class PartsOfRecord:
         return np.minimum(np.floor(PHASES * (travelled % 1.0)), PHASES - 1).astype(np.int64)
 
     @property
-    def summed(self) -> RecordParts:
-        """What they have come to."""
+    def projections(self) -> list[FloatArray]:
+        """Residual and Jacobian of each channel in sigmas, less offset and drift, of its columns, (width, 1 + n)."""
+        return [
+            _projection(products.sum(axis=0), channel.linear) / channel.scale
+            for channel, products in zip(self._target.channels, self._stretches, strict=True)
+        ]
+
+    def summed(self, projections: Sequence[FloatArray]) -> RecordParts:
+        """Return what they have come to, by linear functions of each channel's columns."""
+        phases = _parts(self._phases, projections) if self._phases is not None else None
         return RecordParts(
-            self._target.name,
-            self._phases.parts if self._phases is not None else None,
-            self._stretches.every,
-            self._whitened,
+            self._target.name, phases and phases.moved, _parts(self._stretches, projections), self._whitened
         )
 
 
-class _Sums:
-    def __init__(self, groups: int, size: int) -> None:
-        self._used = np.zeros(groups, dtype=np.bool_)
-        self.every = Parts(np.zeros((groups, size)), np.zeros((groups, size, size)))
+def _projection(products: FloatArray, linear: int) -> FloatArray:
+    """Return residual and Jacobian less what is projected out of them, of the columns [Phi r J], (width, 1 + n)."""
+    rest = np.eye(len(products) - linear)
+    if not linear:
+        return rest
+    return np.vstack([-np.linalg.solve(products[:linear, :linear], products[:linear, linear:]), rest])
 
-    def add(self, group: int, r: FloatArray, J: FloatArray) -> None:
-        """Add rows to a part."""
-        self._used[group] = True
-        self.every.scores[group] += J.T @ r
-        self.every.information[group] += J.T @ J
 
-    @property
-    def parts(self) -> Parts:
-        """Those in which there is a sample."""
-        return Parts(self.every.scores[self._used], self.every.information[self._used])
+def _parts(products: Sequence[FloatArray], projections: Sequence[FloatArray]) -> Parts:
+    """Return the parts of all channels together, of products of their columns, (G, width, width) each."""
+    every = sum(of.T @ own @ of for own, of in zip(products, projections, strict=True))
+    found = np.asarray(every, dtype=np.float64)
+    return Parts(found[:, 0, 1:], found[:, 1:, 1:])
