@@ -18,6 +18,7 @@ from mechid.identification.uncertainty import model_error
 from mechid.identification.uncertainty.covariance import scores
 from mechid.identification.uncertainty.model_error import Comparison, ModelError, clustered, left_out
 from mechid.identification.uncertainty.parts import PHASES, Parts, RecordParts
+from mechid.identification.uncertainty.standard_errors import _Spread
 from synthetic import COMMANDS, NOISE_NM, bounded, campaign, displaced, measured, record, truth
 
 FREE = {"gear.stiffness": 1.002, "gear.damping": 1.02, "stepper.torque_constant": 0.998, "friction.coulomb": 1.0}
@@ -148,6 +149,21 @@ def test_the_matrix_is_never_less_than_noise_and_has_its_metric():
     assert np.linalg.eigvalsh(found - noise).min() > -1e-9
     turned = ModelError(turn @ noise @ turn.T, (model_error.Excess(turn @ excess @ turn.T, 8.0),)).matrix
     np.testing.assert_allclose(turned, turn @ found @ turn.T, rtol=1e-8)
+
+
+def test_half_of_what_is_beyond_noise_is_correlated():
+    """Truth: by hand; noise of 1 and 0.5, an excess all but wholly correlated, half of whose covariance stays."""
+    noise, excess = np.array([[1.0, 0.5], [0.5, 1.0]]), np.array([[10.0, 9.5], [9.5, 10.0]])
+    spread = _Spread(np.eye(2))
+    spread.add(ModelError(noise, (model_error.Excess(excess, 8.0),)))
+    sigma, dof, correlation = spread.result(np.zeros((2, 2)))
+    beyond = ModelError(noise, (model_error.Excess(excess, 8.0),)).matrix - noise
+    assert sigma == pytest.approx(np.sqrt([10.0, 10.0]))
+    assert dof == pytest.approx([100.0 / (81.0 / 8.0)] * 2)
+    assert correlation[0, 1] == pytest.approx((0.5 + 0.5 * beyond[0, 1]) / (1.0 + beyond[0, 0]))
+    alone = _Spread(np.eye(2))
+    alone.add(ModelError(noise))
+    assert alone.result(np.zeros((2, 2)))[2] == pytest.approx(noise)
 
 
 def test_degrees_of_freedom_are_those_of_the_parts_that_add():

@@ -29,6 +29,10 @@ from mechid.identification.uncertainty.model_error import Comparison, ModelError
 FloatArray = NDArray[np.float64]
 FAR = 3.0
 """Times what noise explains by which parts of the records may disagree before it is said what errors cannot show."""
+CORRELATED = 0.5
+"""Share of what is beyond noise that counts as correlated as the parts have it, the rest as independent: so few parts
+make directions look known that are not (70 benches: squared distance of the truth 27 times what it should be with all
+of it, 1.5 with half, 1.7 with none, in the median)."""
 UNSEEN_SHARE = 1e-4
 """Share of a parameter in a direction that no record sees, below which it is rounding."""
 
@@ -202,7 +206,9 @@ class _Spread:
         variance, spread = error.variances(self._maps)
         self._variance += variance
         self._spread += spread
-        self._matrix += self._maps @ error.matrix @ self._maps.T
+        noise = self._maps @ error.noise @ self._maps.T
+        beyond = self._maps @ error.matrix @ self._maps.T - noise
+        self._matrix += noise + CORRELATED * beyond + (1.0 - CORRELATED) * np.diag(np.diag(beyond))
 
     def add_shift(self, step: FloatArray) -> None:
         """Add a step of the coordinates, (n,), that may be missing."""
