@@ -62,6 +62,7 @@ DAMAGES = {
     "no status": (of_gear(status=None), "parameters.gear.damping.status: missing"),
     "no parameters": (lambda e: e.pop("parameters"), "parameters: missing"),
     "no outcome": (lambda e: e["outcome"].clear(), "outcome.code: missing"),
+    "a grade that is none": (lambda e: e.update(grade="Z"), 'grade: found "Z", none of A, B, C, failed'),
     "a matrix of another size": (
         lambda e: e["covariance"].update(matrix=[[1.0, 2.0]]),
         "covariance.matrix: is not 1 x",

@@ -120,6 +120,8 @@ def _as_moved(
 
 def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     """Refuse a fit of other files, and one without an optimum."""
+    if "grade" not in estimate:
+        raise InputFileError("estimate.json: grade: missing; it was written by an earlier version, identify anew")
     if not Grade(estimate["grade"]).good:
         said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
         raise FitError(" ".join(["the fit has no optimum to look around from:", GRADE_WORDS[estimate["grade"]], *said]))

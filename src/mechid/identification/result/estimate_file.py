@@ -10,6 +10,7 @@ from typing import Any
 
 from mechid.errors import InputFileError
 from mechid.identification.result.fit import FORMAT, Fit
+from mechid.identification.result.grade import Grade
 from mechid.writing import write_whole
 
 FILE_NAME = "estimate.json"
@@ -83,6 +84,8 @@ def _fault(content: Mapping[str, Any], needs: Sequence[str]) -> str:
             return f"parameters.{name}.value: found {json.dumps(value)}, no finite number"
     if not isinstance(content["outcome"].get("code"), str):
         return "outcome.code: missing"
+    if "grade" in content and content["grade"] not in list(Grade):
+        return f"grade: found {json.dumps(content['grade'])}, none of {', '.join(Grade)}"
     for key in {"correlation", "covariance"} & content.keys():
         names, rows = content[key].get("names"), content[key].get("matrix")
         size = len(names) if isinstance(names, list) else 0

@@ -105,7 +105,7 @@ class PartsOfRecord:
         *,
         whitened: bool,
     ) -> None:
-        self._target, self._time_offset_s, self._window = target, time_offset_s, window
+        self._target, self._time_offset_s = target, time_offset_s
         self._done = [window[0]] * len(target.channels)
         seconds = (window[1] - window[0]) / target.base.sample_rate_hz
         of_quarter = np.clip(round(seconds / (QUARTERS * STRETCH_S)), 1, MOST_STRETCHES // QUARTERS)
