@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
-from mechid.campaign.campaign import mechanism_name
-from mechid.command import RateProfile
+from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
@@ -31,7 +30,7 @@ class Travel:
 
     rate: RateProfile
     base: TimeBase
-    time_offset_s: float
+    timing: Timing
 
     @property
     def size(self) -> int:
@@ -41,7 +40,7 @@ class Travel:
     def __getitem__(self, part: slice, /) -> FloatArray:
         """Return those of a slice."""
         times = self.base.start_s + np.arange(*part.indices(self.size)) / self.base.sample_rate_hz
-        return steps_travelled(self.rate, times - self.time_offset_s)
+        return steps_travelled(self.rate, self.timing.command_s(times))
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,13 +98,12 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     record = as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
-    offset_s = values[record.time_offset.name]
-    stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
+    timing = Timing(values[record.time_offset.name], values[record.clock.name] if record.clock else 0.0)
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
-    p = fit.mechanism.kernel_values(stand)
-    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s)
+    p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
+    y, _, _ = accurate_outputs(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
-    travel = Travel(record.command.rate, target.base, offset_s)
+    travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {
         channel.quantity: _beside(

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.campaign.campaign import mechanism_name
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
@@ -138,9 +137,7 @@ def _estimates(
         out[name] = _estimate(before, mechanism.value(name), start, verdict, errors)
     for record in campaign.estimated:
         target = next(t for t in problem.targets if t.name == record.name)
-        values = {record.time_offset.name: problem.coordinates.time_offset(target, verdict.q)}
-        own = problem.coordinates.own_values(target, verdict.q)
-        values |= {p.name: own[mechanism_name(p.name)] for p in record.test_stand}
+        values = {p.name: problem.coordinates.value(p, verdict.q) for p in target.own}
         out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
 

@@ -2,8 +2,9 @@
 
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
 record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel;
-or it moves the instants of its samples (`CLOCK`), whose derivative follows from the rate of the output. A new one of
-either kind is one more entry: the names, bounds, values, priors and derivatives of all are worked out here.
+or it moves the instants of its samples (`INSTANTS`), whose derivative follows from the rate of the output. One that
+several records have under the same name, as the clock of all, is one coordinate. A new one of either kind is one more
+entry: the names, bounds, values, priors and derivatives of all are worked out here.
 """
 
 from __future__ import annotations
@@ -16,55 +17,58 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.campaign import TIME_OFFSET, mechanism_name
+from mechid.campaign.campaign import CLOCK, TIME_OFFSET
+from mechid.command import Timing
+from mechid.command.timing import PPM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-from mechid.simulation.simulator import Block
+from mechid.simulation.simulator import Block, TimeBase
 
 FloatArray = NDArray[np.float64]
-Slope = Callable[[Block, int, int], FloatArray]
-"""dy/d(value) of an output, by its number, over the last n samples of a block, (n,)."""
+Slope = Callable[[TimeBase, Block, int, int], FloatArray]
+"""dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
 
 
-def _of_time_offset(block: Block, output: int, n: int) -> FloatArray:
+def _of_time_offset(_base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
     """Return minus the rate: a time offset shifts the whole run to later times."""
     return -block.rate[-n:, output]
 
 
-CLOCK: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset}
-"""Parameters of a record's own that move the instants of its samples, by key; every other one is the mechanism's."""
+def _of_clock(base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+    """Return the rate times the record time's share: t (1 + c) runs ahead by t dc."""
+    record_s = base.start_s + np.arange(block.stop - n, block.stop) * base.interval_s
+    return PPM * record_s * block.rate[-n:, output]
 
 
-def is_of_clock(parameter: Parameter) -> bool:
-    """Tell whether a record's own parameter moves its instants, and is none of the mechanism's values."""
-    return mechanism_name(parameter.name) in CLOCK
+INSTANTS: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset, CLOCK.key: _of_clock}
+"""Parameters of a record's own that move the instants of its samples, by key."""
 
 
 @dataclass(frozen=True)
 class RecordCoordinate:
-    """A number that is moved for one record alone, in the file's unit.
+    """A number that is moved for some records alone, in the file's unit.
 
     Attributes
     ----------
-    record : str
-        Name of its target.
+    records : tuple of str
+        Names of its targets: one, or all those that share it.
     parameter : Parameter
         Its name, start and bounds.
     lane : int or None
-        Of the kernel, that carries its derivative; None where it is the clock's.
+        Of the kernel, that carries its derivative; None where it moves instants.
     """
 
-    record: str
+    records: tuple[str, ...]
     parameter: Parameter
     lane: int | None
 
-    def slope(self, block: Block, output: int, n: int) -> FloatArray:
-        """Return dy/d(value) of an output over the last n samples of a block of its record, (n,)."""
+    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
         if self.lane is None:
-            return CLOCK[mechanism_name(self.parameter.name)](block, output, n)
+            return INSTANTS[self.parameter.declaration.key](base, block, output, n)
         return block.jacobian[-n:, output, self.lane]
 
 
@@ -77,7 +81,7 @@ class Coordinates:
     space : SearchSpace
         Of the mechanism's free parameters.
     own : tuple of RecordCoordinate
-        Of single records: those of their clocks, then those of their values of the mechanism.
+        Of records: those that move their instants, then those of their values of the mechanism.
     priors : mapping of str to (float, float)
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
     """
@@ -202,13 +206,14 @@ class Coordinates:
         """Number of lanes that any run asks for: the mechanism's, and those of the record that has most of its own."""
         return max((c.lane + 1 for c in self.own if c.lane is not None), default=self.space.size)
 
-    def time_offset(self, target: Target, q: FloatArray) -> float:
-        """Return the time offset of a target at `q`, s."""
-        return self.value(target.time_offset, q)
+    def timing(self, target: Target, q: FloatArray) -> Timing:
+        """Return how record time becomes command time for a target at `q`."""
+        clock = target.clock
+        return Timing(self.value(target.time_offset, q), self.value(clock, q) if clock else 0.0)
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
         """Return the values at `q` that hold for a target alone, by the mechanism's names."""
-        return {mechanism_name(p.name): self.value(p, q) for p in target.own if not is_of_clock(p)}
+        return {p.replaces: self.value(p, q) for p in target.own if p.replaces}
 
     def kernel(self, target: Target, q: FloatArray) -> FloatArray:
         """Return the kernel's parameters of a target at `q`, (NP,)."""
@@ -217,22 +222,22 @@ class Coordinates:
     def directions(self, target: Target, q: FloatArray) -> FloatArray:
         """Return what the lanes of a target move of the kernel's parameters, (NP, m), one lane at least.
 
-        Of a clock that is free alone the rate is wanted, which comes with sensitivities only.
+        Where instants alone are free the rate is wanted, which comes with sensitivities only.
         """
-        carried = [mechanism_name(c.parameter.name) for c in self.of(target) if c.lane is not None]
+        carried = [c.parameter.replaces for c in self.of(target) if c.lane is not None]
         found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), carried)
         return found if found.size else np.zeros((found.shape[0], 1))
 
     def of(self, target: Target) -> list[RecordCoordinate]:
         """Return the coordinates that are a target's own."""
-        return [c for c in self.own if c.record == target.name]
+        return [c for c in self.own if target.name in c.records]
 
     def write_slopes(self, rows: FloatArray, target: Target, output: int, block: Block, n: int) -> None:
         """Write dy/dq of an output over the last n samples of a block as rows; what is another record's has none."""
         moved = self.space.size
         rows[:moved, :n] = block.jacobian[-n:, output, :moved].T
         for j, c in enumerate(self.own, moved):
-            rows[j, :n] = c.slope(block, output, n) if c.record == target.name else 0.0
+            rows[j, :n] = c.slope(target.base, block, output, n) if target.name in c.records else 0.0
 
     def block_slopes(self, target: Target, output: int, block: Block, n: int) -> FloatArray:
         """Return dy/dq of an output over the last n samples of a block, (n, size)."""
@@ -245,10 +250,15 @@ def coordinates_of(
     space: SearchSpace, targets: Sequence[Target], priors: Mapping[str, tuple[float, float]]
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
-    clocks = [RecordCoordinate(t.name, p, None) for t in targets for p in t.moved if is_of_clock(p)]
+    owners: dict[str, list[str]] = {}
+    for target in targets:
+        for p in target.moved:
+            owners.setdefault(p.name, []).append(target.name)
+    moving = {p.name: p for t in targets for p in t.moved if not p.replaces}
+    instants = [RecordCoordinate(tuple(owners[name]), p, None) for name, p in moving.items()]
     carried = [
-        RecordCoordinate(t.name, p, lane)
+        RecordCoordinate((t.name,), p, lane)
         for t in targets
-        for lane, p in enumerate((p for p in t.moved if not is_of_clock(p)), space.size)
+        for lane, p in enumerate((p for p in t.moved if p.replaces), space.size)
     ]
-    return Coordinates(space, (*clocks, *carried), priors)
+    return Coordinates(space, (*instants, *carried), priors)

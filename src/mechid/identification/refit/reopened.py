@@ -111,7 +111,8 @@ def _as_moved(
 ) -> tuple[Problem, FloatArray]:
     """Hold what the fit held, and search detents at their limit as it did."""
     moved = [p.name for p in problem.space.mechanism.free if parameters[p.name]["status"] in MOVED]
-    held = {n: v for n, v in values.items() if parameters[n]["status"] == Status.FROZEN and not n.startswith("record.")}
+    known = problem.space.mechanism.parameters
+    held = {n: v for n, v in values.items() if parameters[n]["status"] == Status.FROZEN and n in known}
     problem, q = without(problem, q, moved, held)
     at_limit = {c.name for c in problem.space.coordinates if c.kind == "cosine"}
     at_limit = {name for name in at_limit if parameters[name]["status"] == Status.AT_BOUND}
