@@ -10,9 +10,10 @@ entry: the names, bounds, values, priors and derivatives of all are worked out h
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,8 @@ from mechid.simulation.simulator import Block, TimeBase
 FloatArray = NDArray[np.float64]
 Slope = Callable[[TimeBase, Block, int, int], FloatArray]
 """dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
+MEAN_WITHIN = 1e-3
+"""Of the records' own prior, that the mean of their values is held to."""
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
 
@@ -72,6 +75,28 @@ class RecordCoordinate:
         return block.jacobian[-n:, output, self.lane]
 
 
+@dataclass(frozen=True)
+class Mean:
+    """Values of one parameter of the mechanism that every record has of its own: their mean is the mechanism's.
+
+    Without it nothing would tell a supply that is higher in all records from a smaller torque constant, and the
+    mechanism's resistance would be unknown where every record has its own.
+
+    Attributes
+    ----------
+    of : str
+        The mechanism's parameter.
+    own : tuple of str
+        The records' values of it.
+    sigma : float
+        Standard deviation of the mean from it, in the file's unit: so small that it costs the mechanism nothing.
+    """
+
+    of: str
+    own: tuple[str, ...]
+    sigma: float
+
+
 @dataclass(frozen=True, eq=False)
 class Coordinates:
     """The coordinates of a mechanism and of its records, in this order, and the maps from and to them.
@@ -84,11 +109,14 @@ class Coordinates:
         Of records: those that move their instants, then those of their values of the mechanism.
     priors : mapping of str to (float, float)
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
+        Of a value of which the records have a mean, that of a free parameter, it is how far it may be from that one.
+    means : tuple of Mean
     """
 
     space: SearchSpace
     own: tuple[RecordCoordinate, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    means: tuple[Mean, ...] = ()
 
     @property
     def size(self) -> int:
@@ -187,24 +215,40 @@ class Coordinates:
         return np.asarray(on, dtype=np.bool_)
 
     def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far each prior is from its value, (k,) in sigmas, and its derivative, (k, n)."""
-        if not self.priors:
+        """Return how far each prior, and each mean, is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        if not self.priors and not self.means:
             return np.zeros(0), np.zeros((0, self.size))
         names, slopes = self.value_slopes(q)
+        slope = dict(zip(names, slopes, strict=True))
         values = self.space.values(self.of_mechanism(q)) | dict(zip(self._places, self.of_records(q), strict=True))
-        rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
-        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
-        for k, (i, name, value, sigma) in enumerate(rows):
-            off, known = values[name] - value, self.space.mechanism.parameters.get(name)
-            if known is not None and known.is_periodic:
+        known, around = self.space.mechanism.parameters, self._around
+        away, J = [], []
+        for name in (name for name in names if name in self.priors):
+            value, sigma = self.priors[name]
+            off, turn = values[name] - value, slope[name]
+            if name in around:
+                off, turn = off - (values[around[name]] - known[around[name]].value), turn - slope[around[name]]
+            if name in known and known[name].is_periodic:
                 off = (off + 180.0) % 360.0 - 180.0
-            away[k], J[k] = off / sigma, slopes[i] / sigma
-        return away, J
+            away.append(off / sigma)
+            J.append(turn / sigma)
+        for mean in self.means:
+            off = float(np.mean([values[name] for name in mean.own])) - values.get(mean.of, known[mean.of].value)
+            turn = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
+            away.append(off / mean.sigma)
+            J.append(turn / mean.sigma)
+        return np.array(away), np.array(J).reshape(len(away), self.size)
+
+    @cached_property
+    def _around(self) -> dict[str, str]:
+        """Records' values to the free parameter of the mechanism whose mean they make."""
+        free = {p.name for p in self.space.mechanism.free}
+        return {name: mean.of for mean in self.means if mean.of in free for name in mean.own}
 
     @property
     def lanes(self) -> int:
         """Number of lanes that any run asks for: the mechanism's, and those of the record that has most of its own."""
-        return max((c.lane + 1 for c in self.own if c.lane is not None), default=self.space.size)
+        return max(self.space.size, *(c.lane + 1 for c in self.own if c.lane is not None), 0)
 
     def timing(self, target: Target, q: FloatArray) -> Timing:
         """Return how record time becomes command time for a target at `q`."""
@@ -224,9 +268,16 @@ class Coordinates:
 
         Where instants alone are free the rate is wanted, which comes with sensitivities only.
         """
-        carried = [c.parameter.replaces for c in self.of(target) if c.lane is not None]
-        found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), carried)
-        return found if found.size else np.zeros((found.shape[0], 1))
+        carried = [c for c in self.of(target) if c.lane is not None]
+        names = [c.parameter.replaces for c in carried]
+        found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), names)
+        if not found.size:
+            return np.zeros((found.shape[0], 1))
+        out = np.zeros((found.shape[0], max([self.space.size, *(c.lane + 1 for c in carried if c.lane is not None)])))
+        out[:, : self.space.size] = found[:, : self.space.size]
+        for c, column in zip(carried, found[:, self.space.size :].T, strict=True):
+            out[:, c.lane] = column
+        return out
 
     def of(self, target: Target) -> list[RecordCoordinate]:
         """Return the coordinates that are a target's own."""
@@ -238,6 +289,8 @@ class Coordinates:
         rows[:moved, :n] = block.jacobian[-n:, output, :moved].T
         for j, c in enumerate(self.own, moved):
             rows[j, :n] = c.slope(target.base, block, output, n) if target.name in c.records else 0.0
+            if c.lane is not None and c.lane < moved and target.name in c.records:
+                rows[c.lane, :n] = 0.0
 
     def block_slopes(self, target: Target, output: int, block: Block, n: int) -> FloatArray:
         """Return dy/dq of an output over the last n samples of a block, (n, size)."""
@@ -256,9 +309,28 @@ def coordinates_of(
             owners.setdefault(p.name, []).append(target.name)
     moving = {p.name: p for t in targets for p in t.moved if not p.replaces}
     instants = [RecordCoordinate(tuple(owners[name]), p, None) for name, p in moving.items()]
-    carried = [
-        RecordCoordinate((t.name,), p, lane)
-        for t in targets
-        for lane, p in enumerate((p for p in t.moved if p.replaces), space.size)
-    ]
-    return Coordinates(space, (*instants, *carried), priors)
+    carried = [c for target in targets for c in _carried(space, target)]
+    return Coordinates(space, (*instants, *carried), priors, tuple(_means(targets)))
+
+
+def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
+    """Yield a target's own values of the mechanism, each with its lane.
+
+    The lane of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
+    """
+    idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
+    further = count(space.size)
+    for p in (p for p in target.moved if p.replaces):
+        lane = idle.get(p.replaces)
+        yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)
+
+
+def _means(targets: Sequence[Target]) -> Iterator[Mean]:
+    """Yield the means of what every record has of its own, free and with a prior."""
+    by_name: dict[str, list[Parameter]] = {}
+    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
+        by_name.setdefault(p.replaces, []).append(p)
+    for name, own in by_name.items():
+        if len(own) == len(targets) > 1:
+            sigma = MEAN_WITHIN * min(p.sigma for p in own if p.sigma)
+            yield Mean(name, tuple(p.name for p in own), sigma)
