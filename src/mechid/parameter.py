@@ -33,6 +33,8 @@ class Role(StrEnum):
     """A level of dry friction at the motor: torque that opposes motion whatever the speed."""
     WINDING_RESISTANCE = "winding resistance"
     """Of copper: it rises with the winding's temperature, by 0.39 % a kelvin."""
+    TRANSDUCER_GAIN = "transducer gain"
+    """What the transducer's conditioning makes of the torque."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 from mechid.campaign import CampaignRecord
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
+from mechid.identification.disturbance.declared import recalled_record
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import Fit, found_by
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
@@ -88,8 +89,9 @@ class Prediction:
 
 
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
-    """Return a record of the campaign with the sign, command and use that a fit took it to have."""
+    """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
     own = fit.records.get(record.name)
+    record = recalled_record(record, found_by(fit), fit.mechanism.plant)
     return taken_record(record, own.taken) if own else record
 
 

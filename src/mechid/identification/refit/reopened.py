@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
+from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
@@ -81,8 +82,8 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     """
     _refuse_others(campaign, estimate)
     taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
-    campaign = taken_campaign(campaign, taken)
     parameters: dict[str, Any] = estimate["parameters"]
+    campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
     problem, q = _as_moved(problem, q, parameters, values)
@@ -97,6 +98,16 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
+
+
+def _found(estimate: Mapping[str, Any]) -> dict[str, Declared]:
+    """Return the parameters that the fit had because its records asked for them, by dotted name."""
+    names = (name for one in estimate.get("missing", ()) for name in one["parameters"])
+    own = {name: estimate["parameters"][name] for name in names}
+    return {
+        name: Declared.bounded(p["start"], p["min"], p["max"], p["prior"]["sigma"] if p["prior"] else None)
+        for name, p in own.items()
+    }
 
 
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
