@@ -40,7 +40,7 @@ def declared_toml(one: Disturbance, values: Mapping[str, float]) -> str:
         lines += [f"[{CAMPAIGN}]", *(f"{p.declaration.key} = {_entry(p, values[p.name])}" for p in shared), ""]
     for record, own in one.own.items():
         entries = [_line(key_in_record(p.name), _entry(p, values[p.name])) for p in own if p not in shared]
-        lines += [f"[{OWN}.{record}]", *entries, ""] if entries else []
+        lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []
     return "\n".join(lines)
 
 
