@@ -1,6 +1,6 @@
 """What a campaign file says of its records apart from their ``[[record]]`` tables, put into these.
 
-    [campaign]
+    [[campaign]]
     clock_ppm = -120.0
 
     [[own]]
@@ -17,29 +17,33 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, INSTANTS
+from mechid.campaign.identify_options import MAINS
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, tables, text
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.command.entry import is_table
 from mechid.errors import did_you_mean
 from mechid.plant.tables import MOTOR_OF_RECORD
 
-OWN, RECORD = "own", "record"
+OWN, RECORD, IDENTIFY = "own", "record", "identify"
 REMEDY = 'write the name of its record, as record = "full_46"'
 KEYS = (*(declaration.key for declaration in INSTANTS), *MOTOR_OF_RECORD, TEST_STAND)
 
 
 def gathered(table: Mapping[str, Any], place: Place) -> dict[str, Any]:
-    """Return the content of a campaign file with its tables ``[campaign]`` and ``[[own]]`` where they belong.
+    """Return the content of a campaign file with its tables ``[[campaign]]`` and ``[[own]]`` where they belong.
 
     Raises
     ------
     InputFileError
         One of them is no table, names no record, or says what is said elsewhere.
     """
-    above = _table(table, CAMPAIGN, place)
-    refuse_unknown_keys(above, (CLOCK.key,), place.key(CAMPAIGN))
     whole = {key: entry for key, entry in table.items() if key not in (CAMPAIGN, OWN)}
-    whole = _joined(whole, above, place.key(CAMPAIGN))
+    for entry, at in tables(table, CAMPAIGN, place):
+        refuse_unknown_keys(entry, (CLOCK.key, MAINS), at)
+        whole = _joined(whole, {key: value for key, value in entry.items() if key == CLOCK.key}, at)
+        if MAINS in entry:
+            options = _table(whole, IDENTIFY, place)
+            whole[IDENTIFY] = _joined(options, {MAINS: entry[MAINS]}, at)
     records = table.get("record", [])
     if not isinstance(records, list) or not all(map(is_table, records)):
         return whole  # which is refused where records are read

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.identification.contradiction.departure import departure
-from mechid.identification.disturbance.disturbance import disturbed_campaign
+from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -42,6 +42,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
     campaign = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
+    hum = lines_of(problem)
+    campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
@@ -51,8 +53,13 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
+    records = {
+        r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+        for r in campaign.records
+        if r.data is not None
+    }
     values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
-    missing = tuple(missing_of(found, values) for found in state.found)
+    missing = tuple(missing_of(found, values, records) for found in state.found)
     own = [*map(missing_warning, missing), *_warnings(parameters)]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
     fit = Fit(
@@ -61,11 +68,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         correlation_names=errors.names,
         correlation=errors.correlation,
         covariance=errors.covariance,
-        records={
-            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
-            for r in campaign.records
-            if r.data is not None
-        },
+        records=records,
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),

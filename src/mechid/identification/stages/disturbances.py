@@ -39,7 +39,7 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     explains most of what is beyond noise stays. The noise is then released anew, from where it is known.
     """
     plain = fit_with_noise_released(watch, state, campaign.options, names)
-    some = possible(plain.problem, campaign)
+    some = possible(plain.problem, campaign, plain.q)
     if not some or not _asks(watch, plain):
         return plain
     watch.tell("disturbances", "what records have beside the mechanism is looked for")
@@ -61,6 +61,8 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
 
 def _stands_out(state: SearchState, one: Disturbance) -> bool:
     """Tell whether a disturbance is beyond its own errors, those that hold where the model lacks something else."""
+    if not one.parameters:
+        return True
     return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
 
 
