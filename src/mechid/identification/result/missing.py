@@ -13,6 +13,9 @@ from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
 from mechid.identification.disturbance.disturbance import Disturbance, Found
 
+MOST_NAMED = 8
+"""Values that a warning names."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class OwnValue:
@@ -114,7 +117,8 @@ def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]
 
 def missing_warning(missing: Missing) -> str:
     """Say what was put into a fit, and how to declare it or to keep it out."""
-    found = ", ".join(f"{name} = {_with_error(p)}" for name, p in missing.parameters.items())
+    values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
+    found = ", ".join([*values[:MOST_NAMED], "..."] if len(values) > MOST_NAMED else values)
     return (
         f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
         f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "

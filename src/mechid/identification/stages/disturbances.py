@@ -51,7 +51,8 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
         at = _each_needed(watch, better, names)
         some = tuple(one for one in some if one.name not in {found.disturbance.name for found in at.found})
     while at.found:
-        fitted = fit_with_noise_released(watch, watch.note(at), campaign.options, names)
+        own = tuple(p.name for found in at.found for p in found.disturbance.parameters)
+        fitted = fit_with_noise_released(watch, watch.note(at), campaign.options, (*names, *own))
         doubted = [found for found in at.found if not _stands_out(fitted, found.disturbance)]
         if not doubted:
             return fitted
