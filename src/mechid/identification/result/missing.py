@@ -103,11 +103,10 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
 
 def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:
     """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
-    grid_hz = one.mains_hz
-    if grid_hz is None:
+    grid_hz, seen_hz = one.mains_hz, one.seen_hz
+    if grid_hz is None or seen_hz is None:
         return {}
-    seen_hz = next(hz for lines in one.lines_hz.values() for hz in lines)
-    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz / round(seen_hz / grid_hz), std_error=None, unit="Hz")}
+    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz, std_error=None, unit="Hz")}
     for name, lines in one.lines_hz.items():
         for hz, amplitude in records[name].lines.items():
             if any(math.isclose(hz, other) for other in lines):
