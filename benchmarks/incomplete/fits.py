@@ -33,6 +33,7 @@ def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, fl
         "consistency": fit.consistency.to_dict() if fit.consistency else None,
         "agrees": fit.consistency.agrees if fit.consistency else None,
         "records": _records(fit),
+        "missing": [one.to_dict() for one in fit.missing],
         "warnings": list(fit.warnings),
     }
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+import numpy as np
 from scipy.stats import chi2
 
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
@@ -121,8 +122,20 @@ def missing_warning(missing: Missing) -> str:
     return (
         f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
         f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "
-        f"estimated with the rest, {found}; what declares it is in missing of estimate.json, and "
+        f"estimated with the rest, {found}{_common(missing)}; what declares it is in missing of estimate.json, and "
         '[identify] disturbances = "none" keeps it out'
+    )
+
+
+def _common(missing: Missing) -> str:
+    """Say what a common part of values that have a mean would be, which no record shows."""
+    values = [p.value for p in missing.parameters.values()]
+    if len(values) - missing.dof != 1 or not np.mean(values):
+        return ""
+    scatter = 100.0 * float(np.std(values, ddof=1) / abs(np.mean(values)))
+    return (
+        f" (their mean counts as the mechanism's value: they scatter by {scatter:.2g} %, so that it may well be "
+        f"{scatter / math.sqrt(len(values)):.2g} % off, unseen)"
     )
 
 
