@@ -206,7 +206,7 @@ def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
 
 def _lines(r: Mapping[str, Any]) -> int:
     """Return how many lines were removed of a record's leading channel."""
-    return len(next(iter(r.get("channels", {}).values()), {}).get("lines", ()))
+    return max((len(channel.get("lines", ())) for channel in r.get("channels", {}).values()), default=0)
 
 
 def _number(value: float | None) -> float:
