@@ -78,6 +78,33 @@ class PolarPair:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Extension:
+    """A term that a real block may have and a mechanism file may lack; at its null value it is not there.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
+        which the period is added.
+    table : str
+        Table of the mechanism file that it would stand in.
+    order : int or None
+        Of a list, what tells its entries apart; None of a table that is there once.
+    structure : mapping of key to Expr
+        Values of the entry's keys that shape the equations, in the file's symbols.
+    widths : mapping of key to Expr
+        What is free of it, each with how large it may well be: standard deviation about the null value, in the file's
+        unit and symbols. An amplitude stands for both parts of its pair; what is left out stays at its null.
+    """
+
+    name: str
+    table: str
+    order: int | None = None
+    structure: Mapping[str, sp.Expr] = field(default_factory=dict)
+    widths: Mapping[str, sp.Expr] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class LinearSystem:
     """A linear filter behind the plant, x' = A x + B u, in closed form in the time loop.
 
@@ -128,6 +155,8 @@ class Block:
         that nothing does, as in a low-pass.
     scales : mapping of str to Expr
         What a data sheet names of it, as ``"holding torque"``: functions of the file's symbols.
+    extensions : tuple of Extension
+        What it may have beside, smooth at the null value.
     reference : str
         Where the equations stand.
     """
@@ -146,4 +175,5 @@ class Block:
     filter: LinearSystem | None = None
     swinging: Mapping[sp.Symbol, str] = field(default_factory=dict)
     scales: Mapping[str, sp.Expr] = field(default_factory=dict)
+    extensions: tuple[Extension, ...] = ()
     reference: str = "Kornienko2013"

@@ -80,11 +80,15 @@ class Coordinates:
         Of single records: those of their clocks, then those of their values of the mechanism.
     priors : mapping of str to (float, float)
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
+    shrinkage : mapping of str to float
+        Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale: both parts of a
+        detent have that of its amplitude, which itself has no derivative at 0.
     """
 
     space: SearchSpace
     own: tuple[RecordCoordinate, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shrinkage: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -184,18 +188,27 @@ class Coordinates:
 
     def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far each prior is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        away, J = self._shrunk_rows(q)
         if not self.priors:
-            return np.zeros(0), np.zeros((0, self.size))
+            return away, J
         names, slopes = self.value_slopes(q)
         values = self.space.values(self.of_mechanism(q)) | dict(zip(self._places, self.of_records(q), strict=True))
         rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
-        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
+        told, D = np.zeros(len(rows)), np.zeros((len(rows), self.size))
         for k, (i, name, value, sigma) in enumerate(rows):
             off, known = values[name] - value, self.space.mechanism.parameters.get(name)
             if known is not None and known.is_periodic:
                 off = (off + 180.0) % 360.0 - 180.0
-            away[k], J[k] = off / sigma, slopes[i] / sigma
-        return away, J
+            told[k], D[k] = off / sigma, slopes[i] / sigma
+        return np.concatenate([told, away]), np.vstack([D, J])
+
+    def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far each coordinate that is held near 0 is from it, (k,) in sigmas, and its derivative, (k, n)."""
+        places = [j for j, c in enumerate(self.space.coordinates) if c.name in self.shrinkage]
+        widths = np.array([self.shrinkage[self.space.coordinates[j].name] for j in places])
+        J = np.zeros((len(places), self.size))
+        J[np.arange(len(places)), places] = 1.0 / widths
+        return q[places] / widths, J
 
     @property
     def lanes(self) -> int:
@@ -242,7 +255,10 @@ class Coordinates:
 
 
 def coordinates_of(
-    space: SearchSpace, targets: Sequence[Target], priors: Mapping[str, tuple[float, float]]
+    space: SearchSpace,
+    targets: Sequence[Target],
+    priors: Mapping[str, tuple[float, float]],
+    shrinkage: Mapping[str, float],
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
     clocks = [RecordCoordinate(t.name, p, None) for t in targets for p in t.moved if is_of_clock(p)]
@@ -251,4 +267,4 @@ def coordinates_of(
         for t in targets
         for lane, p in enumerate((p for p in t.moved if not is_of_clock(p)), space.size)
     ]
-    return Coordinates(space, (*clocks, *carried), priors)
+    return Coordinates(space, (*clocks, *carried), priors, shrinkage)
