@@ -40,7 +40,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         twist = alpha/G + e(alpha) - alpha_g,   T_applied = law(twist, twist'),   T_rg = (1/G + e'(alpha)) T_applied
 
     with the kinematic error e(alpha) = sum E_k sin(k alpha + phi_k) at the output, k per turn of the input, after
-    Tuttle and Seering (1996); T_rg follows from T_applied by virtual work.
+    Tuttle and Seering (1996); T_rg follows from T_applied by virtual work. A record starts where `unwound` says.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         terms = {lever: slope} if errors else {}
         used = lever if errors else slope
         terms |= {
-            twist: alpha / G + sum((e.angle for e in errors), Integer(0)) - alpha_gear,
+            twist: _followed(alpha, errors) - alpha_gear,
             twist_rate: used * omega - omega_gear,
             T_applied: chosen.torque,
             T_rg: used * T_applied,
@@ -91,6 +91,19 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
                   widths={"amplitude": Float(1e-4)})
         for order in ERROR_ORDERS if order not in orders
     )  # fmt: skip
+
+
+def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
+    """Return the angle of the output, rad, at which the twist is zero where the input stands at `start`, rad.
+
+    A gear at rest without load is not wound up by its own error: alpha_g = alpha/G + e(alpha).
+    """
+    return _followed(start, [_Harmonic(index, order) for index, order in enumerate(error_orders)])
+
+
+def _followed(turned: Expr, errors: Sequence[_Harmonic]) -> Expr:
+    """Return what a gear without elasticity makes of an angle of the input, rad."""
+    return turned / G + sum((e.angle.subs(alpha, turned) for e in errors), Integer(0))
 
 
 def linear() -> GearLaw:

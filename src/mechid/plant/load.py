@@ -23,7 +23,7 @@ MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
 SWINGING = {alpha_gear: LOAD_ON_GEAR, omega_gear: LOAD_ON_GEAR}
 
 
-def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED, turns: bool = False) -> Block:
+def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED / G, turns: bool = False) -> Block:
     """Load on the output, rigid or with flexible modes, free or with friction of its own.
 
     Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
@@ -41,7 +41,7 @@ def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED, turns
     rubbed : bool
         Whether a friction block acts on it.
     start : Expr
-        The rotor's angle at the start of a record, rad.
+        Its angle at the start of a record, rad.
     turns : bool
         Whether its base turns.
     """
@@ -92,7 +92,7 @@ def _test_mass(start: Expr) -> Block:
 
 
 def _initial(start: Expr) -> dict[Symbol, Expr]:
-    return {alpha_gear: start / G, omega_gear: Integer(0)}
+    return {alpha_gear: start, omega_gear: Integer(0)}
 
 
 def _base_inputs(*, rubbed: bool, turns: bool) -> tuple[Symbol, ...]:

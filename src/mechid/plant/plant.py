@@ -128,8 +128,13 @@ class Plant:
 
     @cached_property
     def turned(self) -> dict[sp.Symbol, sp.Expr]:
-        """How far each state that the start angle moves is moved by it: d(initial)/d(theta_0)."""
-        slopes = {s: sp.diff(e, START_ANGLE) for s, e in zip(self.states, self.initial, strict=True)}
+        """How far each state that the start angle moves is moved by it on average over a turn: d(initial)/d(theta_0).
+
+        What moves it back and forth, as a kinematic error does, is no turning.
+        """
+        harmonics = {part: 0 for pair in self.polar_pairs for part in (pair.cosine, pair.sine)}
+        even = (sp.sympify(e).subs(harmonics) for e in self.initial)
+        slopes = {s: sp.diff(e, START_ANGLE) for s, e in zip(self.states, even, strict=True)}
         return {s: slope for s, slope in slopes.items() if slope != 0}
 
     @cached_property
