@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
-from mechid.campaign.campaign import mechanism_name
-from mechid.command import RateProfile
+from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
+from mechid.identification.disturbance.declared import recalled_record
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import Fit, found_by
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
@@ -31,7 +31,7 @@ class Travel:
 
     rate: RateProfile
     base: TimeBase
-    time_offset_s: float
+    timing: Timing
 
     @property
     def size(self) -> int:
@@ -41,7 +41,7 @@ class Travel:
     def __getitem__(self, part: slice, /) -> FloatArray:
         """Return those of a slice."""
         times = self.base.start_s + np.arange(*part.indices(self.size)) / self.base.sample_rate_hz
-        return steps_travelled(self.rate, times - self.time_offset_s)
+        return steps_travelled(self.rate, self.timing.command_s(times))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +89,9 @@ class Prediction:
 
 
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
-    """Return a record of the campaign with the sign, command and use that a fit took it to have."""
+    """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
     own = fit.records.get(record.name)
+    record = recalled_record(record, found_by(fit), fit.mechanism.plant)
     return taken_record(record, own.taken) if own else record
 
 
@@ -99,13 +100,12 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     record = as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
-    offset_s = values[record.time_offset.name]
-    stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
+    timing = Timing(values[record.time_offset.name], values[record.clock.name] if record.clock else 0.0)
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
-    p = fit.mechanism.kernel_values(stand)
-    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s)
+    p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
+    y, _, _ = accurate_outputs(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
-    travel = Travel(record.command.rate, target.base, offset_s)
+    travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {
         channel.quantity: _beside(

@@ -12,7 +12,10 @@ from mechid.command.entry import is_table
 Priors: TypeAlias = Literal["fit", "search", "none"]
 Colour: TypeAlias = Literal["auto", "prefilter", "none"]
 Spikes: TypeAlias = Literal["keep", "reject"]
+Disturbances: TypeAlias = Literal["auto", "none"] | tuple[str, ...]
 CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
+DISTURBANCES = ("clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
+"""What records may have beside the mechanism, as estimate.json names it."""
 LIMITS = ("max_relative_error", "max_correlation")
 
 
@@ -35,6 +38,8 @@ class IdentifyOptions:
         Standard error over value above which a parameter counts as ruined.
     max_correlation : float or None
         Magnitude of a correlation above which two parameters count as dependent.
+    disturbances : "auto", "none" or tuple of str
+        Which of `DISTURBANCES` may be added where the records ask for them: all, none, or those named.
     """
 
     priors: Priors = "fit"
@@ -43,6 +48,7 @@ class IdentifyOptions:
     freeze: bool = True
     max_relative_error: float | None = None
     max_correlation: float | None = None
+    disturbances: Disturbances = "auto"
 
 
 KEYS = tuple(IdentifyOptions.__dataclass_fields__)
@@ -64,8 +70,16 @@ def read_identify_options(table: Mapping[str, Any], place: Place) -> IdentifyOpt
     for key, value in entry.items():
         if key in CHOICES:
             options[key] = one_of(value, CHOICES[key], here.key(key))
+        elif key == "disturbances":
+            options[key] = _disturbances(value, here.key(key))
         elif key in LIMITS:
             options[key] = above_zero(value, here.key(key), "1")
         else:
             options[key] = flag(value, here.key(key))
     return IdentifyOptions(**options)
+
+
+def _disturbances(entry: Any, place: Place) -> Disturbances:
+    if not isinstance(entry, list):
+        return "none" if one_of(entry, ("auto", "none"), place) == "none" else "auto"
+    return tuple(one_of(name, DISTURBANCES, place.item(index)) for index, name in enumerate(entry))

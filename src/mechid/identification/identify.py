@@ -22,11 +22,11 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
+from mechid.identification.stages.disturbances import fit_with_disturbances
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
-from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
@@ -133,7 +133,7 @@ def _follow_plan(
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=ROUGH)
-    state = fit_with_noise_released(watch, state, campaign.options, names)
+    state = fit_with_disturbances(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirmed(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))

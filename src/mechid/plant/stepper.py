@@ -8,7 +8,7 @@ from dataclasses import replace
 from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Extension, PolarPair
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
@@ -129,7 +129,7 @@ def _electrical() -> tuple[Declaration, ...]:
     return (
         _POLES,
         Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
-                    spread=1.25, supply_power=2),
+                    spread=1.25, supply_power=2, role=Role.WINDING_RESISTANCE),
         Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0,
                     supply_power=2),
         _TORQUE_CONSTANT,

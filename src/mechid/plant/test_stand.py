@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sympy import Expr, Matrix, Symbol, pi, sin, sqrt, symbols
 
-from mechid.parameter import Declaration
+from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, LinearSystem
 from mechid.plant.housing import FAST
 
@@ -148,7 +148,7 @@ def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol
 
 
 def _gain() -> Declaration:
-    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI,
+    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI, role=Role.TRANSDUCER_GAIN,
                        meaning="gain of the transducer, negative for the other polarity")  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
+from mechid.campaign.campaign import CLOCK, TIME_OFFSET, record_parameter_name
 from mechid.command import Command, Excitation
+from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
 from mechid.signal.autoregression import Autoregression
@@ -99,9 +100,10 @@ class Target:
     base : TimeBase
     command : Command
     excitation : Excitation
-        Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
+        Its step edges, also for the largest time offset and clock in reach. They are large: worked out once, held once.
     own : tuple of Parameter
-        What is the record's own, known and free: its time offset, values of its test stand.
+        What is the record's own, known and free: its time offset, its clock, values of the mechanism. What several
+        targets have under one name is one parameter that they share.
     """
 
     name: str
@@ -137,9 +139,21 @@ class Target:
         return next(filter(is_time_offset, self.own), time_offset_of(self.name, 0.0))
 
     @property
+    def clock(self) -> Parameter | None:
+        """By how many ppm the driver's clock runs faster than the recorder's; None where nothing is said of it."""
+        return next(filter(is_clock, self.own), None)
+
+    @property
     def latest_s(self) -> float:
-        """The largest |time offset| that it may come to, s."""
-        return latest_of(self.time_offset)
+        """The largest |time offset| that it may come to, a clock's at its end among them, s."""
+        return latest_of(self.own, self.base)
+
+    def with_own(self, *own: Parameter) -> Target:
+        """Return the target with further parameters of its own, its edges as far as these reach."""
+        other = replace(self, own=(*self.own, *own))
+        if other.latest_s == self.latest_s:
+            return other
+        return replace(other, excitation=excitation_over(self.command, self.base, other.latest_s))
 
     def with_time_offset(self, offset: Parameter) -> Target:
         """Return the target with another time offset."""
@@ -177,7 +191,7 @@ def target_of(record: CampaignRecord) -> Target:
         channels=tuple(channel_of(record, match) for match in record.estimated),
         base=base,
         command=record.command,
-        excitation=excitation_over(record.command, base, latest_of(record.time_offset)),
+        excitation=excitation_over(record.command, base, latest_of(record.parameters, base)),
         own=record.parameters,
     )
 
@@ -187,9 +201,20 @@ def is_time_offset(parameter: Parameter) -> bool:
     return parameter.declaration.key == TIME_OFFSET.key
 
 
-def latest_of(offset: Parameter) -> float:
-    """Return the largest |time offset| in reach of a known or free one, s."""
-    return max(abs(offset.min), abs(offset.max)) if offset.is_free else abs(offset.value)
+def is_clock(parameter: Parameter) -> bool:
+    """Tell whether a parameter of a record's own is its clock's."""
+    return parameter.declaration.key == CLOCK.key
+
+
+def latest_of(own: Iterable[Parameter], base: TimeBase) -> float:
+    """Return how far a record's own parameters, known and free, may shift it at most, s."""
+    end_s = abs(base.start_s) + base.samples * base.interval_s
+    shifts = {TIME_OFFSET.key: 1.0, CLOCK.key: PPM * end_s}
+    return sum(_largest(q) * shifts.get(q.declaration.key, 0.0) for q in own)
+
+
+def _largest(parameter: Parameter) -> float:
+    return max(abs(parameter.min), abs(parameter.max)) if parameter.is_free else abs(parameter.value)
 
 
 def time_offset_of(record: str, value: float, bounds: Sequence[float] = ()) -> Parameter:

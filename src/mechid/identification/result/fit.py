@@ -10,9 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from mechid.identification.disturbance.declared import Declared
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.missing import Missing
 from mechid.identification.result.outcome import FitOutcome
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
@@ -262,6 +264,8 @@ class Fit:
         What the fit is worth.
     reasons : tuple of Reason
         Why it has no better grade.
+    missing : tuple of Missing
+        What the files do not declare and the records ask for, put into the fit.
     """
 
     mechanism: Mechanism
@@ -278,6 +282,7 @@ class Fit:
     consistency: Consistency | None = None
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
+    missing: tuple[Missing, ...] = ()
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
@@ -290,12 +295,19 @@ class Fit:
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
+            "missing": [one.to_dict() for one in self.missing],
             "records": {name: _record_dict(r) for name, r in self.records.items()},
             "stages": [_stage_dict(s) for s in self.stages],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }
+
+
+def found_by(fit: Fit) -> dict[str, Declared]:
+    """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
+    own = (fit.parameters[name] for one in fit.missing for name in one.parameters)
+    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:

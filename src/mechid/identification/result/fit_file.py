@@ -17,6 +17,7 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.missing import Missing
 from mechid.identification.result.outcome import FitOutcome
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
@@ -99,6 +100,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
         grade=Grade(content["grade"]),
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
+        missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
     )
 
 

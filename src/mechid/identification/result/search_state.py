@@ -9,6 +9,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.disturbance.disturbance import Found
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
@@ -55,6 +56,8 @@ class SearchState:
         Whether the search came to its end, so that only the conclusion is left.
     before_raised : mapping of record to str
         How far it was followed before any noise level was raised, in words; empty where none was.
+    found : tuple of Found
+        Disturbances that the problem has because its records ask for them.
     """
 
     problem: Problem
@@ -68,6 +71,7 @@ class SearchState:
     solution: Solution | None = None
     searched: bool = False
     before_raised: Mapping[str, str] = field(default_factory=dict)
+    found: tuple[Found, ...] = ()
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
         """Return it at a better point; with how far that follows the records where this is what makes it better."""

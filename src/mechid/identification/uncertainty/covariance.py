@@ -140,7 +140,7 @@ def _score(
     whitened = all(
         own.order == 0 and c.rounded <= MOSTLY_ROUNDING for c, own in zip(target.channels, colour, strict=True)
     )
-    parts = PartsOfRecord(target, problem.coordinates.time_offset(target, q), window, rows.widths, whitened=whitened)
+    parts = PartsOfRecord(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
     for k, block, n in rows:
         coloured[k].add(block[:, :n])
         parts.add(k, block[:, :n])

@@ -1,0 +1,66 @@
+"""What a campaign file says of its records apart from their ``[[record]]`` tables, put into these.
+
+    [campaign]
+    clock_ppm = -120.0
+
+    [own.full_46]
+    peak_voltage = 5.6
+
+are the keys ``clock_ppm`` above all records and ``peak_voltage`` in the record of that name. Below the last record no
+key of the whole file, and none of another record, can be written otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, INSTANTS
+from mechid.campaign.place import Place, found, refuse_unknown_keys
+from mechid.campaign.test_stand_entry import KEY as TEST_STAND
+from mechid.command.entry import is_table
+from mechid.errors import did_you_mean
+from mechid.plant.tables import MOTOR_OF_RECORD
+
+OWN = "own"
+KEYS = (*(declaration.key for declaration in INSTANTS), *MOTOR_OF_RECORD, TEST_STAND)
+
+
+def gathered(table: Mapping[str, Any], place: Place) -> dict[str, Any]:
+    """Return the content of a campaign file with its tables ``[campaign]`` and ``[own.<record>]`` where they belong.
+
+    Raises
+    ------
+    InputFileError
+        One of them is no table, names no record, or says what is said elsewhere.
+    """
+    above = _table(table, CAMPAIGN, place)
+    refuse_unknown_keys(above, (CLOCK.key,), place.key(CAMPAIGN))
+    whole = {key: entry for key, entry in table.items() if key not in (CAMPAIGN, OWN)}
+    whole = _joined(whole, above, place.key(CAMPAIGN))
+    apart, at = _table(table, OWN, place), place.key(OWN)
+    records = table.get("record", [])
+    if not apart or not isinstance(records, list) or not all(map(is_table, records)):
+        return whole
+    names = [str(record.get("name")) for record in records]
+    for name in apart:
+        if name not in names:
+            near = did_you_mean(name, names) or f"; there are {', '.join(names)}"
+            raise at.key(name).error(f"no such record{near}")
+        refuse_unknown_keys(_table(apart, name, at), KEYS, at.key(name))
+    joined = [_joined(r, apart.get(n, {}), at.key(n)) for n, r in zip(names, records, strict=True)]
+    return {**whole, "record": joined}
+
+
+def _table(table: Mapping[str, Any], key: str, place: Place) -> Mapping[str, Any]:
+    entry = table.get(key, {})
+    if not is_table(entry):
+        raise place.key(key).error(f"{found(entry)}; write a table, [{key}]")
+    return dict(entry)
+
+
+def _joined(table: Mapping[str, Any], more: Mapping[str, Any], place: Place) -> dict[str, Any]:
+    for key in more:
+        if key in table:
+            raise place.key(key).error("it is written elsewhere in the file too; keep one of the two")
+    return {**table, **more}
