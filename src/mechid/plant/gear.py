@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from sympy import Expr, Float, Integer, Symbol, cos, diff, pi, sin, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, PolarPair, Switch
+from mechid.plant.block import Block, Extension, Guard, PolarPair, Rival, Switch
 from mechid.plant.drive_train import alpha, alpha_gear, omega, omega_gear
 
 G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
@@ -79,6 +79,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         outputs={"T_rg": T_rg, "T_applied": out},
         switch=chosen.switch,
         extensions=_error_extensions(error_orders),
+        rivals=_rivals() if law == "linear" else (),
         reference=chosen.reference,
     )
 
@@ -91,6 +92,19 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
                   widths={"amplitude": Float(1e-4)})
         for order in ERROR_ORDERS if order not in orders
     )  # fmt: skip
+
+
+def _rivals() -> tuple[Rival, ...]:
+    """Return what may stand beside a linear gear: backlash, small and large; friction that grows with its torque."""
+    plays = tuple(
+        Rival(name="gear.backlash", table="gear", law="backlash", free={"backlash": (play, play / 30, play * 30)})
+        for play in (Float(5e-6), Float(1.5e-4))
+    )
+    share = (Float(0.05), Float(1e-3), Float(1.0))
+    return (
+        *plays,
+        Rival(name="friction.load_dependent", table="friction", law="load_dependent", free={"load_share": share}),
+    )
 
 
 def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:

@@ -8,9 +8,10 @@ from functools import cached_property
 
 from mechid.parameter import Parameter, Status
 from mechid.plant.assembly import plant_of
-from mechid.plant.block import Extension
+from mechid.plant.block import Extension, Rival
+from mechid.plant.layout import Layout
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.tables import LISTS
+from mechid.plant.tables import LISTS, TABLES
 
 WIDEST = 10.0
 """Widths that a term may reach: far from where its small prior lets it go."""
@@ -60,7 +61,7 @@ class Superset:
     def freeing(self, names: Collection[str]) -> Mechanism:
         """Return the mechanism with the terms of some names free from their null values."""
         pairs = {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
-        freed = {}
+        freed: dict[str, Parameter] = {}
         for term in self.terms:
             if term.name in names:
                 for name, width in term.widths.items():
@@ -78,27 +79,63 @@ class Superset:
 def superset_of(mechanism: Mechanism) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out."""
     layout = mechanism.plant.layout
-    extensions = [e for block in mechanism.plant.blocks for e in block.extensions]
-    if layout is None or not extensions:
+    if layout is None:
+        return None
+    extensions = [e for b in mechanism.plant.blocks for e in b.extensions if not (e.law and e.table in layout.own)]
+    if not extensions:
         return None
     orders, places = dict(layout.orders), []
     for extension in extensions:
         places.append(_place(orders, extension))
-    tables = layout.tables | {e.table for e in extensions if e.table not in LISTS}
-    plant = plant_of(replace(layout, orders=orders, tables=tables))
+    laws = {**layout.laws, **{e.table: e.law for e in extensions if e.law}}
+    wide = replace(layout, orders=orders, laws=laws, tables=layout.tables | _optional(extensions))
     values = {
         f"{place}.{key}": float(e.subs(mechanism.by_symbol))
         for place, extension in zip(places, extensions, strict=True)
         for key, e in extension.structure.items()
     }
+    terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
+    return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
+
+
+def rivals_of(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
+    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it."""
+    layout = mechanism.plant.layout
+    for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
+        if layout is not None and rival.table not in layout.own and rival.table not in layout.tables:
+            other = _with_rival(mechanism, layout, rival)
+            if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
+                yield rival.name, other
+
+
+def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism:
+    laws = {**layout.laws, **({rival.table: rival.law} if rival.law else {})}
+    orders = {**layout.orders, **({rival.table: (rival.order,)} if rival.order else {})}
+    wide = replace(layout, laws=laws, orders=orders, tables=layout.tables | _optional([rival]))
+    known = {f"{rival.table}.{TABLES[rival.table].told_by}": float(rival.order)} if rival.order else {}
+    other = _laid_out(mechanism, wide, known)
+    freed = {}
+    for key, limits in rival.free.items():
+        name = f"{rival.table}.{key}"
+        value, least, most = (float(e.subs(mechanism.by_symbol)) for e in limits)
+        freed[name] = replace(other.parameters[name], value=value, min=least, max=most, status=Status.FREE)
+    return other.with_parameters(freed)
+
+
+def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
+    """Return the optional tables among those that terms or laws stand in."""
+    return frozenset(each.table for each in some if TABLES[each.table].optional)
+
+
+def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
+    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0."""
+    plant = plant_of(layout)
     parameters = {
         name: mechanism.parameters.get(name)
         or Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
         for name, d in plant.declarations.items()
     }
-    whole = Mechanism(plant, parameters, mechanism.options)
-    terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
-    return Superset(mechanism, whole, terms)
+    return Mechanism(plant, parameters, mechanism.options)
 
 
 def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> str:
