@@ -12,13 +12,14 @@ from mechid.campaign import CampaignRecord
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.disturbance.declared import recalled_record
+from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
 from mechid.identification.result.fit import Fit, found_by
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.trend import Line
 from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
 
@@ -92,6 +93,7 @@ def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
     """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
     own = fit.records.get(record.name)
     record = recalled_record(record, found_by(fit), fit.mechanism.plant)
+    record = with_lines(record, own.lines if own else ())
     return taken_record(record, own.taken) if own else record
 
 
@@ -125,7 +127,7 @@ def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
 def _beside(channel: TargetChannel, modelled: FloatArray, travel: Travel, base: TimeBase) -> Prediction:
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
-        removed = fit_line(Remainder(channel.measured, model=modelled), channel.linear, channel.rejected)
+        removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)
     return Prediction(
         measured=channel.measured,
         removed=removed,

@@ -56,6 +56,8 @@ class Match:
         Resolution of the instrument in the file's numbers, 0 where none is declared.
     noise_sigma : float or None
         Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
+    lines_hz : tuple of float
+        Lines that are projected out, such as mains hum.
     """
 
     quantity: str = "torque"
@@ -64,6 +66,7 @@ class Match:
     drift: bool = True
     quantisation: float = 0.0
     noise_sigma: float | None = None
+    lines_hz: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
-from mechid.identification.disturbance.disturbance import disturbed_campaign
+from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -43,6 +43,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
     written = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
+    hum = lines_of(problem)
+    written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
     campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
@@ -53,8 +55,13 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
+    records = {
+        r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+        for r in campaign.records
+        if r.data is not None
+    }
     values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
-    missing = tuple(missing_of(found, values) for found in state.found)
+    missing = tuple(missing_of(found, values, records) for found in state.found)
     terms = state.beside.new if state.beside else frozenset()
     own = [*map(missing_warning, missing), *_warnings({n: p for n, p in parameters.items() if n not in terms})]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
@@ -64,11 +71,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         correlation_names=errors.names,
         correlation=errors.correlation,
         covariance=errors.covariance,
-        records={
-            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
-            for r in campaign.records
-            if r.data is not None
-        },
+        records=records,
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),

@@ -13,6 +13,8 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import conclude
+from mechid.identification.disturbance.disturbance import with_disturbances
+from mechid.identification.disturbance.mains import mains
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
 from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.problem import Problem
@@ -114,7 +116,9 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     longest = max(t.base.interval_s for t in targets)
     substeps = max(1, math.ceil(longest / LONGEST_STEP_S - 1e-6))
     priors = {} if campaign.options.priors == "none" else _priors(campaign)
-    return Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
+    problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
+    hum = mains(problem, declared_hz=campaign.options.mains) if campaign.options.mains else None
+    return with_disturbances(problem, [hum]) if hum else problem
 
 
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:

@@ -21,7 +21,8 @@ from mechid.plant.plant import Plant
 from mechid.report.curves import rate_over
 from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
 from mechid.signal.remainder import Remainder
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.series import no_samples
+from mechid.signal.trend import Line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.units import SI_UNIT
@@ -198,7 +199,7 @@ class Scene:
         for block in self._run(mechanism, stretch, None).blocks():
             modelled[block.start : block.stop] = block.y[:, self._output]
         residual = Remainder(self.channel.measured[:n], model=modelled)[:]
-        line = fit_line(residual, self.channel.linear) if np.all(np.isfinite(residual)) else Line()
+        line = self.channel.line(residual, no_samples()) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)
         residual -= removed
         measured = self.channel.measured[:n] - removed
@@ -214,7 +215,7 @@ class Scene:
         values = {name: q.value for name, q in mechanism.parameters.items()}
         step, words = knob.step({**values, **stretch.own}.get(knob.name, 0.0))
         slope = self._slope(mechanism, knob.name, stretch)
-        slope -= fit_line(slope, self.channel.linear).at(0, slope.size)
+        slope -= self.channel.line(slope, no_samples()).at(0, slope.size)
         size = float(np.linalg.norm(slope))
         alone = self.channel.sigma / size if size > 0.0 else math.inf
         return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)

@@ -37,10 +37,12 @@ def declared_toml(one: Disturbance, values: Mapping[str, float]) -> str:
     lines: list[str] = []
     shared = [p for p in one.parameters if p.name.startswith(f"{CAMPAIGN}.")]
     if shared:
-        lines += [f"[{CAMPAIGN}]", *(f"{p.declaration.key} = {_entry(p, values[p.name])}" for p in shared), ""]
+        lines += [f"[[{CAMPAIGN}]]", *(f"{p.declaration.key} = {_entry(p, values[p.name])}" for p in shared), ""]
+    if one.mains_hz:
+        lines += [f"[[{CAMPAIGN}]]", f"mains = {one.mains_hz!r}", ""]
     for record, own in one.own.items():
         entries = [_line(key_in_record(p.name), _entry(p, values[p.name])) for p in own if p not in shared]
-        lines += [f"[{OWN}.{record}]", *entries, ""] if entries else []
+        lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []
     return "\n".join(lines)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -16,6 +16,8 @@ from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter, Status
 
 FloatArray = NDArray[np.float64]
+SAME_LINE_HZ = 1e-6
+MAINS_PREFIX = "mains:"
 
 
 @dataclass(frozen=True)
@@ -30,16 +32,25 @@ class Disturbance:
         What it is.
     own : mapping of record to tuple of Parameter
         What each record gets, free, at the value at which the disturbance is none, with a prior. Records may share one.
+    lines_hz : mapping of record to tuple of float
+        Lines that are projected out of a record's leading channel, with offset and drift.
     """
 
     name: str
     words: str
     own: Mapping[str, tuple[Parameter, ...]] = field(default_factory=dict)
+    lines_hz: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    @property
+    def mains_hz(self) -> float | None:
+        """Nominal frequency of the mains whose hum it is; None where it is something else."""
+        grid = self.name.removeprefix(MAINS_PREFIX).removesuffix("Hz")
+        return float(grid) if self.lines_hz and self.name.startswith(MAINS_PREFIX) else None
 
     @property
     def records(self) -> tuple[str, ...]:
         """The records that it is in."""
-        return tuple(self.own)
+        return (*self.own, *(name for name, lines in self.lines_hz.items() if lines))
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -50,7 +61,7 @@ class Disturbance:
     def dof(self) -> int:
         """Degrees of freedom: the mean of what every record has of its own is the mechanism's, and is none."""
         replaced = {p.replaces for p in self.parameters if p.replaces}
-        return len(self.parameters) - len(replaced)
+        return len(self.parameters) - len(replaced) + 2 * sum(map(len, self.lines_hz.values()))
 
 
 @dataclass(frozen=True)
@@ -86,11 +97,21 @@ def with_disturbances(problem: Problem, some: Iterable[Disturbance]) -> Problem:
 
 def without(problem: Problem, q: FloatArray, some: Iterable[Disturbance]) -> tuple[Problem, FloatArray]:
     """Return a problem, and its point, without some disturbances that were put into it."""
+    some = tuple(some)
     lost = {p.name: p for one in some for p in one.parameters}
-    targets = tuple(replace(t, own=_kept(t.own, lost)) for t in problem.targets)
+    targets = tuple(_without_lines(replace(t, own=_kept(t.own, lost)), some) for t in problem.targets)
     priors = {name: prior for name, prior in problem.priors.items() if name not in lost}
     other = replace(problem, targets=targets, priors=priors)
     return other, carried(problem, q, other)
+
+
+def _without_lines(target: Target, some: Sequence[Disturbance]) -> Target:
+    lost = _lines_of(target.name, some)
+    if not lost:
+        return target
+    rate = target.base.sample_rate_hz
+    kept = tuple(t for t in target.leading.turns if min(abs(t * rate - hz) for hz in lost) > SAME_LINE_HZ)
+    return replace(target, channels=(replace(target.leading, turns=kept), *target.channels[1:]))
 
 
 def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
@@ -122,6 +143,26 @@ def _disturbed_record(record: CampaignRecord, some: Sequence[Disturbance]) -> Ca
     return with_own(record, {p.name: p for p in (*shared, *_of(record.name, some).values())}.values())
 
 
+def lines_of(problem: Problem) -> set[float]:
+    """Return the lines in Hz that a problem projects out of any record."""
+    return {turns * t.base.sample_rate_hz for t in problem.targets for turns in t.leading.turns}
+
+
+def with_lines(record: CampaignRecord, lines_hz: Collection[float]) -> CampaignRecord:
+    """Return a record of whose leading channel further lines are projected out, as far as its sampling lets them be."""
+    if not lines_hz:
+        return record
+    rate = record.data.sample_rate_hz if record.data else 0.0
+    further = {hz for hz in lines_hz if hz < 0.5 * rate}
+    return replace(
+        record,
+        matches=tuple(
+            replace(m, lines_hz=tuple(sorted({*m.lines_hz, *further}))) if m.quantity == record.leading else m
+            for m in record.matches
+        ),
+    )
+
+
 def with_own(record: CampaignRecord, own: Iterable[Parameter]) -> CampaignRecord:
     """Return a record with further parameters of its own, or others in place of those it has.
 
@@ -137,7 +178,11 @@ def _is_shared(parameter: Parameter) -> bool:
 
 
 def _disturbed_target(target: Target, some: Sequence[Disturbance]) -> Target:
-    own = _of(target.name, some)
+    own, lines = _of(target.name, some), _lines_of(target.name, some)
+    if lines:
+        turns = tuple(hz / target.base.sample_rate_hz for hz in lines)
+        leading = replace(target.leading, turns=(*target.leading.turns, *turns))
+        target = replace(target, channels=(leading, *target.channels[1:]))
     if not own:
         return target
     held = replace(target, own=tuple(p for p in target.own if p.name not in own))
@@ -146,6 +191,10 @@ def _disturbed_target(target: Target, some: Sequence[Disturbance]) -> Target:
 
 def _of(record: str, some: Sequence[Disturbance]) -> dict[str, Parameter]:
     return {p.name: p for one in some for p in one.own.get(record, ())}
+
+
+def _lines_of(record: str, some: Sequence[Disturbance]) -> tuple[float, ...]:
+    return tuple(hz for one in some for hz in one.lines_hz.get(record, ()))
 
 
 def _joined(declared: Sequence[Parameter], own: Mapping[str, Parameter]) -> tuple[Parameter, ...]:

@@ -5,15 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, record_parameter_name
-from mechid.campaign.identify_options import DISTURBANCES
+from mechid.campaign.identify_options import DISTURBANCES, MAINS
 from mechid.command import MeasuredCommand
 from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.disturbance.mains import mains
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
 
+FloatArray = NDArray[np.float64]
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
 DELAY_S = 1e-4
@@ -23,13 +28,17 @@ REACH = 5.0
 """Standard deviations to either bound."""
 
 
-def possible(problem: Problem, campaign: Campaign) -> tuple[Disturbance, ...]:
-    """Return the disturbances that records of a problem may have, none of which is declared or excluded."""
+def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
+    """Return the disturbances that records of a problem may have, none of which is declared or excluded.
+
+    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model.
+    """
     asked = campaign.options.disturbances
     allowed = DISTURBANCES if asked == "auto" else () if asked == "none" else asked
     stepped = tuple(t for t in problem.targets if not isinstance(t.command, MeasuredCommand))
-    found = (one for name in allowed for one in _MADE[name](problem, stepped))
-    return tuple(one for one in found if one.own)
+    found = (one for name in allowed if name != MAINS for one in _MADE[name](problem, stepped))
+    hum = mains(problem, q) if MAINS in allowed else None
+    return tuple(one for one in (*found, hum) if one and one.records)
 
 
 def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:

@@ -18,7 +18,6 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle, combined
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.signal.trend import fit_line
 from mechid.signal.whiteness import effective_samples
 
 FloatArray = NDArray[np.float64]
@@ -69,7 +68,7 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     some : sequence of Disturbance
     """
     judged, worth = _by_own_residuals(problem, q, windows)
-    wide = with_disturbances(judged, some)
+    wide = with_disturbances(judged, [one for one in some if one.own])
     here = carried(judged, q, wide)
     triangles = wide.triangles(here, windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
@@ -81,6 +80,9 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     records, found = combined(triangles), {}
     places = {name: j for j, name in enumerate(wide.coordinates.names)}
     for one in some:
+        if one.lines_hz:
+            found[one.name] = _of_lines(problem, q, windows, one)
+            continue
         columns = [places[p.name] for p in one.parameters if p.name in places]
         joined = _moved(records, np.column_stack([follows[:, free], np.eye(wide.size)[:, columns]]))
         known = [_padded(t, free, len(columns)) for t in judged.prior_triangles(q)]
@@ -88,6 +90,22 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
         fall = max(rest - _least(both.fun, both.jacobian), 0.0)
         found[one.name] = Score(fall, one.dof, fall / rest if rest > 0.0 else 0.0, worth)
     return found
+
+
+def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> Score:
+    """Return the score of lines, against what is left without them: beside strong ones all else is narrow in band.
+
+    All else stays where it is, so that it is a little too low.
+    """
+    wide, worth = _by_own_residuals(with_disturbances(problem, [one]), q, windows)
+    levels = {t.name: t.leading.sigma for t in wide.targets}
+    before, after = (float(np.sum(np.square(p.with_sigmas(levels).norms(q, windows)))) for p in (_plain(problem), wide))
+    return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, worth)
+
+
+def _plain(problem: Problem) -> Problem:
+    """Return a problem in which nothing is whitened."""
+    return replace(problem, targets=tuple(t.each(lambda c: replace(c, prefilter=None)) for t in problem.targets))
 
 
 def _following(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
@@ -150,7 +168,7 @@ def _by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tupl
 
 def _by_own_residual(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> tuple[TargetChannel, float]:
     rejected = channel.rejected_within(window)
-    fit_line(r, channel.linear, rejected).take_from(r)
+    channel.line(r, rejected).take_from(r)
     r[rejected] = 0.0
     counted = max(r.size - rejected.size, 1)
     rms = float(np.linalg.norm(r)) / math.sqrt(counted)

@@ -40,4 +40,4 @@ def target_digest(target: Target) -> str:
 def _weight(channel: TargetChannel) -> list[object]:
     colour = channel.prefilter
     own = [colour.coefficients, colour.sigma] if colour else None
-    return [channel.quantity, channel.linear, channel.sigma, channel.rounding, own]
+    return [channel.quantity, channel.linear, channel.turns, channel.sigma, channel.rounding, own]

@@ -17,7 +17,8 @@ from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
 from mechid.signal.autoregression import Autoregression
-from mechid.signal.series import no_samples
+from mechid.signal.series import Series, no_samples
+from mechid.signal.trend import Line, fit_line
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 FloatArray = NDArray[np.float64]
@@ -50,6 +51,8 @@ class TargetChannel:
         What `sigma` rests on.
     raised : float
         Level to which the search raised the noise to follow the record, 0 where it did not.
+    turns : tuple of float
+        Lines that are projected out too, such as mains hum, in turns a sample.
     """
 
     quantity: str
@@ -62,6 +65,16 @@ class TargetChannel:
     bridged: Samples = field(default_factory=no_samples)
     rests_on: NoiseSource = NoiseSource.FLOOR
     raised: float = 0.0
+    turns: tuple[float, ...] = ()
+
+    @property
+    def removed(self) -> int:
+        """Number of columns that are projected out."""
+        return self.linear + 2 * len(self.turns)
+
+    def line(self, series: Series, rejected: Samples) -> Line:
+        """Return what is projected out of a series of it."""
+        return fit_line(series, self.linear, rejected, self.turns)
 
     @property
     def scale(self) -> float:
@@ -235,6 +248,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         sigma=known.sigma,
         rests_on=known.rests_on,
         linear=(2 if match.drift else 1) if match.offset else 0,
+        turns=tuple(hz / record.data.sample_rate_hz for hz in match.lines_hz),
         rounding=rounding(record, match),
         rejected=channel.bridged,
         bridged=channel.bridged,

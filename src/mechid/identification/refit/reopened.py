@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
 from mechid.identification.disturbance.declared import Declared, recalled
+from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
@@ -83,7 +84,9 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     _refuse_others(campaign, estimate)
     taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     parameters: dict[str, Any] = estimate["parameters"]
+    hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
     campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
+    campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
     problem, q = _as_moved(problem, q, parameters, values)
@@ -103,7 +106,7 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
 def _found(estimate: Mapping[str, Any]) -> dict[str, Declared]:
     """Return the parameters that the fit had because its records asked for them, by dotted name."""
     names = (name for one in estimate.get("missing", ()) for name in one["parameters"])
-    own = {name: estimate["parameters"][name] for name in names}
+    own = {name: estimate["parameters"][name] for name in names if name in estimate["parameters"]}
     return {
         name: Declared.bounded(p["start"], p["min"], p["max"], p["prior"]["sigma"] if p["prior"] else None)
         for name, p in own.items()

@@ -14,7 +14,7 @@ from mechid.identification.disturbance.declared import Declared
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
@@ -125,6 +125,8 @@ class ChannelFit:
         Where the residual is largest beside what is allowed there, and how many times that it is.
     out_of_step_at_s : float or None
         Record time at which an angle has left the one modelled by two full steps; None where it has not.
+    lines : tuple of (float, float, float)
+        Lines that were removed, such as mains hum: Hz, amplitude, phase in rad of the cosine at the first sample.
     """
 
     unit: str
@@ -145,6 +147,7 @@ class ChannelFit:
     worst_at_s: float = 0.0
     worst: float = 0.0
     out_of_step_at_s: float | None = None
+    lines: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def known(self) -> float:
@@ -202,6 +205,14 @@ class RecordFit:
     def followed_percent(self) -> float:
         """Share of the samples in windows that the model follows, of the channel of which it follows least."""
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
+
+    @property
+    def lines(self) -> dict[float, OwnValue]:
+        """Amplitude of each line that was removed of the leading channel, by its frequency in Hz."""
+        channel = next(iter(self.channels.values()), None)
+        error = self.residual_rms * math.sqrt(2.0 / max(self.samples, 1))
+        lines = channel.lines if channel else ()
+        return {hz: OwnValue(value=size, std_error=error, unit=channel.unit) for hz, size, _ in lines if channel}
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
@@ -311,7 +322,7 @@ class Fit:
 
 def found_by(fit: Fit) -> dict[str, Declared]:
     """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
-    own = (fit.parameters[name] for one in fit.missing for name in one.parameters)
+    own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
     return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 

@@ -112,7 +112,8 @@ def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
 
 def _channel(own: Mapping[str, Any]) -> ChannelFit:
     runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
-    return ChannelFit(**{**own, "rejected_runs": runs})
+    lines = tuple((float(hz), float(amplitude), float(phase)) for hz, amplitude, phase in own.get("lines", ()))
+    return ChannelFit(**{**own, "rejected_runs": runs, "lines": lines})
 
 
 def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from scipy.stats import chi2
 
+from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
-from mechid.identification.disturbance.disturbance import Found
+from mechid.identification.disturbance.disturbance import Disturbance, Found
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,15 +76,40 @@ class Missing:
         return cls(**{**own, **lists, "parameters": parameters})
 
 
-def missing_of(found: Found, values: Mapping[str, OwnValue]) -> Missing:
-    """Return the entry of a disturbance that was put into a fit, with the values that the fit gives it."""
+class Hummed(Protocol):
+    """A record as it was fitted, of which lines were removed."""
+
+    @property
+    def lines(self) -> Mapping[float, OwnValue]:
+        """Amplitude of each line by its frequency in Hz."""
+
+
+def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, Hummed]) -> Missing:
+    """Return the entry of a disturbance that was put into a fit, with the values that the fit gives it.
+
+    Of mains hum these are the grid's frequency and the amplitude of each line in each record.
+    """
     one = found.disturbance
-    own = {p.name: values[p.name] for p in one.parameters}
+    own = {p.name: values[p.name] for p in one.parameters} | _hum(one, records)
     return Missing(
         name=one.name, words=one.words, parameters=own, chi_square=found.chi_square, dof=one.dof, share=found.share,
         p_value=float(chi2.sf(found.chi_square, one.dof)), records=one.records,
         toml=declared_toml(one, {name: p.value for name, p in own.items()}),
     )  # fmt: skip
+
+
+def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:
+    """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
+    grid_hz = one.mains_hz
+    if grid_hz is None:
+        return {}
+    seen_hz = next(hz for lines in one.lines_hz.values() for hz in lines)
+    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz / round(seen_hz / grid_hz), std_error=None, unit="Hz")}
+    for name, lines in one.lines_hz.items():
+        for hz, amplitude in records[name].lines.items():
+            if any(math.isclose(hz, other) for other in lines):
+                own[record_parameter_name(name, f"mains_{round(hz / grid_hz)}")] = amplitude
+    return own
 
 
 def missing_warning(missing: Missing) -> str:

@@ -1,8 +1,8 @@
 """Growth with terms beside the mechanism as written, where it does not follow the records without them.
 
 While the branch is still wrong no single effect that is freed helps; many small freedoms together act as a model of
-what is missing, and lead to where each can be told. Terms that are nothing at a null value are all free at once, each with a
-small prior; a law that has no such value is a small model of its own.
+what is missing, and lead to where each can be told. Terms that are nothing at a null value are all free at once, each
+with a small prior; a law that has no such value is a small model of its own.
 """
 
 from __future__ import annotations
@@ -153,12 +153,20 @@ def _needed_disturbances(wide: _Wide) -> tuple[tuple[Found, ...], Problem, Float
     samples = sum(t.samples for t in wide.problem.targets)
     groups = groups_of(wide.problem, named)
     rises = needed(solution.triangle, _away(wide.problem, solution.q), groups, samples)
+    rises |= {one.name: _fall(wide.problem, solution.q, one) for one in wide.disturbances if not one.parameters}
     lost = [one for one in wide.disturbances if one.name not in rises]
     total = sum(rises.values())
     found = tuple(
         Found(one, rises[one.name], rises[one.name] / total) for one in wide.disturbances if one.name in rises
     )
     return found, *without(wide.problem, solution.q, lost)
+
+
+def _fall(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
+    """Return by how much the cost falls with lines that are projected out."""
+    with_them = problem.total_norm(q, problem.whole())
+    other, here = without(problem, q, [lines])
+    return other.total_norm(here, other.whole()) ** 2 - with_them**2
 
 
 def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int) -> tuple[SearchState, Growth] | None:

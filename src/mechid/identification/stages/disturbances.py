@@ -17,14 +17,16 @@ from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.over_noise import over_noise
 from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.deviations import deviations
 from mechid.identification.uncertainty.noise import MISFIT
 
 LEAST = 30.0
 """Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
 SHARE = 0.5
-"""Of what records hold beyond their noise, that a disturbance has to explain where more than noise is left after it."""
-TRIED = 2
-"""Candidates that are fitted before none is believed to help."""
+"""Of what records hold beyond their noise, that a disturbance has to explain: with less, the mechanism lacks something
+that it imitates."""
+LEAST_DEVIATION = 4.0
+"""Standard errors, widened by what the model lacks, by which one of its parameters has to be off none."""
 ROUGH = 1e-6
 """Relative fall of the cost at which a fit that shows whether a disturbance is there may stop."""
 
@@ -37,7 +39,7 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     explains most of what is beyond noise stays. The noise is then released anew, from where it is known.
     """
     plain = fit_with_noise_released(watch, state, campaign.options, names)
-    some = possible(plain.problem, campaign)
+    some = possible(plain.problem, campaign, plain.q)
     if not some or not _asks(watch, plain):
         return plain
     watch.tell("disturbances", "what records have beside the mechanism is looked for")
@@ -48,11 +50,20 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
             break
         at = _each_needed(watch, better, names)
         some = tuple(one for one in some if one.name not in {found.disturbance.name for found in at.found})
-        if _follows(watch, at):
-            break
-    if not at.found:
-        return watch.note(plain)
-    return fit_with_noise_released(watch, watch.note(at), campaign.options, names)
+    while at.found:
+        fitted = fit_with_noise_released(watch, watch.note(at), campaign.options, names)
+        doubted = [found for found in at.found if not _stands_out(fitted, found.disturbance)]
+        if not doubted:
+            return fitted
+        at = _fitted_without(watch, at, doubted[-1], names)
+    return watch.note(plain)
+
+
+def _stands_out(state: SearchState, one: Disturbance) -> bool:
+    """Tell whether a disturbance is beyond its own errors, those that hold where the model lacks something else."""
+    if not one.parameters:
+        return True
+    return float(deviations(state.problem, state.q, state.windows, one).max(initial=0.0)) > LEAST_DEVIATION
 
 
 def _asks(watch: Watch, state: SearchState) -> bool:
@@ -73,15 +84,15 @@ def _as_known(watch: Watch, problem: Problem) -> Problem:
 def _with_one_more(
     watch: Watch, state: SearchState, some: tuple[Disturbance, ...], names: tuple[str, ...]
 ) -> SearchState | None:
-    """Return the state fitted with one more disturbance; None where no candidate explains what it has to."""
+    """Return the state fitted with the likeliest further disturbance; None where that explains too little."""
     found = scores(state.problem, state.q, state.windows, some)
     asked = [one for one in some if one.name in found and _counts(found[one.name])]
-    for one in sorted(asked, key=lambda one: -found[one.name].over)[:TRIED]:
-        tried = _fitted(watch, state, one, names)
-        gain = _gain(watch, state, tried, one)
-        if gain is not None:
-            return watch.note(replace(tried, found=(*state.found, gain)))
-    return None
+    if not asked:
+        return None
+    likeliest = max(asked, key=lambda one: found[one.name].over)
+    tried = _fitted(watch, state, likeliest, names)
+    gain = _gain(watch, state, tried, likeliest)
+    return watch.note(replace(tried, found=(*state.found, gain))) if gain else None
 
 
 def _counts(score: Score) -> bool:
@@ -106,9 +117,7 @@ def _gain(watch: Watch, state: SearchState, tried: SearchState, one: Disturbance
     worth = worth_of(tried.problem, tried.q, tried.windows)
     score = Score(worth * fall / costs[1], one.dof, fall / costs[0], worth)
     share = fall / max(costs[0] - sum(samples.values()), fall)
-    if not _counts(score) or not (share >= SHARE or max(after.values()) <= MISFIT):
-        return None
-    return Found(one, score.chi_square, share)
+    return Found(one, score.chi_square, share) if _counts(score) and share >= SHARE else None
 
 
 def _follows(watch: Watch, state: SearchState) -> bool:
@@ -124,11 +133,16 @@ def _over_noise(watch: Watch, state: SearchState) -> dict[str, float]:
 
 def _each_needed(watch: Watch, state: SearchState, names: tuple[str, ...]) -> SearchState:
     """Return the state without those of several disturbances that a fit does as well without."""
-    for one in state.found[:-1]:
-        problem, q = without(state.problem, state.q, [one.disturbance])
-        less = joint_fit(watch, watch.note(state.of(problem).at(q)), f"without {one.disturbance.name}", names,
-                         tolerance=ROUGH)  # fmt: skip
-        rest = tuple(found for found in state.found if found is not one)
-        if _gain(watch, replace(less, found=rest), state, one.disturbance) is None:
-            state = watch.note(replace(less, found=rest))
+    for found in state.found[:-1]:
+        less = _fitted_without(watch, state, found, names)
+        if _gain(watch, less, state, found.disturbance) is None:
+            state = less
     return watch.note(state)
+
+
+def _fitted_without(watch: Watch, state: SearchState, found: Found, names: tuple[str, ...]) -> SearchState:
+    one = found.disturbance
+    problem, q = without(state.problem, state.q, [one])
+    rest = tuple(other for other in state.found if other is not found)
+    begun = watch.note(replace(state.of(problem).at(q), found=rest))
+    return joint_fit(watch, begun, f"without {one.name}", names, tolerance=ROUGH)
