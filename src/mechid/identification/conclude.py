@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
 from mechid.identification.grading import Evidence, graded
@@ -41,9 +42,10 @@ PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
-    campaign = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
+    written = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
     hum = lines_of(problem)
-    campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
+    written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
+    campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
@@ -60,7 +62,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     }
     values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
     missing = tuple(missing_of(found, values, records) for found in state.found)
-    own = [*map(missing_warning, missing), *_warnings(parameters)]
+    terms = state.beside.new if state.beside else frozenset()
+    own = [*map(missing_warning, missing), *_warnings({n: p for n, p in parameters.items() if n not in terms})]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
     fit = Fit(
         mechanism=mechanism,
@@ -77,7 +80,8 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         consistency=errors.consistency,
         missing=missing,
     )
-    return graded(fit, evidence)
+    fit = graded(fit, evidence)
+    return as_written(fit, written, state, state.beside) if state.beside else fit
 
 
 def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:

@@ -84,7 +84,7 @@ def identify(
             else:
                 state = _follow_plan(watch, state, campaign, seed, near)
             if state.outcome.has_optimum:
-                state = freeze_dependent(watch, state, campaign)
+                state = freeze_dependent(watch, state, with_terms(campaign, state))
             state = replace(state, searched=True)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
@@ -93,6 +93,11 @@ def identify(
             return conclude(campaign, state, seed, watch.seconds)
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
             return conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+
+
+def with_terms(campaign: Campaign, state: SearchState) -> Campaign:
+    """Return the campaign with the terms that the search has put beside its mechanism."""
+    return replace(campaign, mechanism=state.beside.mechanism) if state.beside else campaign
 
 
 def make_problem(campaign: Campaign, workers: int) -> Problem:

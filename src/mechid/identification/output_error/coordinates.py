@@ -111,12 +111,16 @@ class Coordinates:
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
         Of a value of which the records have a mean, that of a free parameter, it is how far it may be from that one.
     means : tuple of Mean
+    shrinkage : mapping of str to float
+        Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale: both parts of a
+        detent have that of its amplitude, which itself has no derivative at 0.
     """
 
     space: SearchSpace
     own: tuple[RecordCoordinate, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     means: tuple[Mean, ...] = ()
+    shrinkage: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -216,8 +220,9 @@ class Coordinates:
 
     def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far each prior, and each mean, is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        shrunk, D = self._shrunk_rows(q)
         if not self.priors and not self.means:
-            return np.zeros(0), np.zeros((0, self.size))
+            return shrunk, D
         names, slopes = self.value_slopes(q)
         slope = dict(zip(names, slopes, strict=True))
         values = self.space.values(self.of_mechanism(q)) | dict(zip(self._places, self.of_records(q), strict=True))
@@ -237,7 +242,15 @@ class Coordinates:
             turn = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
             away.append(off / mean.sigma)
             J.append(turn / mean.sigma)
-        return np.array(away), np.array(J).reshape(len(away), self.size)
+        return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
+
+    def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far each coordinate that is held near 0 is from it, (k,) in sigmas, and its derivative, (k, n)."""
+        places = [j for j, c in enumerate(self.space.coordinates) if c.name in self.shrinkage]
+        widths = np.array([self.shrinkage[self.space.coordinates[j].name] for j in places])
+        D = np.zeros((len(places), self.size))
+        D[np.arange(len(places)), places] = 1.0 / widths
+        return q[places] / widths, D
 
     @cached_property
     def _around(self) -> dict[str, str]:
@@ -300,7 +313,10 @@ class Coordinates:
 
 
 def coordinates_of(
-    space: SearchSpace, targets: Sequence[Target], priors: Mapping[str, tuple[float, float]]
+    space: SearchSpace,
+    targets: Sequence[Target],
+    priors: Mapping[str, tuple[float, float]],
+    shrinkage: Mapping[str, float],
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
     owners: dict[str, list[str]] = {}
@@ -310,7 +326,7 @@ def coordinates_of(
     moving = {p.name: p for t in targets for p in t.moved if not p.replaces}
     instants = [RecordCoordinate(tuple(owners[name]), p, None) for name, p in moving.items()]
     carried = [c for target in targets for c in _carried(space, target)]
-    return Coordinates(space, (*instants, *carried), priors, tuple(_means(targets)))
+    return Coordinates(space, (*instants, *carried), priors, tuple(_means(targets)), shrinkage)
 
 
 def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:

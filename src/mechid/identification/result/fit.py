@@ -16,6 +16,7 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
@@ -277,6 +278,8 @@ class Fit:
         Why it has no better grade.
     missing : tuple of Missing
         What the files do not declare and the records ask for, put into the fit.
+    beside : TermsBeside or None
+        Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     """
 
     mechanism: Mechanism
@@ -294,6 +297,7 @@ class Fit:
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
+    beside: TermsBeside | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
@@ -307,6 +311,7 @@ class Fit:
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
             "missing": [one.to_dict() for one in self.missing],
+            "beside": self.beside.to_dict() if self.beside else None,
             "records": {name: _record_dict(r) for name, r in self.records.items()},
             "stages": [_stage_dict(s) for s in self.stages],
             "warnings": list(self.warnings),

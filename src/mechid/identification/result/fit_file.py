@@ -19,6 +19,7 @@ from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate,
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.terms_beside import TermsBeside
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
              "prefilter_order", "rejected")  # fmt: skip
@@ -101,6 +102,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         grade=Grade(content["grade"]),
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
+        beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
     )
 
 
