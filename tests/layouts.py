@@ -73,6 +73,12 @@ LAYOUTS = {
         "load": {"mode": [{"frequency": 190.0, "damping": 0.01, "inertia": 0.003},
                           {"frequency": 700.0, "damping": 0.02, "inertia": 0.001}]}
     },
+    "unbalance": {"load": {"unbalance": {"amplitude": 0.08, "phase_deg": 30.0}}},
+    "cable spring": {"load": {"cable": {"stiffness": 0.4, "rest_angle": 0.1}}},
+    "cable": {
+        "load": {"cable": {"law": "dahl", "stiffness": 0.4, "rest_angle": 0.1, "hysteresis": 0.03,
+                           "hysteresis_angle": 2e-3}}
+    },
     "imbalance": {
         "stepper": {"imbalance": {"resistance": 0.02, "inductance": -0.03, "torque_constant": 0.04,
                                   "offset_a": 0.1, "offset_b": -0.05}}

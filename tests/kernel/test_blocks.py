@@ -9,6 +9,7 @@ from hand_typed_blocks import (
     flexible_load,
     friction_torque,
     kinematics,
+    load_torques,
     output_torque,
     stand_response,
     winding_rates,
@@ -30,7 +31,8 @@ def values(m):
 def random_state(m, seed):
     """Return states by name, of the size a run meets; the gear is twisted by up to 4e-4 rad."""
     r = np.random.default_rng(seed)
-    scale = {"i_A": 0.5, "i_B": 0.5, "omega": 8.0, "z_fr": 1e-3, "q_1": 1e-3, "q_2": 1e-4, "v_1": 0.2, "v_2": 0.1}
+    scale = {"i_A": 0.5, "i_B": 0.5, "omega": 8.0, "z_fr": 1e-3, "q_1": 1e-3, "q_2": 1e-4, "v_1": 0.2, "v_2": 0.1,
+             "h_cable": 0.5}  # fmt: skip
     x = {str(s): scale.get(str(s), 0.0) * r.normal() for s in m.plant.states}
     x["alpha"] = r.uniform(-3, 3)
     x["alpha_gear"] = x["alpha"] / 50 + r.uniform(-4e-4, 4e-4)
@@ -61,14 +63,17 @@ def by_hand(name, m, x, u):
     di_A, di_B, T_coils = winding_rates((x["i_A"], x["i_B"]), q["U"] * u, x["alpha"], x["omega"], q, harmonics)
     T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
-    a_gear, *a_modes = flexible_load(T_out, modes, q)
+    cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)
+    a_gear, *a_modes = flexible_load(T_out - cable - weight, modes, q)
     rates = {"i_A": di_A, "i_B": di_B, "alpha": x["omega"], "omega": (T_mot - T_fr - T_rg) / q["J_rot"],
              "alpha_gear": x["omega_gear"], "omega_gear": a_gear}  # fmt: skip
     if "z_fr" in x:
         rates["z_fr"] = slip
+    if "h_cable" in x:
+        rates["h_cable"] = h_rate
     for k, a in enumerate(a_modes, start=1):
         rates |= {f"q_{k}": x[f"v_{k}"], f"v_{k}": a}
-    return rates, -(q["J_rot"] * rates["omega"] + T_out)
+    return rates, -(q["J_rot"] * rates["omega"] + T_out - cable)  # what the weight pulls the base feels
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -31,6 +31,10 @@ TOGETHER = {
         **LAYOUTS["kinematic_error"],
         **LAYOUTS["test stand"],
     },
+    "cables, friction and weight on a load": {
+        "load": LAYOUTS["cable"]["load"] | LAYOUTS["unbalance"]["load"],
+        **LAYOUTS["output_friction"],
+    },
     "LuGre on a current drive": {**LAYOUTS["lugre"], **LAYOUTS["current drive"]},
 }
 """Every block of the library once, in few mechanisms: each is a kernel to compile."""

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from sympy import Expr, Integer
 
+from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import friction, test_stand
+from mechid.plant import cable, friction, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -152,10 +153,30 @@ def _site(drive: str) -> Site:
 
 
 def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
-    """Return the load, and the friction on it where there is any."""
-    rubbed = OUTPUT.table in layout.tables
-    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=start, turns=layout.turns)
-    return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
+    """Return the load, and what acts on it beside the gear: friction, cables, its weight."""
+    rubbed, cabled, unbalanced = (name in layout.tables for name in (OUTPUT.table, cable.TABLE, unbalance.TABLE))
+    _refuse_own_load(layout)
+    body = load(
+        modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, cabled=cabled, unbalanced=unbalanced,
+        start=start, turns=layout.turns,
+    )  # fmt: skip
+    laws = cable.LAWS
+    return [
+        body,
+        *([friction.dry_output(OUTPUT)] if rubbed else []),
+        *([laws[layout.law(cable.TABLE, tuple(laws))]()] if cabled else []),
+        *([unbalance.unbalance()] if unbalanced else []),
+    ]
+
+
+def _refuse_own_load(layout: Layout) -> None:
+    """Refuse what acts on the library's load beside a load of the user's own."""
+    beside = sorted({cable.TABLE, unbalance.TABLE} & layout.tables)
+    if beside and "load" in layout.own:
+        raise InputFileError(
+            f"{beside[0]}: stands beside a load of your own, which does not know of it; write its torque into your "
+            "block, or take the library's load"
+        )
 
 
 def _base(layout: Layout, bodies: Bodies) -> list[Block]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from mechid.plant import friction, gear, housing, test_stand
+from mechid.plant import cable, friction, gear, housing, test_stand
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
@@ -74,6 +74,10 @@ _ALL = (
           title="one harmonic of the gear's kinematic error over the input angle"),
     Table(name="load", title="test mass on the output", own=True),
     Table(name="load.mode", title="one flexible mode of the load", entry="mode"),
+    Table(name="load.unbalance", optional=True,
+          title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
+          bench="it is the load's weight, and in orbit nothing weighs"),
+    Table(name="load.cable", title="cables from the base to the load", choices=cable.LAWS, optional=True),
     Table(name="output_friction", title="dry and viscous friction of the load", optional=True, own=True),
     Table(name="motor", title="the motor's side"),
     Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
