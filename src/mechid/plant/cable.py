@@ -22,7 +22,7 @@ def spring() -> Block:
 
 
 def dahl() -> Block:
-    """Cables whose strands rub: T_cable = K_c (alpha_gear - alpha_c) + T_h h, h' = (omega_gear - |omega_gear| h)/theta_h.
+    """Cables whose strands rub: T_cable = K_c (alpha_gear - alpha_c) + T_h h, theta_h h' = omega_gear - |omega_gear| h.
 
     Dahl (1976) with exponent 1, scaled: h within [-1, 1] is the share of the hysteresis torque T_h (N m) that the
     strands have built up, theta_h (rad) the angle over which it builds up after a reversal, so that the stiffness
