@@ -6,7 +6,7 @@ Each is a mechanism file, so that a name here holds whatever becomes of the code
 from collections.abc import Mapping
 from pathlib import Path
 
-from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
+from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.campaign import read_mechanism
 from mechid.campaign.catalogue import CATALOGUE
 from mechid.plant.plant import Plant
@@ -61,6 +61,12 @@ VARIANTS: Mapping[str, Mapping] = {
         "assembly": "direct_force_drive", "load": {"mass": 95.0}, "friction": FRICTION, "drive": {},
     },
     "two_mass_drive": TWO_MASSES,
+    "brushed_dc_drive": {"assembly": "brushed_dc_drive", **BRUSHED_DC},
+    "brushed_dc_drive_spring_housing": changed(
+        {"assembly": "brushed_dc_drive", **BRUSHED_DC},
+        {"spring": {"stiffness": 0.05}, "friction": STRIBECK, "transducer": {"gain": -1.0},
+         "housing": {"form": "unit_dc", "gain": 2.0, "frequency": 5000.0, "damping": 0.05}},
+    ),
     "two_mass_drive_backlash": changed(
         TWO_MASSES, {"gear": {"law": "backlash", "backlash": 1e-3}, "output_friction": {"coulomb": 0.01}}
     ),

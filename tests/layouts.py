@@ -13,6 +13,11 @@ SINGLE_STEPPER = {
     "friction": {"static": 0.008, "coulomb": 0.006, "viscous": 5e-4},
 }  # fmt: skip
 
+BRUSHED_DC = {
+    "motor": {"inertia": 4e-5, "resistance": 2.3, "inductance": 1.5e-3, "torque_constant": 0.045},
+    "friction": {"static": 6e-3, "coulomb": 5e-3, "viscous": 2e-5}, "drive": {"offset": 0.02},
+}  # fmt: skip
+
 
 def paper_table():
     """Return the paper's estimates as a mechanism file holds them."""

@@ -2,7 +2,7 @@
 
 import pytest
 
-from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
+from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
 from mechid.campaign import mechanism_text, read_mechanism
 from mechid.errors import InputFileError
 from mechid.plant.mechanisms import ASSEMBLIES
@@ -18,6 +18,7 @@ TABLES = {
         "motor": {"inertia": 1e-4}, "friction": FRICTION, "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
         "load": {"inertia": 1e-3}, "output_friction": {"coulomb": 0.01}, "drive": {},
     },
+    "brushed_dc_drive": {**BRUSHED_DC, "spring": {"stiffness": 0.05, "rest_angle": 0.2}},
 }  # fmt: skip
 
 

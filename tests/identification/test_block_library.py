@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from freed import assert_found, freed
-from layouts import changed, mechanism_of, paper_table
+from layouts import BRUSHED_DC, changed, mechanism_of, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.campaign.prediction import simulate
 from mechid.command import InputChannel, MeasuredCommand
@@ -147,3 +147,59 @@ def test_weight_and_cables_are_found_from_torque_alone(tmp_path):
     assert_found(fit, truth, sigmas=3.0, largest=0.1)
     for record in fit.records.values():
         assert record.residual_rms == pytest.approx(2e-3, rel=0.03)
+
+
+WINDING = ("motor.resistance", "motor.inductance", "motor.torque_constant")
+SHAFT = ("motor.inertia", "friction.coulomb", "friction.viscous")
+BRUSH_NOISE = {"current": 0.01, "rotor_rate": 0.5}
+
+
+def brushed(folder, changes, free, quantities, *, seconds):
+    """Write the campaign of a brushed motor under a measured voltage, from values 1.4 times the true ones; read it."""
+    m = mechanism_of(changed({"assembly": "brushed_dc_drive", **BRUSHED_DC, "friction": {"coulomb": 5e-3,
+                              "viscous": 2e-5}}, changes))  # fmt: skip
+    m = replace(m, plant=m.plant.measuring(quantities))
+    time_base, rng = base(seconds, rate_hz=2000.0), np.random.default_rng(5)
+    t = time_base.times
+    square = np.sign(np.sin(2 * np.pi * 23.0 * t))
+    u = 3.0 * np.sin(2 * np.pi * 1.1 * t) + 2.0 * np.sin(2 * np.pi * 7.3 * t + 1.0) + square
+    command = MeasuredCommand().driven_by((InputChannel(quantity="voltage", samples=u),), 2000.0, 0.0)
+    noise = [BRUSH_NOISE[q] for q in quantities]
+    y = run_twin(m, command, time_base).y + rng.normal(0.0, noise, (t.size, len(noise)))
+    header = ",".join(["time_s", "u", *quantities])
+    np.savetxt(folder / "run.csv", np.column_stack([t, u, y]), delimiter=",", header=header, comments="")
+    named = [f'  {{ quantity = "{q}", column = {k} }},' for k, q in enumerate(quantities, 2)]
+    lines = ['mechanism = "mechanism.toml"', "[[record]]", 'name = "run"', 'file = "run.csv"', "channels = [", *named,
+             '  { quantity = "voltage", column = 1, role = "input" },', "]"]  # fmt: skip
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+    truth = {name: m.value(name) for name in free}
+    (folder / "mechanism.toml").write_text(freed(mechanism_text(m), truth, off=1.4))
+    return load_campaign(folder), truth
+
+
+def test_a_brushed_motor_is_found_from_current_and_rate(tmp_path):
+    """All that a data sheet says of it 1.4 times off, no stages; back-EMF and torque constant are one."""
+    campaign, truth = brushed(tmp_path, {}, (*WINDING, *SHAFT), ("current", "rotor_rate"), seconds=1.0)
+    fit = identify(campaign)
+    assert fit.grade in ("A", "B")
+    assert_found(fit, truth, sigmas=3.0)
+    for quantity, found in fit.records["run"].channels.items():
+        assert found.residual_rms == pytest.approx(BRUSH_NOISE[quantity], rel=0.06)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("changes", "free", "quantities", "together"),
+    [
+        ({}, (*WINDING, *SHAFT), ("rotor_rate",), ("motor.resistance", "motor.inductance")),
+        ({"motor": {"back_emf_constant": 0.045}}, (*WINDING, *SHAFT, "motor.back_emf_constant"),
+         ("current", "rotor_rate"), ("motor.torque_constant", *SHAFT)),
+    ],
+)  # fmt: skip
+def test_what_a_brushed_motor_s_records_cannot_tell_is_said(tmp_path, changes, free, quantities, together):
+    """Truth, in closed form: without a current R and L go with 1/J; where k_e is free k_t goes with J."""
+    campaign, _ = brushed(tmp_path, changes, free, quantities, seconds=1.0)
+    fit = identify(campaign)
+    reasons = [q.reason for q in fit.parameters.values() if "only combinations of them are seen" in q.reason]
+    assert len(reasons) == 1
+    assert all(name in reasons[0] for name in together)

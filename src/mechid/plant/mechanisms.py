@@ -9,7 +9,7 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import cable, friction, test_stand, unbalance
+from mechid.plant import cable, dc_motor, friction, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -83,6 +83,24 @@ def _two_mass(layout: Layout) -> Parts:
     return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **torques}
 
 
+def _brushed_dc(layout: Layout) -> Parts:
+    """Return a brushed DC motor under a measured voltage, its load on its own shaft, held by a spring or not."""
+    site = replace(ROTOR, holding=None, damping=dc_motor.DAMPING)
+    sprung = dc_motor.SPRING in layout.tables
+    stand, wiring, torques = _stand(layout, loaded=False)
+    laws = friction.UNGEARED_LAWS
+    blocks = [
+        measured_drive((("voltage", "u_mot"),), "drive", _offset("V")),
+        dc_motor.dc_winding(),
+        rotor(geared=sprung, start=Integer(0), inertia=dc_motor.INERTIA),
+        *([dc_motor.shaft_spring()] if sprung else []),
+        *laws[layout.law("friction", tuple(laws))](site),
+        *stand,
+    ]
+    wiring |= {"rotor.T_rg": "spring.T_spring"} if sprung else {}
+    return blocks, wiring, {**MOTOR_QUANTITIES, "current": "winding.i", **torques}
+
+
 def _direct(quantity: str) -> Callable[[Layout], Parts]:
     """Return a mass on friction under a measured torque, or a measured force: a turning or a sliding axis."""
     turning = quantity == "torque"
@@ -129,6 +147,7 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
     "direct_torque_drive": _direct("torque"),
     "direct_force_drive": _direct("force"),
     "two_mass_drive": _two_mass,
+    "brushed_dc_drive": _brushed_dc,
 }
 """By the name in mechanism.toml; the first is the default."""
 
