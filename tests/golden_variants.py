@@ -8,7 +8,7 @@ from pathlib import Path
 
 from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.campaign import read_mechanism
-from mechid.campaign.catalogue import CATALOGUE
+from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.plant.plant import Plant
 
 OWN_BLOCKS = Path(__file__).resolve().parents[1] / "examples" / "own_block" / "mechanism.toml"

@@ -256,3 +256,9 @@ def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():
     for k, quantity in enumerate(("current", "rotor_rate")):
         off = np.linalg.norm(kernel.jacobian[quantity] - twin.jacobian[:, k], axis=0)
         assert np.all(off <= 1e-5 * np.linalg.norm(twin.jacobian[:, k], axis=0))
+    resting = MeasuredCommand(start="equilibrium").driven_by(
+        (InputChannel(quantity="voltage", held=True, samples=np.full_like(voltage, 6.0)),), 1e4, 0.0
+    )
+    still = run_kernel(m, resting, time_base)
+    np.testing.assert_allclose(still.values["current"], settled[0], rtol=1e-9)
+    np.testing.assert_allclose(still.values["rotor_rate"], 0.0, atol=1e-9)
