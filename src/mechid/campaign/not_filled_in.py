@@ -39,7 +39,7 @@ def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path
         if is_table(entry)
     ]
     commands = [at.key("command") for at, entry in entries if entry.get("command") == {} and "channels" not in entry]
-    channels = [at.key("channels") for at, entry in entries if entry.get("channels") == []]
+    channels = [at.key("channels") for at, entry in entries if entry.get("channels") == [] and "command" not in entry]
     if not (commands or channels):
         return
     said = [_empty(commands, place, f"how the record was driven, as {EXAMPLE_COMMAND}")] if commands else []

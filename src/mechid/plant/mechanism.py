@@ -86,11 +86,12 @@ class Mechanism:
         """Return what a data sheet names, as ``"holding torque"`` in N m; None where no block has it."""
         for block in self.plant.blocks:
             if words in block.scales:
-                return float(block.scales[words].subs(self._by_symbol))
+                return float(block.scales[words].subs(self.by_symbol))
         return None
 
     @cached_property
-    def _by_symbol(self) -> dict[sp.Symbol, float]:
+    def by_symbol(self) -> dict[sp.Symbol, float]:
+        """Values by the file's symbols."""
         return {sp.Symbol(d.symbol): self.value(name) for name, d in self.plant.declarations.items()}
 
     @cached_property
@@ -98,7 +99,7 @@ class Mechanism:
         """The plant's harmonics of the rotor's angle; none where no start angle turns anything."""
         if self.electrical_periods is None:
             return ()
-        cycles = [(pair, float(pair.cycles.subs(self._by_symbol))) for pair in self.plant.polar_pairs]
+        cycles = [(pair, float(pair.cycles.subs(self.by_symbol))) for pair in self.plant.polar_pairs]
         return tuple(
             Harmonic(
                 name=pair.amplitude.rpartition(".")[0],
