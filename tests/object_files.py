@@ -15,6 +15,10 @@ VERSION = 4
 """Of the table of objects."""
 
 
+SELF = np.array([MAGIC, 2, 1, 1, 1, 1], np.uint32)[:, None]
+"""A reference to the first object of a file."""
+
+
 @dataclass
 class Obj:
     """An object; `saved` is one whose class writes itself as a struct, the property `any`."""

@@ -11,7 +11,7 @@ from mechid.errors import RecordError
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.records.formats import open_table
 from mechid.records.table import Clock
-from object_files import Obj, write_7, write_73
+from object_files import SELF, Obj, write_7, write_73
 
 RATE = 1000.0
 TIME = np.arange(200)[:, None] / RATE
@@ -121,6 +121,16 @@ def test_a_record_is_read_from_a_table_and_from_a_dataset(file):
 def test_an_object_without_numbers_is_answered_with_matlab_s_line(file):
     with pytest.raises(RecordError, match=r'class "string" in which no array of numbers is found; in MATLAB save'):
         record_of(file, ChannelSpec(quantity="torque", column="text"))
+
+
+@pytest.mark.parametrize("version", WRITERS)
+def test_an_object_that_holds_itself_is_read_once(version, tmp_path):
+    """A handle, as a part that knows what it is a part of. Truth: its other properties."""
+    parts = [Obj("rig.Part", {"torque": TORQUE}), Obj("rig.Part", {"whole": SELF, "rate": CURRENT})]
+    path = tmp_path / "run.mat"
+    WRITERS[version](path, {"whole": Obj("rig.Whole", {"parts": parts})})
+    opened = open_table(path, path.name)
+    assert {column.key for column in opened.columns} == {"whole/parts/0/torque", "whole/parts/1/rate"}
 
 
 @pytest.mark.parametrize("layout", ["structure with time", "array"])

@@ -12,9 +12,8 @@ import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import parsing
-from mechid.records.hdf5 import DEEPEST
 from mechid.records.matlab73 import is_matlab73, open_matlab73
-from mechid.records.mcos import Instance, Objects, Tree, instances, object_fault, read_objects, unpacked
+from mechid.records.mcos import Heap, Tree, object_fault, referred, unpacked
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 
@@ -45,8 +44,8 @@ def open_matlab(path: Path, label: str) -> ArrayTable:
         metadata["header"] = header
         objects = _Objects(path.read_bytes(), content[WORKSPACE]) if WORKSPACE in content else None
         variables = [*content.items(), *(objects.variables() if objects else ())]
-    plain = [(name, value) for name, value in variables if not name.startswith("__") and name != OPAQUE]
-    items = [item for name, value in plain for item in _items(name, value, objects, metadata)]
+        plain = [(name, value) for name, value in variables if not name.startswith("__") and name != OPAQUE]
+        items = [item for name, value in plain for item in _items(name, value, objects, metadata)]
     kept = []
     for item in items:
         single = fact(item.load(())) if _is_single(item) else None
@@ -62,21 +61,20 @@ def _is_single(item: Item) -> bool:
     return item.column.fault is None and item.dtype.kind in "fiubU" and int(np.prod(item.shape)) == 1
 
 
-class _Objects:
-    """The objects of a file, as trees. SciPy tells them by one name, so each variable is read as a file of its own."""
+class _Objects(Heap):
+    """The objects of a file. SciPy tells them by one name, so each variable is read as a file of its own."""
 
     def __init__(self, raw: bytes, workspace: Any) -> None:
         from scipy.io import loadmat
         from scipy.io.matlab import varmats_from_mat
 
         self.parts = [part for name, part in varmats_from_mat(BytesIO(raw)) if name == OPAQUE]
-        self.table: Objects | None = None
-        self.cells: list[Any] = []
         head = raw[: OFFSET.start] + bytes(8) + raw[OFFSET.stop : HEAD]
+        cells: list[Any] = []
         with suppress(ValueError, IndexError, KeyError):
             _, inner = varmats_from_mat(BytesIO(head + workspace.tobytes()[8:]))[0]
-            self.cells = [*loadmat(inner)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
-            self.table = read_objects(self.cells[0].tobytes())
+            cells = [*loadmat(inner)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
+        super().__init__(cells, lambda cell: bytes(cell.tobytes()))
 
     def variables(self) -> Iterator[tuple[str, Any]]:
         """Yield the variables that are objects, by their names."""
@@ -86,25 +84,21 @@ class _Objects:
             value = loadmat(part)[OPAQUE]
             yield _text(value.ravel()[0][0]), value
 
-    def instances(self, words: Any, level: int = 0) -> list[Instance]:
-        """Return the objects that an array of words refers to; none where it is no reference."""
-        return instances(self.table, self.cells, words, self.tree, level)
-
-    def tree(self, value: Any, level: int = 0) -> Tree:
+    def tree(self, value: Any) -> Tree:
         """Return what a value holds."""
-        if level > DEEPEST or not isinstance(value, np.ndarray) or value.size == 0:
+        if not isinstance(value, np.ndarray) or value.size == 0:
             return None
         if value.dtype.names:
             if _is_object(value):
-                return self.tree(value.ravel()[0][-1], level + 1)
-            trees = [{name: self.tree(one[name], level + 1) for name in value.dtype.names} for one in value.ravel()]
+                return self.tree(value.ravel()[0][-1])
+            trees = [{name: self.tree(one[name]) for name in value.dtype.names} for one in value.ravel()]
             return trees[0] if len(trees) == 1 else trees
         if value.dtype == object:
-            return [self.tree(one, level + 1) for one in value.ravel(order="F")]
+            return [self.tree(one) for one in value.ravel(order="F")]
         if value.dtype.kind == "U":
             return str(value.ravel()[0])
-        if found := self.instances(value, level):
-            return found[0] if len(found) == 1 else found
+        if referred(value):
+            return self.one_or_all(value)
         return Item(column=Column(), shape=value.shape, dtype=value.dtype, load=value.__getitem__)
 
 

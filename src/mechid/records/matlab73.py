@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import numpy as np
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import library, parsing
 from mechid.records.hdf5 import COMPLEX, DEEPEST, loader
-from mechid.records.mcos import Instance, Objects, Tree, instances, object_fault, read_objects, unpacked
+from mechid.records.mcos import Heap, Tree, object_fault, referred, unpacked
 from mechid.records.simulink import logged_signals
 from mechid.records.table import Column, Fact
 
@@ -55,19 +54,13 @@ def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
     yield from logged
 
 
-class _Objects:
-    """The objects of an open file, as trees."""
+class _Objects(Heap):
+    """The objects of an open file."""
 
     def __init__(self, h5py: Any, path: Path, file: Any) -> None:
         self.h5py, self.path = h5py, path
-        self.cells = [file[r] for r in file[OBJECTS][()].ravel()] if OBJECTS in file else []
-        self.table: Objects | None = None
-        with suppress(ValueError, IndexError):
-            self.table = read_objects(self.cells[0][()].tobytes())
-
-    def instances(self, words: Any, level: int = 0) -> list[Instance]:
-        """Return the objects that an array of words refers to; none where it is no reference."""
-        return instances(self.table, self.cells, words, self.tree, level)
+        cells = [file[reference] for reference in file[OBJECTS][()].ravel()] if OBJECTS in file else []
+        super().__init__(cells, lambda cell: bytes(cell[()].tobytes()))
 
     def tree(self, node: Any, level: int = 0) -> Tree:
         """Return what a node holds."""
@@ -79,8 +72,8 @@ class _Objects:
             return [self.tree(node.file[r], level + 1) if r else None for r in node[()].ravel(order="F")]
         if fact(node.attrs.get("MATLAB_class", b"")) == "char":
             return "".join(map(chr, node[()].ravel(order="F")))
-        if node.dtype == np.uint32 and (found := self.instances(node[()], level)):
-            return found[0] if len(found) == 1 else found
+        if node.dtype == np.uint32 and referred(words := node[()]):
+            return self.one_or_all(words)
         dtype = np.dtype(complex) if node.dtype.names in COMPLEX else node.dtype
         return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, self.path, node.name))
 

@@ -121,31 +121,47 @@ def _properties(words: Sequence[int], names: Sequence[str]) -> list[dict[str, in
     return found
 
 
-def instances(
-    table: Objects | None, cells: Sequence[Any], words: Words, tree: Callable[[Any, int], Tree], level: int
-) -> list[Instance]:
-    """Return the objects that an array of words refers to; none where it is no reference.
+class Heap:
+    """The objects of a file, each made once; what its cells hold, the reader of the file tells by `tree`.
 
-    Parameters
+    Attributes
     ----------
     table : Objects or None
         None where it could not be read.
     cells : sequence
         As the file's reader has them.
-    words : ndarray
-    tree : callable
-        Returns the tree of a cell at a level of nesting.
-    level : int
     """
-    if table is None or level > MOST_LEVELS:
-        return []
-    return [
-        Instance(
-            table.classes[k],
-            {name: tree(cells[FIRST + cell], level + 1) for name, cell in table.cells[k].items()},
-        )
-        for k in referred(words)
-    ]
+
+    def __init__(self, cells: Sequence[Any], blob: Callable[[Any], bytes]) -> None:
+        self.cells = cells
+        self.table: Objects | None = None
+        self._made: dict[int, Instance | None] = {}
+        with suppress(ValueError, IndexError):
+            self.table = read_objects(blob(cells[0]))
+
+    def instances(self, words: Words) -> list[Instance]:
+        """Return the objects that an array of words refers to; none where it is no reference."""
+        if self.table is None:
+            return []
+        return [found for number in referred(words) if (found := self._instance(self.table, number)) is not None]
+
+    def one_or_all(self, words: Words) -> Tree:
+        """Return the object that is referred to, or the list of them; None where it is being made."""
+        found = self.instances(words)
+        return found[0] if len(found) == 1 else found or None
+
+    def tree(self, node: Any) -> Tree:
+        """Return what a cell, or a part of it, holds."""
+        raise NotImplementedError
+
+    def _instance(self, table: Objects, number: int) -> Instance | None:
+        """Return an object; None while it is being made, as of one that holds itself."""
+        if number not in self._made:
+            self._made[number] = None
+            listed = table.cells[number].items()
+            held = {name: self.tree(self.cells[FIRST + cell]) for name, cell in listed}
+            self._made[number] = Instance(table.classes[number], held)
+        return self._made[number]
 
 
 def unpacked(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
