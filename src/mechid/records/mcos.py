@@ -114,6 +114,8 @@ def _properties(words: Sequence[int], names: Sequence[str]) -> list[dict[str, in
     """Return the cells of each object's properties: a count, three words for each, up to the next even place."""
     found, at = [], 0
     while at < len(words):
+        if words[at] < 0:
+            raise ValueError("a count of properties below 0")
         end = at + 1 + 3 * words[at]
         listed = _blocks(words[at + 1 : end], 3)
         found.append({names[name]: cell for name, kind, cell in listed if kind == IN_CELL})
