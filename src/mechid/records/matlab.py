@@ -13,7 +13,8 @@ import numpy as np
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import parsing
 from mechid.records.matlab73 import is_matlab73, open_matlab73
-from mechid.records.mcos import Heap, Tree, object_fault, referred, unpacked
+from mechid.records.matlab_classes import object_fault, unpacked
+from mechid.records.mcos import Heap, Tree, referred
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 

@@ -11,7 +11,8 @@ import numpy as np
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import library, parsing
 from mechid.records.hdf5 import COMPLEX, DEEPEST, loader
-from mechid.records.mcos import Heap, Tree, object_fault, referred, unpacked
+from mechid.records.matlab_classes import object_fault, unpacked
+from mechid.records.mcos import Heap, Tree, referred
 from mechid.records.simulink import logged_signals
 from mechid.records.table import Column, Fact
 
