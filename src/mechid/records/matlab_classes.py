@@ -1,7 +1,7 @@
 """What MATLAB's classes mean for a record: tables, timetables, time series, Simulink's Datasets, and any other.
 
-The properties of tables are as mat-io describes them; those of a time series and a Simulink Dataset are as they stand in
-files of others, written by R2024b.
+The properties of tables are as mat-io describes them; those of a time series and a Simulink Dataset are as they stand
+in files of others, written by R2024b.
 """
 
 from __future__ import annotations
