@@ -178,18 +178,12 @@ Expressions = tuple[sp.Expr, ...]
 
 def _coordinates(plant: Plant) -> Callable[..., list[float]]:
     """Return the map from the file's values, in the order of the declarations, to the kernel's."""
-    return _mapped(*_symbols_and_coordinates(plant))
+    return _mapped(*plant.file_map)
 
 
 def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
     """Return the derivative of that map, (kernel parameters, declarations)."""
-    return _slopes(*_symbols_and_coordinates(plant))
-
-
-def _symbols_and_coordinates(plant: Plant) -> tuple[tuple[sp.Symbol, ...], Expressions]:
-    """Return what the map is made of: two plants of the same equations may declare different parameters."""
-    symbols = tuple(sp.Symbol(d.symbol) for d in plant.declarations.values())
-    return symbols, tuple(plant.coordinates[s] for s in plant.parameters)
+    return _slopes(*plant.file_map)
 
 
 @lru_cache(maxsize=64)

@@ -95,6 +95,15 @@ class Plant:
         return {s: special.get(s, s) for s in self.parameters}
 
     @cached_property
+    def file_map(self) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Expr, ...]]:
+        """The file's symbols in the order of the declarations, and the kernel's parameters as functions of them.
+
+        Two plants of the same equations may declare different parameters.
+        """
+        symbols = tuple(sp.Symbol(d.symbol) for d in self.declarations.values())
+        return symbols, tuple(self.coordinates[s] for s in self.parameters)
+
+    @cached_property
     def polar_pairs(self) -> tuple[PolarPair, ...]:
         """Amplitude-phase pairs, with dotted names."""
         return tuple(

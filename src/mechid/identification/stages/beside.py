@@ -20,7 +20,7 @@ from mechid.identification.disturbance.disturbance import Disturbance, Found, wi
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, floors, grow, horizons_at
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.watch import Watch
@@ -44,6 +44,15 @@ class _Wide:
     disturbances: tuple[Disturbance, ...]
     growth: Growth
 
+    def at(self, growth: Growth) -> _Wide:
+        """Return it with another growth."""
+        return replace(self, growth=growth)
+
+
+def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[Disturbance, ...] = ()) -> _Wide:
+    """Return a problem before its growth."""
+    return _Wide(problem, beside, disturbances, Growth(q, {}, False, 0))
+
 
 def grown_beside(
     watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, seed: int
@@ -56,27 +65,23 @@ def grown_beside(
     names = tuple(t.name for t in superset.terms) if superset else ()
     mechanism = superset.freeing(names) if superset else campaign.mechanism
     beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
-    wide = _grown_wide(watch, state, superset, beside, disturbances, best.q, seed)
-    return _settled(watch, state, wide, seed) if wide.growth.complete else None
-
-
-def _grown_wide(
-    watch: Watch, state: SearchState, superset: Superset | None, beside: Beside,
-    disturbances: tuple[Disturbance, ...], q: FloatArray, seed: int,
-) -> _Wide:  # fmt: skip
-    """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
     problem = beside.problem(state.problem, disturbances)
-    wide = _Wide(problem, beside, disturbances, _grow(watch, problem, lifted(state.problem, q, problem), seed))
+    begun = _begun(problem, lifted(state.problem, best.q, problem), beside, disturbances)
+    wide = _grown_wide(watch, begun, superset, seed)
+    return _settled(watch, state, wide) if wide.growth.complete else None
+
+
+def _grown_wide(watch: Watch, wide: _Wide, superset: Superset | None, seed: int) -> _Wide:
+    """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
+    whole, wide = wide.problem, wide.at(_grow(watch, wide.problem, wide.growth.q, seed))
     for _ in range(PRUNINGS):
-        if wide.growth.complete:
-            break
-        narrower = _pruned(wide, superset)
+        narrower = None if wide.growth.complete else _pruned(wide, superset)
         if narrower is None:
             break
         growth = _grow(watch, narrower.problem, narrower.growth.q, seed)
-        if growth.reached(problem) <= wide.growth.reached(problem):
+        if growth.reached(whole) <= wide.growth.reached(whole):
             break
-        wide = replace(narrower, growth=growth)
+        wide = narrower.at(growth)
     return wide
 
 
@@ -124,7 +129,7 @@ def _away(problem: Problem, q: FloatArray) -> FloatArray:
     return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
-def _settled(watch: Watch, state: SearchState, wide: _Wide, seed: int) -> tuple[SearchState, Growth]:
+def _settled(watch: Watch, state: SearchState, wide: _Wide) -> tuple[SearchState, Growth]:
     """Return the state that follows all records, without the disturbances that are not needed.
 
     Where the mechanism as written follows them from here, it is without terms too.
@@ -134,10 +139,10 @@ def _settled(watch: Watch, state: SearchState, wide: _Wide, seed: int) -> tuple[
     own = [one.disturbance for one in found]
     plain = Beside(state.problem.space.mechanism, ()).problem(state.problem, own)
     values = problem.coordinates.values(q)
-    alone = _grow(watch, plain, plain.coordinates.point(values), seed)
+    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    if alone.complete:
-        return watch.note(at.of(plain).at(alone.q, alone.horizons)), alone
+    if horizons_at(plain, alone, whole, floors(plain)) == whole:
+        return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
     at = replace(at.of(problem), beside=wide.beside)
     return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
 
@@ -177,9 +182,9 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
     ranked = sorted(_rival_starts(watch, state, campaign, seed), key=lambda each: each[1].cost)
     for beside, best in ranked[:RIVALS_GROWN]:
         watch.tell("laws beside", f"{', '.join(beside.terms)}")
-        wide = _grown_wide(watch, state, None, beside, (), best.q, seed)
+        wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
         if wide.growth.complete:
-            return _settled(watch, state, wide, seed)
+            return _settled(watch, state, wide)
     return None
 
 
