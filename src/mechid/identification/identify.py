@@ -22,6 +22,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
+from mechid.identification.stages.first_seen import first_seen
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
@@ -77,6 +78,8 @@ def identify(
     watch = Watch(state, listener, len(campaign.stages) or 4, journal)
     with one_core_algebra():
         try:
+            if near is None:
+                campaign, state = first_seen(campaign, state, seed)
             if campaign.stages:
                 state = follow_stages(watch, state, campaign)
             else:
