@@ -142,8 +142,9 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
     best = np.argsort(total[:, 0], kind="stable")[:BEST]
     at = _Comparison(problem, [points[i] for i in best], {name: sights[name] for name in of})
     otherwise = at.otherwise({name: distances[best] for name, distances in of.items()})
-    doubtful = (name for name, taken in otherwise.items() if _is_doubtful(sights[name].whole, taken))
-    return FirstSight(1.0, otherwise, frozenset(doubtful))
+    doubtful = {name for name, taken in otherwise.items() if _is_doubtful(sights[name].whole, taken)}
+    partners = {name for name, taken in otherwise.items() if taken.swapped in doubtful}
+    return FirstSight(1.0, otherwise, frozenset(doubtful | partners))
 
 
 def _is_looked_at(target: Target) -> bool:
@@ -190,27 +191,25 @@ class _Comparison:
         return min(sight.distances(sight.modelled(self.problem, taken, q), [1.0])[0] for q in self.points)
 
     def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Taken]:
-        """Return the two records that are nearer by each other's command, both of them, the clearest such pair.
+        """Return the two records that are nearer by each other's command, the clearest such pair.
 
-        None where each by itself is nearer still in another way.
+        None where each by itself is nearer still in another way, or has its own lines at another rate.
         """
         found: list[tuple[float, dict[str, Taken]]] = []
         for pair in combinations(declared, 2):
             taken = {name: _driven_as(self.sights[other].whole) for name, other in zip(pair, pair[::-1], strict=True)}
-            off = {name: self._nearer(name, taken[name], declared[name]) for name in pair}
-            together = sum(off.values())
-            if together < math.inf and together <= AS_WELL * sum(singles[name] for name in pair):
-                found.append((sum(declared[name] for name in pair) / together, taken))
-        ratio, best = max(found, key=lambda one: one[0], default=(0.0, {}))
-        return best if ratio > SWAP else {}
-
-    def _nearer(self, name: str, taken: Taken, declared: float) -> float:
-        """Return how far off a record is as read; inf where that is no nearer, or the same."""
-        sight = self.sights[name]
-        if taken_command(sight.whole.command, taken) == sight.whole.command:
-            return math.inf
-        off = self._distance(sight, taken)
-        return off if off < declared else math.inf
+            if all(taken_command(self.sights[name].whole.command, taken[name]) == self.sights[name].whole.command
+                   for name in pair):  # fmt: skip
+                continue
+            off = sum(self._distance(self.sights[name], taken[name]) for name in pair)
+            before = sum(declared[name] for name in pair)
+            if before > SWAP * off and off <= AS_WELL * sum(singles[name] for name in pair):
+                found.append((before / off, taken))
+        found.sort(key=lambda one: -one[0])
+        agreeing = (
+            taken for _, taken in found if all(_is_driven_so(self.sights[n].whole, t) for n, t in taken.items())
+        )
+        return next(agreeing, {})
 
     def _single(self, sight: _Sight, distances: FloatArray) -> tuple[float, Taken]:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
@@ -246,14 +245,18 @@ def _times(rate: RateProfile, factor: float) -> RateProfile:
     return RateProfile(rate.times_s, tuple(factor * one for one in rate.rates))
 
 
+def _own(target: Target) -> SuggestedRate | None:
+    """Return how a record seems to be driven by its own lines."""
+    fs = target.base.sample_rate_hz
+    y = target.leading.measured[: round((OWN_LINES_S if _is_constant(target.command) else OWN_RIDGE_S) * fs)]
+    found = prominence(y, fs)
+    return suggested_beside_hum(y, found, spectral_lines(found))
+
+
 def _own_rates(target: Target) -> list[RateProfile]:
     """Return the rates that a record's own lines tell where they are at no part of the one declared."""
-    command, fs = target.command, target.base.sample_rate_hz
-    constant = _is_constant(command)
-    y = target.leading.measured[: round((OWN_LINES_S if constant else OWN_RIDGE_S) * fs)]
-    found = prominence(y, fs)
-    own = suggested_beside_hum(y, found, spectral_lines(found))
-    if own is None or _is_part(own, command):
+    own = _own(target)
+    if own is None or _is_part(own, target.command):
         return []
     if own.is_constant and own.stepping == "full":
         return [own.profile]
@@ -261,8 +264,25 @@ def _own_rates(target: Target) -> list[RateProfile]:
     return [_times(own.profile, factor) for factor in factors]
 
 
+def _is_driven_so(target: Target, taken: Taken, multiples: Sequence[float]) -> bool:
+    """Tell whether a record whose own lines are those of full steps has them at such multiples of the rate read."""
+    own, command = _own(target), taken_command(target.command, taken)
+    if own is None or own.stepping != "full" or command.microsteps > COARSE:
+        return True
+    rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
+    return own.is_constant and any(abs(own.rate / rate / one - 1.0) < SAME_RATE for one in multiples)
+
+
 def _is_doubtful(target: Target, taken: Taken) -> bool:
-    return taken.rate is not None and taken.swapped is None and len(_own_rates(target)) > 1
+    """Tell whether half or twice the rate that is read would explain the record's lines as well."""
+    if taken.rate is None:
+        return False
+    if taken.swapped is None:
+        return len(_own_rates(target)) > 1
+    declared, read = (max(abs(rate) for rate in rate.rates) for rate in (target.command.rate, taken.rate))
+    same = taken_command(target.command, taken).microsteps == target.command.microsteps
+    related = any(abs(declared / read / one - 1.0) < SAME_RATE for one in REPEATS)
+    return same and related and not _is_driven_so(target, taken, FULL_STEPS[:1])
 
 
 def _is_part(own: SuggestedRate, command: Command) -> bool:

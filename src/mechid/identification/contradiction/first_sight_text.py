@@ -23,11 +23,11 @@ def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> l
     """
     lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
     for name, taken in sight.otherwise.items():
+        doubtful = name in sight.doubtful
         if taken.swapped is None:
-            doubtful = name in sight.doubtful
             lines.append(_single(campaign.record(name), taken, used=used and not doubtful, doubtful=doubtful))
         elif name < taken.swapped:
-            lines.append(_swapped(campaign.record(name), campaign.record(taken.swapped), used=used))
+            lines.append(_swapped(name, taken.swapped, used=used and not doubtful))
     return lines
 
 
@@ -49,10 +49,10 @@ def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool)
     )
 
 
-def _swapped(one: CampaignRecord, other: CampaignRecord, *, used: bool) -> str:
+def _swapped(one: str, other: str, *, used: bool) -> str:
     then = ", and so used" if used else ""
     return (
-        f"records {one.name} and {other.name} seem to be swapped: the spectrum of each is that of the other's "
+        f"records {one} and {other} seem to be swapped: the spectrum of each is that of the other's "
         f"command{then}; if that is right, exchange their files in the campaign file"
     )
 
