@@ -3,7 +3,7 @@
     python benchmarks/foreign_benches.py heyoka --out FOLDER [--python PYTHON]    # a Python that has heyoka
     python benchmarks/foreign_benches.py ngspice --out FOLDER                     # the program ngspice
     python benchmarks/foreign_benches.py heyoka --out FOLDER --compare            # its records beside mechid's own
-    python benchmarks/foreign_benches.py heyoka --out FOLDER --fit FIT            # estimate.json in FIT beside the truth
+    python benchmarks/foreign_benches.py heyoka --out FOLDER --fit FIT            # a fit beside the truth
 
 then `mechid identify FOLDER --out FIT`. Records that are in FOLDER already are not made again.
 """
@@ -11,10 +11,13 @@ then `mechid identify FOLDER --out FIT`. Records that are in FOLDER already are 
 import argparse
 import json
 import sys
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from scipy.stats import chi2
 
 from foreign import by_heyoka, by_ngspice
 from foreign.benches import RUNS, TRUTH_NAME, make_bench
@@ -72,13 +75,24 @@ def judge(folder: Path, fit: Path) -> None:
     for name, one in records.items():
         print(f"{name:10} residual {one['residual_rms']:.4g} N m RMS of noise {one['noise_known']:.4g}, "
               f"horizon {one['horizon_s']:.4g} s")  # fmt: skip
+    offs = {name: _off(told["parameters"][name], true) for name, true in truth.items()}
     for name, true in truth.items():
-        found = told["parameters"][name]
-        off = found["value"] - true
-        if found["unit"] == "deg":
-            off = (off + 180.0) % 360.0 - 180.0
+        found, off = told["parameters"][name], offs[name]
         z = f"{off / found['std_error']:7.2f}" if found["std_error"] else f"   none ({found['status']})"
         print(f"{name:32} {found['value']:12.6g} true {true:10.6g}  off {100 * off / abs(true):8.3f} %  z {z}")
+    names = [name for name in told["correlation"]["names"] if name in offs]
+    at = [told["correlation"]["names"].index(name) for name in names]
+    z = np.array([offs[name] / told["parameters"][name]["std_error"] for name in names])
+    squared = z @ np.linalg.solve(np.array(told["correlation"]["matrix"])[np.ix_(at, at)], z)
+    print(
+        f"all together: squared distance {squared:.1f} of {len(names)} parameters, p {chi2.sf(squared, len(names)):.3g}"
+    )
+
+
+def _off(found: Mapping[str, Any], true: float) -> float:
+    """Return value less truth, of angles on the circle."""
+    off = found["value"] - true
+    return (off + 180.0) % 360.0 - 180.0 if found["unit"] == "deg" else off
 
 
 if __name__ == "__main__":

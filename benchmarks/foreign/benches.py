@@ -1,27 +1,26 @@
 """The files of a bench: mechanism.toml of the catalogue, campaign.toml, a CSV a record, truth.json."""
 
 import json
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from foreign.values import TRUTH
-from incomplete.stepping import edges
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.mechanism_text import write_mechanism
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.writing import whole, write_whole
 
+Command = Mapping[str, Any]
 RATE_HZ, NOISE_NM = 10_000.0, 2e-3
 TRUTH_NAME = "truth.json"
 HEADER = "SYNTHETIC bench, made by {maker}: nothing was measured. What made the records is in truth.json."
-_FULL: Mapping[str, Any] = {"stepping": "full", "start_angle_deg": 45.0}
-_MICRO: Mapping[str, Any] = {"stepping": "micro", "microsteps": 16}
-RUNS: Mapping[str, tuple[Mapping[str, Any], float]] = {
+_FULL: Command = {"stepping": "full", "start_angle_deg": 45.0}
+_MICRO: Command = {"stepping": "micro", "microsteps": 16}
+RUNS: Mapping[str, tuple[Command, float]] = {
     "full_46": ({**_FULL, "rate": 46.0}, 1.0),
     "full_23": ({**_FULL, "rate": 23.0}, 1.0),
     "full_5": ({**_FULL, "rate": 5.0}, 1.0),
@@ -33,26 +32,8 @@ RUNS: Mapping[str, tuple[Mapping[str, Any], float]] = {
 """Command as a campaign file writes it, and seconds: at, below and about the load's resonance on the gear (46.9 Hz)."""
 
 
-class Run(NamedTuple):
-    """One record to be worked out: step edges (E,) s, normalised voltages (E + 1, 2), electrical start angle in rad."""
-
-    edges: np.ndarray
-    voltages: np.ndarray
-    angle: float
-    interval: float
-    samples: int
-
-
-Maker = Callable[[Run], np.ndarray]
-"""From a run to the torque, (samples,) N m, without noise."""
-
-
-def run_of(name: str) -> Run:
-    """Return what a record of `RUNS` asks of a simulator."""
-    command, seconds = RUNS[name]
-    instants, voltages = edges(command, 1.01 * seconds)
-    angle = math.radians(command.get("start_angle_deg", 0.0))
-    return Run(instants, voltages, angle, 1.0 / RATE_HZ, round(seconds * RATE_HZ) + 1)
+Maker = Callable[[Command, float], np.ndarray]
+"""From a command and its seconds to the torque, a sample every 1/RATE_HZ s, N m, without noise."""
 
 
 def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mapping[str, Any], seed: int) -> None:
@@ -75,14 +56,13 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
     drafts = [RecordDraft(name=name, file=f"{name}.csv", command=_toml(command)) for name, (command, _) in RUNS.items()]
     write_whole(folder / FILE_NAME, campaign_text(drafts, header))
     generators = np.random.default_rng(seed).spawn(len(RUNS))
-    for name, rng in zip(RUNS, generators, strict=True):
+    for (name, (command, seconds)), rng in zip(RUNS.items(), generators, strict=True):
         path = folder / f"{name}.csv"
         if path.exists():
             continue
-        run = run_of(name)
-        torque = make(run)
+        torque = make(command, seconds)
         noisy = torque + NOISE_NM * rng.standard_normal(torque.size)
-        rows = np.stack([np.arange(run.samples) * run.interval, noisy, torque], axis=1)
+        rows = np.stack([np.arange(torque.size) / RATE_HZ, noisy, torque], axis=1)
         with whole(path) as beside:
             np.savetxt(beside, rows, fmt="%.10g", delimiter=",", header="time_s,torque_Nm,without_noise", comments="")
         print(f"{name}: {torque.size} samples, {torque.std():.4g} N m RMS", flush=True)
@@ -91,6 +71,6 @@ def make_bench(folder: Path, maker: str, version: str, make: Maker, facts: Mappi
     write_whole(folder / TRUTH_NAME, json.dumps(told, indent=1) + "\n")
 
 
-def _toml(command: Mapping[str, Any]) -> str:
+def _toml(command: Command) -> str:
     """Return a command as a campaign file writes it; JSON writes texts, numbers and lists alike."""
     return "{ " + ", ".join(f"{key} = {json.dumps(value)}" for key, value in command.items()) + " }"

@@ -1,14 +1,16 @@
 """Records by heyoka, run in whichever Python has it."""
 
 import json
+import math
 import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from foreign.benches import Run
+from foreign.benches import RATE_HZ, Command
 from foreign.values import VALUES
+from incomplete.stepping import edges
 
 SIDE = Path(__file__).with_name("heyoka_side.py")
 MISSING = "has no heyoka: install it there (the package is named heyoka), or name another Python by --python"
@@ -23,10 +25,16 @@ def version(python: str) -> str:
     return asked.stdout.strip()
 
 
-def torque_of(python: str, run: Run) -> np.ndarray:
-    """Return the torque of a run, (samples,) N m."""
+def torque_of(python: str, command: Command, seconds: float) -> np.ndarray:
+    """Return the torque of a test run, a sample every 1/RATE_HZ s, N m."""
+    instants, voltages = edges(command, 1.01 * seconds)
+    asked = {
+        "values": json.dumps(dict(VALUES)), "edges": instants, "voltages": voltages,
+        "angle": math.radians(command.get("start_angle_deg", 0.0)), "interval": 1.0 / RATE_HZ,
+        "samples": round(seconds * RATE_HZ) + 1,
+    }  # fmt: skip
     with tempfile.TemporaryDirectory() as folder:
-        asked, answered = Path(folder, "run.npz"), Path(folder, "out.npz")
-        np.savez(asked, values=json.dumps(dict(VALUES)), **run._asdict())
-        subprocess.run([python, str(SIDE), str(asked), str(answered)], check=True)
-        return np.load(answered)["torque"]
+        run, out = Path(folder, "run.npz"), Path(folder, "out.npz")
+        np.savez(run, **asked)
+        subprocess.run([python, str(SIDE), str(run), str(out)], check=True)
+        return np.load(out)["torque"]

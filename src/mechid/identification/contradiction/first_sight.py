@@ -205,11 +205,9 @@ class _Comparison:
             before = sum(declared[name] for name in pair)
             if before > SWAP * off and off <= AS_WELL * sum(singles[name] for name in pair):
                 found.append((before / off, taken))
-        found.sort(key=lambda one: -one[0])
-        agreeing = (
-            taken for _, taken in found if all(_is_driven_so(self.sights[n].whole, t) for n, t in taken.items())
-        )
-        return next(agreeing, {})
+        _, best = max(found, key=lambda one: one[0], default=(0.0, {}))
+        agreed = all(_is_driven_so(self.sights[name].whole, taken, FULL_STEPS) for name, taken in best.items())
+        return best if agreed else {}
 
     def _single(self, sight: _Sight, distances: FloatArray) -> tuple[float, Taken]:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
