@@ -118,8 +118,9 @@ def netlist(command: Command, seconds: float, interval: float, out: Path) -> str
     winding = v["R"] - 2.0 * SWITCH_OHM
     phases = [PHASE.format(x=x, winding=winding, current=currents[x], shape=shapes[x], **v) for x in ("A", "B")]
     return NETLIST.format(
-        angle=angle, step=0.5 * math.pi / n, staircase=_staircase(edges(command, seconds)[0]), depth=0.5 * v["U"] / SUPPLY_V,
-        period=1.0 / CHOPPER_HZ, half=0.5 / CHOPPER_HZ - 1e-9, supply=SUPPLY_V, switch=SWITCH_OHM,
+        angle=angle, step=0.5 * math.pi / n, staircase=_staircase(edges(command, seconds)[0]),
+        depth=0.5 * v["U"] / SUPPLY_V, period=1.0 / CHOPPER_HZ, half=0.5 / CHOPPER_HZ - 1e-9,
+        supply=SUPPLY_V, switch=SWITCH_OHM,
         phases="\n".join(phases), alpha=angle / v["half_poles"], per_mrad=1e3 / v["G"], creep=CREEP_RATE,
         excess=v["static"] - v["coulomb"], stribeck=STRIBECK_RATE, interval=interval, seconds=seconds,
         longest=LONGEST_STEP_S, out=out, **v,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import prev_fast_len
 
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
@@ -24,10 +25,11 @@ def power_over_time(y: FloatArray, pieces: int) -> FloatArray:
     Parameters
     ----------
     y : (N,)
-        In any unit; what does not fill the last piece is left out.
+        In any unit; what does not fill the last piece is left out, and so are a few
+        samples for the transform's sake.
     pieces : int
     """
-    size = y.size // pieces
+    size = int(prev_fast_len(max(y.size // pieces, 1), real=True))
     return np.array([_power(np.array(part)) for part in y[: pieces * size].reshape(pieces, size)])
 
 
@@ -43,7 +45,7 @@ def noise_power(sigma: float, samples: int) -> float:
 
 
 def spectral_distance(measured: FloatArray, modelled: FloatArray, noise: float) -> float:
-    """Return the mean square of the decades between two powers, where either stands above the noise; NaN where none do.
+    """Return the mean square of the decades between two powers where either stands above the noise; 0 without such.
 
     Parameters
     ----------
@@ -60,5 +62,5 @@ def spectral_distance(measured: FloatArray, modelled: FloatArray, noise: float) 
     """
     either = np.maximum(measured, modelled) > ABOVE_NOISE * noise
     if np.count_nonzero(either) < FEWEST:
-        return float("nan")
+        return 0.0
     return float(np.mean(np.log10((measured[either] + noise) / (modelled[either] + noise)) ** 2))

@@ -40,8 +40,10 @@ SCALES = (1e-3, 1e-2, 1e2, 1e3)
 COARSE = 2
 """Steps a full step, at most, that fill a spectrum."""
 USUAL_MICROSTEPS = 16
-COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 1.2, 1.15, 1.2, 1.0
+COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 1.2, 1.15, 1.2, 1.2
 """Times as far off as declared than as read otherwise, from which a record is plainly so."""
+GIVEN_UP = 2.5
+"""Times as far off as declared at the first point from which a reading is not looked at further."""
 AS_WELL = 1.15
 """Times as far off as by causes of their own, up to which two records are rather swapped."""
 OWN_LINES_S, OWN_RIDGE_S = 4.0, 20.0
@@ -111,8 +113,7 @@ class _Sight:
         """Return how far it is off if it were to be multiplied by each scale; inf where that cannot be said."""
         if modelled is None:
             return [math.inf] * len(scales)
-        found = (spectral_distance(self.power, modelled / scale**2, self.noise) for scale in scales)
-        return [math.inf if math.isnan(distance) else distance for distance in found]
+        return [spectral_distance(self.power, modelled / scale**2, self.noise) for scale in scales]
 
 
 def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
@@ -187,8 +188,14 @@ class _Comparison:
         swapped = self._swapped(declared, {name: off for name, (off, _) in singles.items()})
         return {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
 
-    def _distance(self, sight: _Sight, taken: Taken) -> float:
-        return min(sight.distances(sight.modelled(self.problem, taken, q), [1.0])[0] for q in self.points)
+    def _distance(self, sight: _Sight, taken: Taken, declared: float) -> float:
+        """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
+        least = math.inf
+        for q in self.points:
+            least = min(least, *sight.distances(sight.modelled(self.problem, taken, q), [1.0]))
+            if least > GIVEN_UP * declared:
+                break
+        return least
 
     def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Taken]:
         """Return the two records that are nearer by each other's command, the clearest such pair.
@@ -201,7 +208,7 @@ class _Comparison:
             if all(taken_command(self.sights[name].whole.command, taken[name]) == self.sights[name].whole.command
                    for name in pair):  # fmt: skip
                 continue
-            off = sum(self._distance(self.sights[name], taken[name]) for name in pair)
+            off = sum(self._distance(self.sights[name], taken[name], declared[name]) for name in pair)
             before = sum(declared[name] for name in pair)
             if before > SWAP * off and off <= AS_WELL * sum(singles[name] for name in pair):
                 found.append((before / off, taken))
@@ -213,7 +220,8 @@ class _Comparison:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
         declared = float(distances[:, 0].min())
         units = [(float(distances[:, k].min()), UNIT, Taken(scale=scale)) for k, scale in enumerate(SCALES, 1)]
-        commands = [(self._distance(sight, taken), limit, taken) for limit, taken in _other_commands(sight.whole)]
+        others = _other_commands(sight.whole)
+        commands = [(self._distance(sight, taken, declared), limit, taken) for limit, taken in others]
         plain = [(off, taken) for off, limit, taken in (*units, *commands) if declared > limit * off]
         return min(plain, key=lambda one: one[0], default=(declared, DECLARED))
 
@@ -256,10 +264,11 @@ def _own_rates(target: Target) -> list[RateProfile]:
     own = _own(target)
     if own is None or _is_part(own, target.command):
         return []
+    sign = math.copysign(1.0, max(target.command.rate.rates, key=abs))
     if own.is_constant and own.stepping == "full":
-        return [own.profile]
+        return [_times(own.profile, sign)]
     factors = [part * own.repetition_hz / own.rate for part in PARTS] if own.is_constant else PARTS[:2]
-    return [_times(own.profile, factor) for factor in factors]
+    return [_times(own.profile, sign * factor) for factor in factors]
 
 
 def _is_driven_so(target: Target, taken: Taken, multiples: Sequence[float]) -> bool:
