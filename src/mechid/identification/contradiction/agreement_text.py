@@ -10,7 +10,10 @@ from mechid.identification.contradiction.agreement import Agreement
 from mechid.identification.contradiction.alternatives import Judged, first_moments
 from mechid.identification.output_error.declaration import Taken, rate_entry
 from mechid.identification.output_error.target import target_of
-from mechid.units import unit_words
+from mechid.units import to_si_factor, unit_words
+
+SPELLED, SAME_UNIT = ("N*m", "mN*m", "N*cm"), 1e-6
+"""Units by which a torque is often wrong, and how near a factor is one."""
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
@@ -49,9 +52,8 @@ def reading_words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
         said.append("its commanded rate of the other sign")
         remedies.append("the other sign of its rate")
     if taken.scale != 1.0:
-        what = record.leading.replace("_", " ")
-        said.append(f"{what} times {taken.scale:g}")
-        remedies.append(f"gain times {taken.scale:g} for its {what} channel, or the unit that it has")
+        said.append(f"torque times {taken.scale:g}")
+        remedies.append(unit_remedy(record, taken.scale))
     if taken.stepping is not None:
         said.append(f"{_steps(taken.stepping, taken.microsteps)} (declared {_steps_of(record.command)})")
         remedies.append(_steps(taken.stepping, taken.microsteps))
@@ -67,6 +69,14 @@ def reading_words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
         said.append(f"a time offset of about {value:.4g} s (declared {record.time_offset.value:g}), now estimated")
         remedies.append(f"time_offset_s = {{ value = {value:.4g}, min = {least:.4g}, max = {most:.4g} }}")
     return " and ".join(said), " and ".join(remedies)
+
+
+def unit_remedy(record: CampaignRecord, scale: float) -> str:
+    """Return what to write of a torque whose samples are to be multiplied by a scale."""
+    assert record.data is not None
+    factor = record.data.channel(record.leading).scale * scale
+    unit = next((u for u in SPELLED if abs(to_si_factor(u, "torque") / factor - 1.0) < SAME_UNIT), "")
+    return f'unit = "{unit}" in its torque channel' if unit else f"{scale:g} times the gain of its torque channel"
 
 
 def _steps(stepping: str, microsteps: int | None) -> str:

@@ -40,8 +40,10 @@ SCALES = (1e-3, 1e-2, 1e2, 1e3)
 COARSE = 2
 """Steps a full step, at most, that fill a spectrum."""
 USUAL_MICROSTEPS = 16
-COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 1.2, 1.15, 1.2, 1.2
+COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 2.0, 1.15, 1.2, 1.2
 """Times as far off as declared than as read otherwise, from which a record is plainly so."""
+RIVAL = 2.0
+"""Times as far off by a hundred as by a thousand, or the reverse, up to which it may be either."""
 GIVEN_UP = 2.5
 """Times as far off as declared at the first point from which a reading is not looked at further."""
 AS_WELL = 1.15
@@ -69,7 +71,7 @@ class FirstSight:
     otherwise : mapping of record to Taken
         What is plainly otherwise with single records.
     doubtful : frozenset of str
-        Those of which the rate is another one, by lines that are those of half or twice that rate as well.
+        Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
     """
 
     common_scale: float = 1.0
@@ -102,6 +104,19 @@ class _Sight:
     @cached_property
     def noise(self) -> float:
         return noise_power(self.target.leading.sigma, self.target.samples // self.pieces)
+
+    @cached_property
+    def own(self) -> SuggestedRate | None:
+        """How the record seems to be driven by its own lines."""
+        fs = self.whole.base.sample_rate_hz
+        y = self.whole.leading.measured[: round((OWN_LINES_S if _is_constant(self.command) else OWN_RIDGE_S) * fs)]
+        found = prominence(y, fs)
+        return suggested_beside_hum(y, found, spectral_lines(found))
+
+    @property
+    def command(self) -> Command:
+        """As declared."""
+        return self.whole.command
 
     def modelled(self, problem: Problem, taken: Taken, q: FloatArray) -> FloatArray | None:
         """Return the model's power under another command, or None where it cannot be run."""
@@ -142,10 +157,7 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
         return FirstSight(scales[common])
     best = np.argsort(total[:, 0], kind="stable")[:BEST]
     at = _Comparison(problem, [points[i] for i in best], {name: sights[name] for name in of})
-    otherwise = at.otherwise({name: distances[best] for name, distances in of.items()})
-    doubtful = {name for name, taken in otherwise.items() if _is_doubtful(sights[name].whole, taken)}
-    partners = {name for name, taken in otherwise.items() if taken.swapped in doubtful}
-    return FirstSight(1.0, otherwise, frozenset(doubtful | partners))
+    return at.otherwise({name: distances[best] for name, distances in of.items()})
 
 
 def _is_looked_at(target: Target) -> bool:
@@ -178,7 +190,7 @@ class _Comparison:
     points: Sequence[FloatArray]
     sights: Mapping[str, _Sight]
 
-    def otherwise(self, distances: Mapping[str, FloatArray]) -> dict[str, Taken]:
+    def otherwise(self, distances: Mapping[str, FloatArray]) -> FirstSight:
         """Return the readings that are plainly nearer; two records swapped are one cause for both.
 
         `distances` are those as declared, (points, scales) by record.
@@ -186,7 +198,18 @@ class _Comparison:
         declared = {name: float(some[:, 0].min()) for name, some in distances.items()}
         singles = {name: self._single(self.sights[name], some) for name, some in distances.items()}
         swapped = self._swapped(declared, {name: off for name, (off, _) in singles.items()})
-        return {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
+        otherwise = {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
+        doubtful = {name for name, taken in otherwise.items() if self._is_doubtful(name, taken, distances[name])}
+        partners = {name for name, taken in otherwise.items() if taken.swapped in doubtful}
+        return FirstSight(1.0, otherwise, frozenset(doubtful | partners))
+
+    def _is_doubtful(self, name: str, taken: Taken, distances: FloatArray) -> bool:
+        """Tell whether another reading of the same kind is as good: another unit, or half or twice the rate."""
+        if taken.scale == 1.0:
+            return _is_doubtful_rate(self.sights[name], taken)
+        least = distances[:, 1:].min(axis=0)
+        rivals = (k for k, scale in enumerate(SCALES) if scale != taken.scale and (scale > 1.0) == (taken.scale > 1.0))
+        return any(least[k] < RIVAL * least[SCALES.index(taken.scale)] for k in rivals)
 
     def _distance(self, sight: _Sight, taken: Taken, declared: float) -> float:
         """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
@@ -200,27 +223,27 @@ class _Comparison:
     def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Taken]:
         """Return the two records that are nearer by each other's command, the clearest such pair.
 
-        None where each by itself is nearer still in another way, or has its own lines at another rate.
+        None where each by itself is nearer still in another way, where its own lines are at another rate, or where no
+        own line speaks against what is declared.
         """
         found: list[tuple[float, dict[str, Taken]]] = []
         for pair in combinations(declared, 2):
             taken = {name: _driven_as(self.sights[other].whole) for name, other in zip(pair, pair[::-1], strict=True)}
-            if all(taken_command(self.sights[name].whole.command, taken[name]) == self.sights[name].whole.command
-                   for name in pair):  # fmt: skip
+            if all(taken_command(self.sights[name].command, taken[name]) == self.sights[name].command for name in pair):
                 continue
             off = sum(self._distance(self.sights[name], taken[name], declared[name]) for name in pair)
             before = sum(declared[name] for name in pair)
             if before > SWAP * off and off <= AS_WELL * sum(singles[name] for name in pair):
                 found.append((before / off, taken))
         _, best = max(found, key=lambda one: one[0], default=(0.0, {}))
-        agreed = all(_is_driven_so(self.sights[name].whole, taken, FULL_STEPS) for name, taken in best.items())
-        return best if agreed else {}
+        agreed = all(_is_driven_so(self.sights[name], taken, FULL_STEPS) for name, taken in best.items())
+        return best if agreed and any(_contradicts(self.sights[name]) for name in best) else {}
 
     def _single(self, sight: _Sight, distances: FloatArray) -> tuple[float, Taken]:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
         declared = float(distances[:, 0].min())
         units = [(float(distances[:, k].min()), UNIT, Taken(scale=scale)) for k, scale in enumerate(SCALES, 1)]
-        others = _other_commands(sight.whole)
+        others = _other_commands(sight)
         commands = [(self._distance(sight, taken, declared), limit, taken) for limit, taken in others]
         plain = [(off, taken) for off, limit, taken in (*units, *commands) if declared > limit * off]
         return min(plain, key=lambda one: one[0], default=(declared, DECLARED))
@@ -234,16 +257,18 @@ def _driven_as(other: Target) -> Taken:
     )  # fmt: skip
 
 
-def _other_commands(target: Target) -> list[tuple[float, Taken]]:
+def _other_commands(sight: _Sight) -> list[tuple[float, Taken]]:
     """Return what a record's command may be instead, each with how much nearer it has to be."""
-    command = target.command
-    coarse = command.microsteps <= COARSE
-    steppings = [Taken(stepping="micro", microsteps=USUAL_MICROSTEPS)] if coarse else [
-        Taken(stepping="full", microsteps=1), Taken(stepping="half", microsteps=2)
-    ]  # fmt: skip
+    command, own = sight.command, sight.own
+    full = own is not None and own.stepping == "full"
+    steppings = []
+    if command.microsteps <= COARSE and not full:
+        steppings = [Taken(stepping="micro", microsteps=USUAL_MICROSTEPS)]
+    elif command.microsteps > COARSE and full:
+        steppings = [Taken(stepping="full", microsteps=1), Taken(stepping="half", microsteps=2)]
     return [
         *((STEPPING, taken) for taken in steppings),
-        *((RATE, Taken(rate=rate)) for rate in _own_rates(target)),
+        *((RATE, Taken(rate=rate)) for rate in _own_rates(sight)),
     ]
 
 
@@ -251,45 +276,45 @@ def _times(rate: RateProfile, factor: float) -> RateProfile:
     return RateProfile(rate.times_s, tuple(factor * one for one in rate.rates))
 
 
-def _own(target: Target) -> SuggestedRate | None:
-    """Return how a record seems to be driven by its own lines."""
-    fs = target.base.sample_rate_hz
-    y = target.leading.measured[: round((OWN_LINES_S if _is_constant(target.command) else OWN_RIDGE_S) * fs)]
-    found = prominence(y, fs)
-    return suggested_beside_hum(y, found, spectral_lines(found))
-
-
-def _own_rates(target: Target) -> list[RateProfile]:
+def _own_rates(sight: _Sight) -> list[RateProfile]:
     """Return the rates that a record's own lines tell where they are at no part of the one declared."""
-    own = _own(target)
-    if own is None or _is_part(own, target.command):
+    own = sight.own
+    if own is None or _is_part(own, sight.command):
         return []
-    sign = math.copysign(1.0, max(target.command.rate.rates, key=abs))
+    sign = math.copysign(1.0, max(sight.command.rate.rates, key=abs))
     if own.is_constant and own.stepping == "full":
         return [_times(own.profile, sign)]
     factors = [part * own.repetition_hz / own.rate for part in PARTS] if own.is_constant else PARTS[:2]
     return [_times(own.profile, sign * factor) for factor in factors]
 
 
-def _is_driven_so(target: Target, taken: Taken, multiples: Sequence[float]) -> bool:
+def _contradicts(sight: _Sight) -> bool:
+    """Tell whether a record's own lines speak against its declaration: another rate, or full steps and microsteps."""
+    own, coarse = sight.own, sight.command.microsteps <= COARSE
+    if own is None:
+        return False
+    return not _is_part(own, sight.command) or (own.stepping != "" and (own.stepping == "full") != coarse)
+
+
+def _is_driven_so(sight: _Sight, taken: Taken, multiples: Sequence[float]) -> bool:
     """Tell whether a record whose own lines are those of full steps has them at such multiples of the rate read."""
-    own, command = _own(target), taken_command(target.command, taken)
+    own, command = sight.own, taken_command(sight.command, taken)
     if own is None or own.stepping != "full" or command.microsteps > COARSE:
         return True
     rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
     return own.is_constant and any(abs(own.rate / rate / one - 1.0) < SAME_RATE for one in multiples)
 
 
-def _is_doubtful(target: Target, taken: Taken) -> bool:
+def _is_doubtful_rate(sight: _Sight, taken: Taken) -> bool:
     """Tell whether half or twice the rate that is read would explain the record's lines as well."""
     if taken.rate is None:
         return False
     if taken.swapped is None:
-        return len(_own_rates(target)) > 1
-    declared, read = (max(abs(rate) for rate in rate.rates) for rate in (target.command.rate, taken.rate))
-    same = taken_command(target.command, taken).microsteps == target.command.microsteps
+        return len(_own_rates(sight)) > 1
+    declared, read = (max(abs(rate) for rate in rate.rates) for rate in (sight.command.rate, taken.rate))
+    same = taken_command(sight.command, taken).microsteps == sight.command.microsteps
     related = any(abs(declared / read / one - 1.0) < SAME_RATE for one in REPEATS)
-    return same and related and not _is_driven_so(target, taken, FULL_STEPS[:1])
+    return same and related and not _is_driven_so(sight, taken, FULL_STEPS[:1])
 
 
 def _is_part(own: SuggestedRate, command: Command) -> bool:

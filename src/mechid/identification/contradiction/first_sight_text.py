@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.contradiction.agreement_text import reading_words
-from mechid.identification.contradiction.first_sight import FirstSight
+from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
+from mechid.identification.contradiction.first_sight import SCALES, FirstSight
 from mechid.identification.output_error.declaration import Taken
-from mechid.units import to_si_factor
-
-SPELLED = ("N*m", "mN*m", "N*cm")
 
 
 def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> list[str]:
@@ -35,18 +32,26 @@ def _common(campaign: Campaign, scale: float) -> str:
     record = next(r for r in campaign.estimated if r.leading == "torque")
     return (
         f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
-        f"mechid does not change all records by itself: {unit_remedy(record, scale)}, or look for a wrong unit in the "
+        f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong unit in the "
         "mechanism file"
     )
 
 
 def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool) -> str:
     said, remedy = reading_words(record, taken)
-    then = ", and so used" if used else ", or of half or twice that rate" if doubtful else ""
+    then = ", and so used" if used else f", or of {_rival(taken)}" if doubtful else ""
     return (
         f"record {record.name}: its spectrum is not that of its declaration, but that of a record with {said}{then}; "
         f"if that is right, write {remedy} for it in the campaign file"
     )
+
+
+def _rival(taken: Taken) -> str:
+    """Return what a record may be as well."""
+    if taken.scale == 1.0:
+        return "half or twice that rate"
+    rival = next(s for s in SCALES if s != taken.scale and (s > 1.0) == (taken.scale > 1.0))
+    return f"torque times {rival:g}"
 
 
 def _swapped(one: str, other: str, *, used: bool) -> str:
@@ -54,14 +59,4 @@ def _swapped(one: str, other: str, *, used: bool) -> str:
     return (
         f"records {one} and {other} seem to be swapped: the spectrum of each is that of the other's "
         f"command{then}; if that is right, exchange their files in the campaign file"
-    )
-
-
-def unit_remedy(record: CampaignRecord, scale: float) -> str:
-    """Return what to write of a torque whose samples are to be multiplied by a scale."""
-    assert record.data is not None
-    factor = record.data.channel(record.leading).scale * scale
-    unit = next((u for u in SPELLED if abs(to_si_factor(u, "torque") / factor - 1.0) < 1e-6), "")
-    return (
-        f'write unit = "{unit}" for the torque channel' if unit else f"multiply the torque channel's gain by {scale:g}"
     )
