@@ -32,8 +32,8 @@ def _common(campaign: Campaign, scale: float) -> str:
     record = next(r for r in campaign.estimated if r.leading == "torque")
     return (
         f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
-        f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong unit in the "
-        "mechanism file"
+        f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong "
+        "unit in the mechanism file"
     )
 
 
