@@ -16,7 +16,7 @@ import numpy as np
 
 from foreign.benches import RATE_HZ, Command
 from foreign.values import VALUES
-from incomplete.stepping import STEPS, edges
+from incomplete.stepping import STEPS
 
 SUPPLY_V, CHOPPER_HZ, SWITCH_OHM = 12.0, 12_500.0, 0.05
 CREEP_RATE, STRIBECK_RATE = 0.01, 0.05
@@ -30,7 +30,8 @@ NETLIST = """\
 * Two-phase stepper on two choppers, rotor, gear, load, housing. States are voltages of capacitors of 1 F.
 .options reltol=1e-5 abstol=1e-9 vntol=1e-9 chgtol=1e-14 method=gear maxord=2
 * the command: steps so far, electrical angle in rad, duty of each phase
-Vsteps steps 0 PWL({staircase})
+Btravel travel 0 V={travel}
+Bsteps steps 0 V=floor(V(travel))+max(0,(V(travel)-floor(V(travel))-1)/{ramp!r}+1)
 Bangle angle 0 V={angle!r}+V(steps)*{step!r}
 Bduty_A duty_A 0 V=0.5-{depth!r}*cos(V(angle))
 Bduty_B duty_B 0 V=0.5+{depth!r}*sin(V(angle))
@@ -113,12 +114,13 @@ def netlist(command: Command, seconds: float, interval: float, out: Path) -> str
     v = VALUES
     angle = math.radians(command.get("start_angle_deg", 0.0))
     n = STEPS.get(command["stepping"]) or int(command["microsteps"])
+    travel, fastest = _travel(command, n)
     currents = {"A": -v["U"] * math.cos(angle) / v["R"], "B": v["U"] * math.sin(angle) / v["R"]}
     shapes = {"A": "sin", "B": "cos"}
     winding = v["R"] - 2.0 * SWITCH_OHM
     phases = [PHASE.format(x=x, winding=winding, current=currents[x], shape=shapes[x], **v) for x in ("A", "B")]
     return NETLIST.format(
-        angle=angle, step=0.5 * math.pi / n, staircase=_staircase(edges(command, seconds)[0]),
+        angle=angle, step=0.5 * math.pi / n, travel=travel, ramp=RAMP_S * fastest,
         depth=0.5 * v["U"] / SUPPLY_V, period=1.0 / CHOPPER_HZ, half=0.5 / CHOPPER_HZ - 1e-9,
         supply=SUPPLY_V, switch=SWITCH_OHM,
         phases="\n".join(phases), alpha=angle / v["half_poles"], per_mrad=1e3 / v["G"], creep=CREEP_RATE,
@@ -127,9 +129,10 @@ def netlist(command: Command, seconds: float, interval: float, out: Path) -> str
     )  # fmt: skip
 
 
-def _staircase(instants: np.ndarray) -> str:
-    """Return the steps made over time as pairs of time and number, each step a steep ramp about its instant."""
-    ends = (instants[:, None] + np.array([-0.5, 0.5]) * RAMP_S).ravel()
-    number = np.arange(instants.size)[:, None] + np.array([0, 1])
-    pairs = [f"{time:.9f} {steps}" for time, steps in zip(ends, number.ravel(), strict=True)]
-    return "0 0 " + "\n+ ".join(" ".join(pairs[k : k + 8]) for k in range(0, len(pairs), 8))
+def _travel(command: Command, n: int) -> tuple[str, float]:
+    """Return the steps travelled as an expression of time, and the most of them in a second; the rate rises from 0."""
+    if "rate" in command:
+        rate = float(n * command["rate"])
+        return f"{rate!r}*time", rate
+    (_, _), (end, last) = command["rate_profile"]
+    return f"{0.5 * n * last / end!r}*time*time", float(n * last)
