@@ -40,7 +40,7 @@ SCALES = (1e-3, 1e-2, 1e2, 1e3)
 COARSE = 2
 """Steps a full step, at most, that fill a spectrum."""
 USUAL_MICROSTEPS = 16
-COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 2.0, 1.15, 1.2, 1.2
+COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 2.5, 1.15, 1.2, 1.2
 """Times as far off as declared than as read otherwise, from which a record is plainly so."""
 RIVAL = 2.0
 """Times as far off by a hundred as by a thousand, or the reverse, up to which it may be either."""
