@@ -48,7 +48,7 @@ GIVEN_UP = 2.5
 """Times as far off as declared at the first point from which a reading is not looked at further."""
 AS_WELL = 1.15
 """Times as far off as by causes of their own, up to which two records are rather swapped."""
-OWN_LINES_S, OWN_RIDGE_S = 4.0, 20.0
+OWN_LINES_S, OWN_RIDGE_S = 4.0, 8.0
 """How much of a record is looked at for its own step rate, by its lines and over time."""
 SAME_RATE, SAME_END = 0.01, 0.1
 """Of a rate, and of a swept rate's end: what is off by no more is no other one."""
@@ -109,9 +109,21 @@ class _Sight:
     def own(self) -> SuggestedRate | None:
         """How the record seems to be driven by its own lines."""
         fs = self.whole.base.sample_rate_hz
-        y = self.whole.leading.measured[: round((OWN_LINES_S if _is_constant(self.command) else OWN_RIDGE_S) * fs)]
+        y = self.whole.leading.measured[: round(self.own_s * fs)]
         found = prominence(y, fs)
         return suggested_beside_hum(y, found, spectral_lines(found))
+
+    @property
+    def own_s(self) -> float:
+        """How much of it is looked at for that, s."""
+        return min(OWN_LINES_S if _is_constant(self.command) else OWN_RIDGE_S, self.whole.base.duration_s)
+
+    @property
+    def fastest(self) -> float:
+        """The largest rate that is declared within that, full steps/s."""
+        rate = self.command.rate
+        inside = [one for time, one in zip(rate.times_s, rate.rates, strict=True) if time < self.own_s]
+        return max(map(abs, (*inside, float(np.interp(self.own_s, rate.times_s, rate.rates)))))
 
     @property
     def command(self) -> Command:
@@ -227,7 +239,10 @@ class _Comparison:
         own line speaks against what is declared.
         """
         found: list[tuple[float, dict[str, Taken]]] = []
+        spoken = {name for name in declared if _contradicts(self.sights[name])}
         for pair in combinations(declared, 2):
+            if spoken.isdisjoint(pair):
+                continue
             taken = {name: _driven_as(self.sights[other].whole) for name, other in zip(pair, pair[::-1], strict=True)}
             if all(taken_command(self.sights[name].command, taken[name]) == self.sights[name].command for name in pair):
                 continue
@@ -237,7 +252,7 @@ class _Comparison:
                 found.append((before / off, taken))
         _, best = max(found, key=lambda one: one[0], default=(0.0, {}))
         agreed = all(_is_driven_so(self.sights[name], taken, FULL_STEPS) for name, taken in best.items())
-        return best if agreed and any(_contradicts(self.sights[name]) for name in best) else {}
+        return best if agreed else {}
 
     def _single(self, sight: _Sight, distances: FloatArray) -> tuple[float, Taken]:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
@@ -279,13 +294,21 @@ def _times(rate: RateProfile, factor: float) -> RateProfile:
 def _own_rates(sight: _Sight) -> list[RateProfile]:
     """Return the rates that a record's own lines tell where they are at no part of the one declared."""
     own = sight.own
-    if own is None or _is_part(own, sight.command):
+    if own is None or _is_part(own, sight):
         return []
     sign = math.copysign(1.0, max(sight.command.rate.rates, key=abs))
     if own.is_constant and own.stepping == "full":
         return [_times(own.profile, sign)]
     factors = [part * own.repetition_hz / own.rate for part in PARTS] if own.is_constant else PARTS[:2]
-    return [_times(own.profile, sign * factor) for factor in factors]
+    return [_times(_to_the_end(own.profile, sight.whole.base.duration_s), sign * factor) for factor in factors]
+
+
+def _to_the_end(rate: RateProfile, seconds: float) -> RateProfile:
+    """Return a straight line of the rate from the start to the end of a record."""
+    if len(rate.rates) == 1:
+        return rate
+    (_, until), (first, last) = rate.times_s, rate.rates
+    return RateProfile.through([(0.0, first), (seconds, first + (last - first) * seconds / until)])
 
 
 def _contradicts(sight: _Sight) -> bool:
@@ -293,7 +316,7 @@ def _contradicts(sight: _Sight) -> bool:
     own, coarse = sight.own, sight.command.microsteps <= COARSE
     if own is None:
         return False
-    return not _is_part(own, sight.command) or (own.stepping != "" and (own.stepping == "full") != coarse)
+    return not _is_part(own, sight) or (own.stepping != "" and (own.stepping == "full") != coarse)
 
 
 def _is_driven_so(sight: _Sight, taken: Taken, multiples: Sequence[float]) -> bool:
@@ -317,11 +340,11 @@ def _is_doubtful_rate(sight: _Sight, taken: Taken) -> bool:
     return same and related and not _is_driven_so(sight, taken, FULL_STEPS[:1])
 
 
-def _is_part(own: SuggestedRate, command: Command) -> bool:
+def _is_part(own: SuggestedRate, sight: _Sight) -> bool:
     """Tell whether a record may suggest what it does at the rate declared."""
+    command, declared = sight.command, sight.fastest
     if own.is_constant != _is_constant(command):
         return False
-    declared = max(abs(rate) for rate in command.rate.rates)
     if command.microsteps == 1 and own.stepping == "full":
         return any(abs(own.rate / declared / one - 1.0) < SAME_RATE for one in FULL_STEPS)
     repeats = declared / (own.repetition_hz if own.is_constant else own.rate)
