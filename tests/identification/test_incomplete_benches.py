@@ -89,12 +89,9 @@ def test_an_effect_of_the_library_is_the_librarys(effect):
     """Truth: the library's block in the slow twin, integrated to 1e-10, no code of which is shared.
 
     Where the torque jumps (a flank is met, the output sticks) the library's sample is the mean over its interval: one
-    sample in a hundred is left out. The library winds the gear by the kinematic error at the start, the simulator does
-    not: the phase is such that there is none.
+    sample in a hundred is left out.
     """
     mechanism, size = drawn(effect, 1)
-    if effect == "kinematic_error":
-        size |= {"kinematic_phase": -size["kinematic_order"] * math.radians(45.0) / 50.0}
     table = tomllib.loads(mechanism_text(mechanism))
     BLOCKS[effect](table, size)
     twin = run_twin(mechanism_from_table(table, "mechanism.toml"), constant(46.0), base(0.05))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Symbol, symbols
+from sympy import Expr, Float, Integer, Symbol, symbols
 
 from mechid.parameter import Declaration, Role
-from mechid.plant.block import Block
+from mechid.plant.block import Block, Rival
 from mechid.plant.drive_train import COMMANDED, G, alpha_gear, beta_acc, omega_gear
 
 LOAD_ON_GEAR = "load on the gear"
@@ -23,7 +23,7 @@ MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
 SWINGING = {alpha_gear: LOAD_ON_GEAR, omega_gear: LOAD_ON_GEAR}
 
 
-def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED, turns: bool = False) -> Block:
+def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED / G, turns: bool = False) -> Block:
     """Load on the output, rigid or with flexible modes, free or with friction of its own.
 
     Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
@@ -41,7 +41,7 @@ def load(*, modes: int = 0, rubbed: bool = False, start: Expr = COMMANDED, turns
     rubbed : bool
         Whether a friction block acts on it.
     start : Expr
-        The rotor's angle at the start of a record, rad.
+        Its angle at the start of a record, rad.
     turns : bool
         Whether its base turns.
     """
@@ -88,11 +88,22 @@ def _test_mass(start: Expr) -> Block:
         initial=_initial(start),
         outputs={**MEASURED, "T_load": T_applied},
         swinging=SWINGING,
+        rivals=(_rubbed(),),
     )
 
 
+def _rubbed() -> Rival:
+    """Return dry friction of the load that may be there: such as winds the gear by microradians."""
+    K_s, wound = Symbol("K_s"), Float(4e-6)
+    return Rival(
+        name="output_friction", table="output_friction",
+        free={"coulomb": (wound * K_s, wound * K_s / 100, wound * K_s * 100),
+              "stiction": (wound * K_s / 4, Integer(0), wound * K_s * 2)},
+    )  # fmt: skip
+
+
 def _initial(start: Expr) -> dict[Symbol, Expr]:
-    return {alpha_gear: start / G, omega_gear: Integer(0)}
+    return {alpha_gear: start, omega_gear: Integer(0)}
 
 
 def _base_inputs(*, rubbed: bool, turns: bool) -> tuple[Symbol, ...]:

@@ -14,7 +14,7 @@ from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
 from mechid.plant.gear import LAWS as GEAR_LAWS
-from mechid.plant.gear import gear
+from mechid.plant.gear import gear, unwound
 from mechid.plant.housing import FORMS, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
@@ -141,9 +141,10 @@ def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
     else:
         phases, where = [CURRENTS[drive](), current_fed(harmonics=harmonics, apart=apart)], "drive"
     holding, _ = SCALES.get(drive, (None, None))
-    detents = [detent(k, order, holding) for k, order in enumerate(layout.orders.get("stepper.detent", ()))]
+    orders = layout.orders.get("stepper.detent", ())
+    detents = [detent(k, order, holding) for k, order in enumerate(orders)]
     currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
-    return [*phases, *detents, motor_torque(len(detents), holding)], currents
+    return [*phases, *detents, motor_torque(orders, holding)], currents
 
 
 def _site(drive: str) -> Site:
@@ -152,9 +153,10 @@ def _site(drive: str) -> Site:
 
 
 def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
-    """Return the load, and the friction on it where there is any."""
+    """Return the load behind a rotor that starts at an angle, and the friction on it where there is any."""
     rubbed = OUTPUT.table in layout.tables
-    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=start, turns=layout.turns)
+    at = unwound(start, layout.whole_orders("gear.kinematic_error"))
+    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=at, turns=layout.turns)
     return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
 
 

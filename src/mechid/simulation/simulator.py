@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import Command, Excitation
+from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
@@ -142,6 +142,7 @@ class Simulator:
         p: FloatArray,
         *,
         time_offset_s: float = 0.0,
+        clock_ppm: float = 0.0,
         substeps: int = 1,
         block: int | None = None,
         events: int = 0,
@@ -150,15 +151,16 @@ class Simulator:
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
+        Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
+
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
         `samples` for the first ones alone, `block` for blocks of so many.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
-        return Run(
-            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted
-        )
+        timing = Timing(time_offset_s, clock_ppm)
+        return Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
 
 
 class Run:
@@ -169,7 +171,7 @@ class Run:
         simulator: Simulator,
         base: TimeBase,
         p: FloatArray,
-        time_offset_s: float,
+        timing: Timing,
         substeps: int,
         block: int,
         events: int,
@@ -179,12 +181,13 @@ class Run:
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
+        interval_s = base.interval_s * timing.scale
         self.grid = np.array(
             [
-                base.start_s - simulator.command.origin_s - time_offset_s,
-                base.interval_s,
-                base.interval_s / substeps,
-                base.interval_s / (substeps * CLOSE_STEPS),
+                base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s,
+                interval_s,
+                interval_s / substeps,
+                interval_s / (substeps * CLOSE_STEPS),
             ]
         )
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,

@@ -43,8 +43,9 @@ class Model:
         simulator = Simulator(
             at.space.mechanism.plant, target.command, target.base, capacity=at.lanes, known_edges=target.excitation
         )
+        timing = at.timing(target, q)
         return simulator.run(
-            at.kernel(target, q), time_offset_s=at.time_offset(target, q), substeps=self.substeps,
+            at.kernel(target, q), time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps,
             directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
         )  # fmt: skip
 
