@@ -59,7 +59,7 @@ def grown_beside(
 ) -> tuple[SearchState, Growth] | None:
     """Return the growth with terms beside from a start; None where that does not follow all records either.
 
-    `louder` is the problem at a raised noise level at which `q` follows all records: all are fitted there at once first.
+    `louder` is the problem at a raised noise level at which `q` follows all records: there all is fitted at once first.
     """
     superset = superset_of(campaign.mechanism)
     disturbances = possible(state.problem, campaign)

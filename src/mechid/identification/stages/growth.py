@@ -16,6 +16,7 @@ from mechid.identification.contradiction.agreement import Agreement, agreement, 
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
@@ -137,7 +138,10 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with records that are taken otherwise than declared, and what is said of that."""
-    state = replace(state.of(agreed.problem), taken=agreed.taken).at(agreed.growth.q, agreed.growth.horizons)
+    taken = {name: state.taken.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
+    state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
+        agreed.growth.q, agreed.growth.horizons
+    )
     return state.saying(*agreement_warnings(campaign, agreed))
 
 
