@@ -30,7 +30,8 @@ FloatArray = NDArray[np.float64]
 PRUNINGS = 2
 NARROWER = 20.0
 """By which the small prior of a term is narrower once it is not needed inside the gates."""
-RIVALS_GROWN = 3
+RIVALS = 4
+"""Laws beside whose starts are refined and grown: those with the best starts."""
 STEPS = 30
 """Of the joint fit that shows which disturbances are needed."""
 
@@ -184,11 +185,13 @@ def _fall(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
 def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the growth of the first law beside that follows all records; None where none does.
 
-    Each has a multi-start of its own: with another law of friction the best start is another one.
+    Each has a multi-start of its own: with another law of friction the best start is another one. Those that come
+    nearest to the records' first moments are refined, and grown in the order of what that leaves.
     """
-    ranked = sorted(_rival_starts(watch, state, campaign, seed), key=lambda each: each[1].cost)
-    for beside, best in ranked[:RIVALS_GROWN]:
-        watch.tell("laws beside", f"{', '.join(beside.terms)}")
+    sampled = sorted(_rival_starts(watch, state, campaign, seed), key=lambda each: each[1][0].cost)
+    refined = [(beside, best) for beside, starts in sampled[:RIVALS] if (best := _best(watch, state, beside, starts))]
+    for beside, best in sorted(refined, key=lambda each: each[1].cost):
+        watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
         wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
         if wide.growth.complete:
             return _settled(watch, state, wide)
@@ -197,13 +200,17 @@ def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int
 
 def _rival_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
-) -> Iterator[tuple[Beside, Candidate]]:
-    """Yield each law that may stand in place of one chosen, with its best start."""
+) -> Iterator[tuple[Beside, list[Candidate]]]:
+    """Yield each law that may stand in place of one chosen, with its starts that can be simulated, the best first."""
     for name, mechanism in rivals_of(campaign.mechanism):
         beside = beside_of(campaign.mechanism, mechanism, (name,), {})
         problem = beside.problem(state.problem)
         watch.tell("laws beside", name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)
-        best = next(candidates(problem, starts, problem.workers, watch.journal), None)
-        if best is not None:
-            yield beside, best
+        if starts:
+            yield beside, starts
+
+
+def _best(watch: Watch, state: SearchState, beside: Beside, starts: list[Candidate]) -> Candidate | None:
+    problem = beside.problem(state.problem)
+    return next(candidates(problem, starts, problem.workers, watch.journal), None)
