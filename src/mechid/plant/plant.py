@@ -230,7 +230,7 @@ def assemble(
     links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
-    initial = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    given = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
     switches = tuple(links.switch(b) for b in blocks if b.switch)
     ordered = _ordered(terms)
@@ -243,7 +243,7 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=tuple(_expand(e, ordered) for e in (sp.sympify(initial[s]) for s in rates)),
+        initial=_initial([sp.sympify(given[s]) for s in rates], tuple(rates), ordered),
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -304,6 +304,17 @@ def _expand(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Exp
     for symbol, definition in reversed(terms):
         expr = expr.subs(symbol, definition)
     return expr
+
+
+def _initial(
+    given: Sequence[sp.Expr], states: Sequence[sp.Symbol], terms: Sequence[tuple[sp.Symbol, sp.Expr]]
+) -> tuple[sp.Expr, ...]:
+    """Return the states at the start as functions of parameters, inputs and `START_ANGLE` alone.
+
+    What is settled at the start, as a current at a measured voltage, may be given by another state: by its own start.
+    """
+    expanded = [_expand(e, terms) for e in given]
+    return tuple(e.xreplace(dict(zip(states, expanded, strict=True))) for e in expanded)
 
 
 def _parameters(

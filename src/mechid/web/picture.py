@@ -14,7 +14,7 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
-from mechid.identification.output_error.coordinates import INSTANTS
+from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant

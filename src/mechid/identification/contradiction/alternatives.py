@@ -63,7 +63,7 @@ def samples_of(target: Target, steps: float) -> int:
 
 def harmonic_orders(mechanism: Mechanism) -> tuple[float, ...]:
     """Return the periods of each harmonic of the rotor's angle in one electrical turn; none without a stepper."""
-    return tuple(h.orders for h in mechanism.harmonics)
+    return tuple(h.orders for h in mechanism.harmonics if h.of_rotor)
 
 
 def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:

@@ -24,7 +24,7 @@ from mechid.identification.search.multistart import POINTS, Candidate, candidate
 from mechid.identification.stages.beside import grown_beside, grown_rivals
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import raised, raised_words
+from mechid.identification.uncertainty.raised_noise import explained_mostly, raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -64,16 +64,32 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
 def _grown(
     watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int
 ) -> tuple[SearchState, Growth]:
-    """Grow from the best start, failing that with terms beside the mechanism, then with other laws in it.
+    """Grow from the best start; failing that with terms beside the mechanism, at a raised noise level, with other laws.
 
-    Where all fail, see whether the records agree before the other starts are tried.
+    A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     growth = _grow_best(watch, state, iter([best]), seed)
     if growth.complete:
         return state, growth
-    beside = grown_beside(watch, state, campaign, best, seed) or grown_rivals(watch, state, campaign, seed)
+    beside = grown_beside(watch, state, campaign, best.q, seed)
     if beside is not None:
         return beside
+    louder = _grown_louder(watch, state, growth, seed)
+    if louder[1].complete:
+        beside = grown_beside(watch, state, campaign, louder[1].q, seed, louder[0].problem)
+    beside = beside or grown_rivals(watch, state, campaign, seed)
+    if beside is not None:
+        return beside
+    if louder[1].complete and explained_mostly(louder[0].problem, louder[1].q):
+        return louder
+    return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+
+
+def _grown_otherwise(
+    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
+    louder: tuple[SearchState, Growth], seed: int,
+) -> tuple[SearchState, Growth]:  # fmt: skip
+    """See whether the records agree, and try the other starts; `louder` is what a raised noise level comes to."""
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
     told = partial(watch.tell, "records compared")
@@ -93,7 +109,7 @@ def _grown(
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
     if not any(reading.complete for reading in said):  # then it is no noise that stops the growth
-        state, growth = _grown_louder(watch, state, growth, seed)
+        state, growth = louder if louder[0] is not state else (state, growth)
     return (state if growth.complete else state.saying(*(reading.line for reading in said))), growth
 
 
