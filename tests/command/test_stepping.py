@@ -207,7 +207,7 @@ WRONG = {
         {**GOOD, "waveform": ["cosine"]},
         '.waveform: found [\'cosine\']; write one of "cosine", "square"',
     ),
-    "start": ({**GOOD, "start": "rest"}, '.start: found "rest"; write one of "commanded", "equilibrium"'),
+    "start": ({**GOOD, "start": "rest"}, '.start: found "rest"; write one of "commanded", "equilibrium", "estimated"'),
     "profile of another type": (
         {**FULL, "rate_profile": 46.0},
         ".rate_profile: found 46.0; write [[time in s, full steps/s], ...]",

@@ -20,7 +20,7 @@ from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import accurate_outputs
-from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.simulator import Simulator, Start, TimeBase
 
 FloatArray = NDArray[np.float64]
 
@@ -103,7 +103,8 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
     simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
     p = fit.mechanism.kernel_values(stand)
-    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s)
+    start = Start({mechanism_name(q.name): values[q.name] for q in record.start})
+    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s, start=start)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
     travel = Travel(record.command.rate, target.base, offset_s)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]

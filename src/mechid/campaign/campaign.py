@@ -25,6 +25,8 @@ TIME_OFFSET = Declaration(
     source="the test stand",
     default=0.0,
 )
+START = "start"
+"""What the states of a record's start are named by, ``record.<name>.start.<state>``."""
 RECORD_DECLARATIONS = (TIME_OFFSET,)
 """The parameters that each record has of its own, ``record.<name>.<key>``."""
 
@@ -72,7 +74,9 @@ class CampaignRecord:
     matches : tuple of Match
         The channels that the model has to explain, the leading one first: the torque where it is among them.
     parameters : tuple of Parameter
-        One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand.
+        One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand, then those of its start.
+    burn_in_s : float
+        Time at its beginning that is simulated and does not count.
     data : Record or None
         What the file holds, where it was read.
     """
@@ -84,6 +88,7 @@ class CampaignRecord:
     file: Path | None = None
     matches: tuple[Match, ...] = (Match(),)
     parameters: tuple[Parameter, ...] = ()
+    burn_in_s: float = 0.0
     data: Record | None = None
 
     @property
@@ -104,7 +109,12 @@ class CampaignRecord:
     @property
     def test_stand(self) -> tuple[Parameter, ...]:
         """Its own parameters of the mechanism's test stand, ``record.<name>.transducer.gain`` and the like."""
-        return self.parameters[len(RECORD_DECLARATIONS) :]
+        return tuple(q for q in self.parameters[len(RECORD_DECLARATIONS) :] if not is_of_start(q))
+
+    @property
+    def start(self) -> tuple[Parameter, ...]:
+        """The states of its start, ``record.<name>.start.angle`` and the like; none where it starts at rest."""
+        return tuple(q for q in self.parameters if is_of_start(q))
 
     @property
     def time_offset(self) -> Parameter:
@@ -201,6 +211,11 @@ def mechanism_name(record_parameter: str) -> str:
     'transducer.gain'
     """
     return record_parameter.split(".", 2)[2]
+
+
+def is_of_start(parameter: Parameter) -> bool:
+    """Tell whether a record's own parameter is a state of its start."""
+    return parameter.declaration.key.startswith(f"{START}.")
 
 
 def record_parameter_name(record: str, key: str) -> str:

@@ -16,6 +16,7 @@ from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
+from mechid.campaign.start_entry import ESTIMATED, with_starts
 from mechid.campaign.test_stand_entry import with_test_stands
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
@@ -63,9 +64,11 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
     records = with_test_stands(records, table["record"], mechanism, place)
+    records = with_starts(records, table["record"], mechanism, place)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time
-        records = tuple(_with_data(record, mechanism) for record in records)
+    read = (_with_data(r, mechanism) if read_records or _begins_anywhere(r) else r for r in records)
+    records = with_starts(tuple(read), table["record"], mechanism, place)
     return Campaign(
         path=file,
         mechanism_path=mechanism_path,
@@ -117,6 +120,11 @@ def _with_data(record: CampaignRecord, mechanism: Mechanism) -> CampaignRecord:
         return record
     data = read_record(record.file, record.spec)
     return with_inputs(replace(record, data=data), data, mechanism)
+
+
+def _begins_anywhere(record: CampaignRecord) -> bool:
+    """Tell of a record that begins where its file alone says."""
+    return record.command.start == ESTIMATED and record.file is not None and record.file.is_file()
 
 
 def _warnings(records: Iterable[CampaignRecord], place: Place) -> tuple[str, ...]:

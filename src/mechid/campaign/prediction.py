@@ -12,7 +12,7 @@ from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError, UsageError
 from mechid.records import Record, read_record
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.simulation.simulator import Simulator, Start, TimeBase, simulate_run
 from mechid.simulation.trajectory import Trajectory
 
 MOST_SAMPLES = 200_000_000
@@ -70,11 +70,12 @@ def simulate(
     except UsageError as error:
         raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
     p = campaign.mechanism.kernel_values({mechanism_name(q.name): q.value for q in chosen.test_stand})
+    start = Start({mechanism_name(q.name): q.value for q in chosen.start})
     if substeps is None:
-        return simulate_accurately(simulator, p, time_offset_s=offset)
+        return simulate_accurately(simulator, p, time_offset_s=offset, start=start)
     if substeps < 1:
         raise UsageError(f"substeps: found {substeps}; write 1 or more, or leave it out")
-    return simulate_run(simulator.run(p, time_offset_s=offset, substeps=substeps))
+    return simulate_run(simulator.run(p, time_offset_s=offset, substeps=substeps, start=start))
 
 
 def simulate_all(

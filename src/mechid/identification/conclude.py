@@ -140,7 +140,8 @@ def _estimates(
         target = next(t for t in problem.targets if t.name == record.name)
         values = {record.time_offset.name: problem.coordinates.time_offset(target, verdict.q)}
         own = problem.coordinates.own_values(target, verdict.q)
-        values |= {p.name: own[mechanism_name(p.name)] for p in record.test_stand}
+        own |= problem.coordinates.start_values(target, verdict.q)
+        values |= {p.name: own[mechanism_name(p.name)] for p in (*record.test_stand, *record.start)}
         out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
 

@@ -19,6 +19,7 @@ from mechid.plant.housing import FORMS, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
+from mechid.plant.start import ANGLE
 from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
@@ -154,7 +155,7 @@ def _site(drive: str) -> Site:
 def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     """Return the load behind a rotor that starts at an angle, and the friction on it where there is any."""
     rubbed = OUTPUT.table in layout.tables
-    at = unwound(start, layout.whole_orders("gear.kinematic_error"))
+    at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
     body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=at, turns=layout.turns)
     return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
 

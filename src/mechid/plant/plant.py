@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import sympy as sp
@@ -32,7 +32,9 @@ class Plant:
         In an order in which each needs only states, parameters, inputs, mode symbols and earlier terms.
     rates : tuple of Expr, (n,)
     initial : tuple of Expr, (n,)
-        Functions of parameters, inputs and `START_ANGLE`.
+        At rest where the command begins: functions of parameters, inputs and `START_ANGLE`.
+    begun : mapping of Symbol to Expr
+        States and states of the filter where a record has its own start: functions of the symbols of `starts` too.
     inputs : tuple of Symbol
         Excitation, e.g. the normalised phase voltages.
     switches : tuple of Switch
@@ -62,6 +64,7 @@ class Plant:
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
     offered: Mapping[str, sp.Expr]
+    begun: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     behind: LinearSystem = NO_FILTER
     layout: Layout | None = None
 
@@ -80,6 +83,17 @@ class Plant:
     def declarations(self) -> dict[str, Declaration]:
         """Parameters as the mechanism file names them: {dotted name: declaration}."""
         return {dotted_name(block, d.key): d for block in self.blocks for d in block.declarations}
+
+    @cached_property
+    def starts(self) -> dict[str, Declaration]:
+        """What a record may have of its own at its start, by key, e.g. ``"start.angle"``."""
+        moved = set().union(*(self.begun.get(s, sp.Integer(0)).free_symbols for s in self.begun_states))
+        return {d.key: d for block in self.blocks for d in block.starts if sp.Symbol(d.symbol) in moved}
+
+    @property
+    def begun_states(self) -> tuple[sp.Symbol, ...]:
+        """States, and behind them those of the filter."""
+        return (*self.states, *self.filter.states)
 
     @cached_property
     def estimable(self) -> tuple[sp.Symbol, ...]:
@@ -212,7 +226,8 @@ def assemble(
     links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
-    initial = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    begun = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    unmoved = {sp.Symbol(d.symbol): 0 for b in blocks for d in b.starts}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
     switches = tuple(links.switch(b) for b in blocks if b.switch)
     ordered = _ordered(terms)
@@ -225,7 +240,8 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=tuple(_expand(e, ordered) for e in (sp.sympify(initial[s]) for s in rates)),
+        initial=tuple(_expand(begun[s].subs(unmoved), ordered) for s in rates),
+        begun={state: _expand(e, ordered) for state, e in begun.items()},
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -247,7 +263,8 @@ def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
     margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
     entries = [e for s in plant.switches for e, _ in s.entry]
     system = [*plant.filter.A, *plant.filter.B, *plant.filter.inputs]
-    every = [*(e for _, e in plant.terms), *plant.rates, *plant.initial, *margins, *entries, *system, *offered]
+    known |= {sp.Symbol(d.symbol) for block in plant.blocks for d in block.starts}
+    every = [*(e for _, e in plant.terms), *plant.rates, *plant.begun.values(), *margins, *entries, *system, *offered]
     if strange := sorted(str(s) for e in every for s in sp.sympify(e).free_symbols - known):
         raise ValueError(f"{strange[0]} is no state, term, input or declared parameter")
 

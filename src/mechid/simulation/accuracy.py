@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.simulation.simulator import Run, Simulator, trajectory_of
+from mechid.simulation.simulator import AT_REST, Run, Simulator, Start, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -18,7 +18,9 @@ PROMISE = 1e-5
 ENOUGH = 0.1 * PROMISE
 
 
-def simulate_accurately(simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0) -> Trajectory:
+def simulate_accurately(
+    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, start: Start = AT_REST
+) -> Trajectory:
     """Return the run, without sensitivities, with so many steps a sample that twice as many would not change it.
 
     Tried are 1, 2, 4 and 8; the first that differs from its double by at most `ENOUGH` will do, and it
@@ -32,24 +34,26 @@ def simulate_accurately(simulator: Simulator, p: FloatArray, *, time_offset_s: f
         The kernel's parameters.
     time_offset_s : float
         Shifts the command, s.
+    start : Start
+        Another one than at rest where the command begins.
     """
-    y, run, difference = accurate_outputs(simulator, p, time_offset_s=time_offset_s)
+    y, run, difference = accurate_outputs(simulator, p, time_offset_s=time_offset_s, start=start)
     return replace(trajectory_of(run, y), difference=difference)
 
 
 def accurate_outputs(
-    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0
+    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, start: Start = AT_REST
 ) -> tuple[FloatArray, Run, float | None]:
     """Return the plant's outputs alone, (n_y, n), as `simulate_accurately` chooses them, their run, and its difference.
 
     Each run is written over the one with half as many steps: all outputs are in memory once.
     """
     y, none = np.zeros((len(simulator.plant.outputs), simulator.base.samples)), np.zeros((p.size, 0))
-    run = simulator.run(p, time_offset_s=time_offset_s, substeps=SUBSTEPS[0], directions=none)
+    run = simulator.run(p, time_offset_s=time_offset_s, substeps=SUBSTEPS[0], directions=none, start=start)
     _written_over(y, run)
     for substeps in SUBSTEPS:
         coarse = run
-        run = simulator.run(p, time_offset_s=time_offset_s, substeps=2 * substeps, directions=none)
+        run = simulator.run(p, time_offset_s=time_offset_s, substeps=2 * substeps, directions=none, start=start)
         change = _written_over(y, run)
         difference = change if coarse.outcome is run.outcome is SimulationOutcome.COMPLETE else None
         if difference is not None and difference <= ENOUGH:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechid.command import Command, Excitation
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
+from mechid.kernel.start import own_start
 from mechid.plant.plant import Plant
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
@@ -89,6 +90,25 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
+class Start:
+    """A start of a record's own, off the rest where its command begins.
+
+    Attributes
+    ----------
+    values : mapping of str to float
+        By the keys of `Plant.starts`; what is not among them is zero.
+    lanes : mapping of str to int
+        Lanes that carry the derivatives to them; what is not among them has none.
+    """
+
+    values: Mapping[str, float]
+    lanes: Mapping[str, int] = field(default_factory=dict)
+
+
+AT_REST = Start({})
+
+
+@dataclass(frozen=True, eq=False)
 class Simulator:
     """One plant under one command on one time base; the parameters' values come with each run.
 
@@ -147,18 +167,21 @@ class Simulator:
         events: int = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
+        start: Start = AT_REST,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone, `block` for blocks of so many.
+        `samples` for the first ones alone, `block` for blocks of so many, `start` for another start than at rest; what
+        moves that in lanes of its own moves no parameter there.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
-        return Run(
-            self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted
-        )
+        run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted)
+        if start.values:
+            run.begin_off_rest(start)
+        return run
 
 
 class Run:
@@ -208,10 +231,44 @@ class Run:
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
         simulator = self.simulator
-        if simulator.command.start == "commanded":
+        if simulator.command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
         return x, np.ascontiguousarray(x_p).ravel()
+
+    def begin_off_rest(self, start: Start) -> None:
+        """Begin at a start of the record's own, off the rest where the run stands, before any block is consumed."""
+        simulator, module, w = self.simulator, self.simulator.kernel.module, self.buffers.w
+        inputs, angle = simulator.excitation.initial, simulator.command.start_angle_rad
+        own = own_start(simulator.plant, self.p, inputs, angle, start.values)
+        n, n_p = own.off.size, self.p.size
+        x, x_p = w[int(module.AT_X) :][:n] + own.off, w[int(module.AT_X_P) :][: n * n_p] + own.off_by_parameter.ravel()
+        self._begin(x, x_p)
+        w[int(module.AT_Z) :][: own.filter.size] = own.filter
+        slopes = own.by_start * ~self._held_at_rest[:, None]
+        for key, lane in start.lanes.items():
+            self._carry(lane, slopes[:, list(simulator.plant.starts).index(key)])
+
+    @property
+    def _held_at_rest(self) -> NDArray[np.bool_]:
+        """Which states, those of the filter behind them, friction holds at zero, (n_x + n_f,)."""
+        plant, modes = self.simulator.plant, self.buffers.discrete[int(self.simulator.kernel.module.MODE) :]
+        held = {
+            state
+            for switch, mode in zip(plant.switches, modes, strict=False)
+            if [*switch.modes][mode] == switch.otherwise
+            for guards in switch.guards.values()
+            for guard in guards
+            for state in guard.resets
+        }
+        return np.array([state in held for state in plant.begun_states])
+
+    def _carry(self, lane: int, slopes: FloatArray) -> None:
+        """Let a lane begin at derivatives of the states and the filter's, (n_x + n_f,)."""
+        module, b = self.simulator.kernel.module, self.buffers
+        for i, slope in enumerate(slopes):
+            b.w[lane_places(module, int(module.ROW_S) + i, b.lanes)[lane]] = slope
+        b.discrete[int(module.GROUPS) + lane // int(module.LANES_PER_GROUP)] = int(module.ALL)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the record block by block; after a failure the samples are NaN. Ask before each whether to go on."""

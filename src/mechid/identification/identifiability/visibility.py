@@ -30,7 +30,7 @@ REMEDY = "no record sees it; add a record that does, or give it as a known numbe
 
 def sensitivities(campaign: Campaign) -> int:
     """Return how many directions of the parameters a fit of this campaign asks for."""
-    own = max((sum(q.is_free for q in record.test_stand) for record in campaign.estimated), default=0)
+    own = max((sum(q.is_free for q in (*record.test_stand, *record.start)) for record in campaign.estimated), default=0)
     return (SearchSpace(campaign.mechanism).size if campaign.mechanism.free else 0) + own
 
 

@@ -1,9 +1,10 @@
 """All that the optimiser moves: the mechanism's search coordinates, then those that belong to one record alone.
 
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
-record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel;
-or it moves the instants of its samples (`CLOCK`), whose derivative follows from the rate of the output. A new one of
-either kind is one more entry: the names, bounds, values, priors and derivatives of all are worked out here.
+record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
+a state of its start, whose lane moves no parameter and begins at the derivatives of the states there; or it moves the
+instants of its samples (`CLOCK`), whose derivative follows from the rate of the output. A new one of any kind is one
+more entry: the names, bounds, values, priors and derivatives of all are worked out here.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.campaign import TIME_OFFSET, mechanism_name
+from mechid.campaign.campaign import TIME_OFFSET, is_of_start, mechanism_name
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-from mechid.simulation.simulator import Block
+from mechid.simulation.simulator import Block, Start
 
 FloatArray = NDArray[np.float64]
 Slope = Callable[[Block, int, int], FloatArray]
@@ -208,7 +209,17 @@ class Coordinates:
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
         """Return the values at `q` that hold for a target alone, by the mechanism's names."""
-        return {mechanism_name(p.name): self.value(p, q) for p in target.own if not is_of_clock(p)}
+        return {mechanism_name(p.name): self.value(p, q) for p in target.own if not (is_of_clock(p) or is_of_start(p))}
+
+    def start_values(self, target: Target, q: FloatArray) -> dict[str, float]:
+        """Return the states of a target's start at `q`, by the keys of `Plant.starts`; none where it starts at rest."""
+        return {mechanism_name(p.name): self.value(p, q) for p in target.own if is_of_start(p)}
+
+    def start_of(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
+        """Return where the run of a target begins at `q`, with lanes of the states that are free where `carried`."""
+        free = [c for c in self.of(target) if is_of_start(c.parameter)]
+        lanes = {mechanism_name(c.parameter.name): c.lane for c in free if c.lane is not None}
+        return Start(self.start_values(target, q), lanes if carried else {})
 
     def kernel(self, target: Target, q: FloatArray) -> FloatArray:
         """Return the kernel's parameters of a target at `q`, (NP,)."""
@@ -219,8 +230,10 @@ class Coordinates:
 
         Of a clock that is free alone the rate is wanted, which comes with sensitivities only.
         """
-        carried = [mechanism_name(c.parameter.name) for c in self.of(target) if c.lane is not None]
+        lanes = [c.parameter for c in self.of(target) if c.lane is not None]
+        carried = [mechanism_name(p.name) for p in lanes if not is_of_start(p)]
         found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), carried)
+        found = np.hstack([found, np.zeros((found.shape[0], len(lanes) - len(carried)))])
         return found if found.size else np.zeros((found.shape[0], 1))
 
     def of(self, target: Target) -> list[RecordCoordinate]:
@@ -249,6 +262,6 @@ def coordinates_of(
     carried = [
         RecordCoordinate(t.name, p, lane)
         for t in targets
-        for lane, p in enumerate((p for p in t.moved if not is_of_clock(p)), space.size)
+        for lane, p in enumerate(sorted((p for p in t.moved if not is_of_clock(p)), key=is_of_start), space.size)
     ]
     return Coordinates(space, (*clocks, *carried), priors)

@@ -46,6 +46,7 @@ class Model:
         return simulator.run(
             at.kernel(target, q), time_offset_s=at.time_offset(target, q), substeps=self.substeps,
             directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
+            start=at.start_of(target, q, carried=jacobian),
         )  # fmt: skip
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:

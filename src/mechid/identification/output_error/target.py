@@ -42,7 +42,7 @@ class TargetChannel:
     rejected : (s,) of int
         Samples that do not count, ascending: those bridged, and spikes.
     bridged : (b,) of int
-        Those among them that were never measured.
+        Those among them that were never measured, or are burn-in.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
     rests_on : NoiseSource
@@ -101,7 +101,9 @@ class Target:
     excitation : Excitation
         Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
     own : tuple of Parameter
-        What is the record's own, known and free: its time offset, values of its test stand.
+        What is the record's own, known and free: its time offset, values of its test stand, states of its start.
+    burn_in : int
+        Samples at its beginning that do not count.
     """
 
     name: str
@@ -110,6 +112,7 @@ class Target:
     command: Command
     excitation: Excitation
     own: tuple[Parameter, ...] = ()
+    burn_in: int = 0
 
     @property
     def samples(self) -> int:
@@ -179,7 +182,14 @@ def target_of(record: CampaignRecord) -> Target:
         command=record.command,
         excitation=excitation_over(record.command, base, latest_of(record.time_offset)),
         own=record.parameters,
+        burn_in=burn_in_of(record),
     )
+
+
+def burn_in_of(record: CampaignRecord) -> int:
+    """Return how many samples at a record's beginning are simulated and do not count."""
+    assert record.data is not None
+    return math.ceil(record.burn_in_s * record.data.sample_rate_hz - 1e-6)
 
 
 def is_time_offset(parameter: Parameter) -> bool:
@@ -204,6 +214,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
     assert record.data is not None
     channel = record.data.channel(match.quantity)
     known = known_noise(record, match)
+    left_out = np.union1d(np.arange(burn_in_of(record)), channel.bridged)
     return TargetChannel(
         quantity=match.quantity,
         measured=channel.data,
@@ -211,6 +222,6 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         rests_on=known.rests_on,
         linear=(2 if match.drift else 1) if match.offset else 0,
         rounding=rounding(record, match),
-        rejected=channel.bridged,
-        bridged=channel.bridged,
+        rejected=left_out,
+        bridged=left_out,
     )
