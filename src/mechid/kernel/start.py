@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from mechid.plant.plant import START_ANGLE, Plant
 
 FloatArray = NDArray[np.float64]
+NEWTON_STEPS = 4
+"""A kinematic error is small beside the angle that it belongs to: the first step is nearly all."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +63,22 @@ def own_start(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, v
     )
     slopes = np.array(to_start(*p, *inputs, theta_0, *own), dtype=np.float64)
     return OwnStart((at - at_rest)[:n], moved - unmoved, at[n:], slopes.reshape(at.size, len(own)))
+
+
+def off_rest(
+    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, states: FloatArray
+) -> dict[str, float]:
+    """Return which start of a record's own has given states, (n_x + n_f,), by the keys of `Plant.starts`.
+
+    The rest is the commanded one; by Gauss-Newton, since a kinematic error alone is not linear in it.
+    """
+    at, _, by_start = _functions(plant)
+    own = np.zeros(len(plant.starts))
+    for _ in range(NEWTON_STEPS):
+        there = np.array(at(*p, *inputs, theta_0, *own), dtype=np.float64)
+        slopes = np.array(by_start(*p, *inputs, theta_0, *own), dtype=np.float64).reshape(there.size, own.size)
+        own = own + np.linalg.lstsq(slopes, states - there, rcond=None)[0]
+    return dict(zip(plant.starts, own.tolist(), strict=True))
 
 
 @lru_cache(maxsize=16)

@@ -336,6 +336,13 @@ class Run:
         n = len(self.simulator.plant.states)
         return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
+    @property
+    def states(self) -> FloatArray:
+        """States of the plant, then of its filter, where the run stands, (n_x + n_f,)."""
+        module, plant, w = self.simulator.kernel.module, self.simulator.plant, self.buffers.w
+        places = (int(module.AT_X), len(plant.states)), (int(module.AT_Z), len(plant.filter.states))
+        return np.concatenate([w[first:][:n] for first, n in places])
+
     @cached_property
     def _lane_rows(self) -> NDArray[np.int64]:
         """Where the lanes of each state stand, (n_x, lanes)."""

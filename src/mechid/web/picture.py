@@ -13,6 +13,7 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
+from mechid.campaign.campaign import mechanism_name
 from mechid.identification.output_error.target import TargetChannel, channel_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
@@ -21,7 +22,7 @@ from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent,
 from mechid.signal.remainder import Remainder
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.simulator import Run, Simulator, Start, TimeBase
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
@@ -241,6 +242,7 @@ class Scene:
             mechanism.kernel_values(),
             time_offset_s=stretch.time_offset_s,
             substeps=stretch.substeps,
+            start=Start({mechanism_name(q.name): q.value for q in self.record.start}),
             samples=self.samples(stretch.seconds),
             directions=None if direction is None else np.ascontiguousarray(direction[:, None]),
         )

@@ -58,22 +58,23 @@ class Growth:
 
 
 def floors(problem: Problem) -> Horizons:
-    """Return the least horizon of each record: 15 ms, or one window past the first motion."""
+    """Return the least horizon of each record, past its burn-in: 15 ms, or one window past the first motion."""
     return {t.name: _floor(t) for t in problem.targets}
 
 
 def _floor(target: Target) -> int:
     """Return the least horizon by the channel that moves first."""
-    rate = target.base.sample_rate_hz
+    rate, burn_in = target.base.sample_rate_hz, target.burn_in
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    return min(_first_motion(channel, least, window) for channel in target.channels)
+    return min(_first_motion(channel, burn_in, burn_in + least, window) for channel in target.channels)
 
 
-def _first_motion(channel: TargetChannel, least: int, window: int) -> int:
-    """Return the end of the window behind a channel's first motion, at least `least`, in samples."""
+def _first_motion(channel: TargetChannel, burn_in: int, least: int, window: int) -> int:
+    """Return the end of the window behind a channel's first motion past the burn-in, at least `least`, in samples."""
     samples = channel.measured.size
-    rest = float(np.median(channel.measured[:least]))
-    for start in range(0, samples, BLOCK):
+    least = min(least, samples)
+    rest = float(np.median(channel.measured[burn_in:least]))
+    for start in range(burn_in, samples, BLOCK):
         moving = np.abs(channel.measured[start : start + BLOCK] - rest) > 8.0 * channel.sigma
         if moving.any():
             return min(max(least, start + int(np.argmax(moving)) + window), samples)

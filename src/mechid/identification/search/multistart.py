@@ -22,9 +22,10 @@ from scipy.stats import qmc
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.misfit import Misfit, misfit_series
+from mechid.identification.output_error.misfit import Misfit, Window, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
+from mechid.identification.output_error.run_up import run_up
 from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import NEGLIGIBLE, descend
@@ -120,25 +121,31 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
     return math.log(value) if c.kind == "log" else value
 
 
+def _first_window(target: Target) -> Window:
+    """Return the first window that counts."""
+    return target.burn_in, min(target.samples, target.burn_in + round(WINDOW_S * target.base.sample_rate_hz))
+
+
 def _first_samples(target: Target) -> int:
-    return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
+    first, stop = _first_window(target)
+    return stop - first
 
 
 def _first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
-    n = _first_samples(target)
-    return sum(float(np.var(c.measured[:n])) * n / c.sigma**2 for c in target.channels)
+    n, window = _first_samples(target), slice(*_first_window(target))
+    return sum(float(np.var(c.measured[window])) * n / c.sigma**2 for c in target.channels)
 
 
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
-    stop = _first_samples(target)
-    series = misfit_series(problem.model, target, q, (0, stop))
+    window = _first_window(target)
+    series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         np.divide(r, channel.sigma, out=r)
         if channel.linear:
             np.subtract(r, np.median(r), out=r)
-        r[channel.rejected_within((0, stop))] = 0.0
+        r[channel.rejected_within(window)] = 0.0
     return series[0] if len(series) == 1 else np.concatenate(series)
 
 
@@ -181,19 +188,20 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
 
 def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
-    stop = _first_samples(target)
-    whole = np.empty((1 + problem.size, len(target.channels) * stop))
+    window = _first_window(target)
+    whole = np.empty((1 + problem.size, len(target.channels) * (window[1] - window[0])))
     parts = np.split(whole, len(target.channels), axis=1)
-    for piece in Misfit(problem.model, target, q, (0, stop), jacobian=True):
+    for piece in Misfit(problem.model, target, q, window, jacobian=True):
+        here = slice(piece.first - window[0], piece.stop - window[0])
         for k, rows in enumerate(parts):
-            piece.write_residual(k, rows[0, piece.first : piece.stop])
-            piece.write_slopes(k, rows[1:, piece.first : piece.stop])
+            piece.write_residual(k, rows[0, here])
+            piece.write_slopes(k, rows[1:, here])
     for channel, rows in zip(target.channels, parts, strict=True):
         np.divide(rows, channel.sigma, out=rows)
         if channel.linear:
             rows[0] -= np.median(rows[0])
             rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
-        rows[:, channel.rejected_within((0, stop))] = 0.0
+        rows[:, channel.rejected_within(window)] = 0.0
     return whole
 
 
@@ -208,7 +216,7 @@ def multistart(
     noted, own = journal or Journal(), identity(problem)
     mechanism_points = sample_box(problem.space, POINTS, seed)
     tail = problem.coordinates.of_records(problem.start)
-    points = [np.concatenate([row, tail]) for row in mechanism_points]
+    points = [run_up(problem, np.concatenate([row, tail])) for row in mechanism_points]
     costs: list[float] = []
     cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
     for first in range(0, POINTS, CHUNK):
