@@ -218,6 +218,17 @@ def is_of_start(parameter: Parameter) -> bool:
     return parameter.declaration.key.startswith(f"{START}.")
 
 
+def names_start(name: str) -> bool:
+    """Tell whether a dotted name is that of a state of a record's start.
+
+    Examples
+    --------
+    >>> names_start("record.full_46.start.angle"), names_start("load.start_rate")
+    (True, False)
+    """
+    return name.startswith("record.") and mechanism_name(name).startswith(f"{START}.")
+
+
 def record_parameter_name(record: str, key: str) -> str:
     """Return the dotted name of a record's own parameter."""
     return f"record.{record}.{key}"

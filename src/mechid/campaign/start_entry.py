@@ -42,9 +42,12 @@ def with_starts(
     Raises
     ------
     InputFileError
-        A state is none of the mechanism's, its value or bounds cannot be, or the start is not estimated.
+        A state is none of the mechanism's, its value or bounds cannot be, or the start is not estimated; or a burn-in
+        leaves nothing of its record.
     """
-    places = (place.key("record").item(index) for index in range(len(records)))
+    places = [place.key("record").item(index) for index in range(len(records))]
+    for record, at in zip(records, places, strict=True):
+        _refuse_nothing_left(record, at.key(BURN_IN))
     return tuple(
         _with_start(record, entry.get(KEY), mechanism, at.key(KEY))
         for record, entry, at in zip(records, entries, places, strict=True)
@@ -57,6 +60,13 @@ def read_burn_in(table: Mapping[str, Any], place: Place) -> float:
     if seconds < 0.0:
         raise place.key(BURN_IN).error(f"found {seconds:.9g}; write a time of 0 s or more")
     return seconds
+
+
+def _refuse_nothing_left(record: CampaignRecord, place: Place) -> None:
+    if record.data is not None and record.burn_in_s >= record.data.duration_s:
+        raise place.error(
+            f"found {record.burn_in_s:.9g}, and the record has {record.data.duration_s:.9g} s; nothing is left"
+        )
 
 
 def _with_start(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place) -> CampaignRecord:

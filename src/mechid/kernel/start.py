@@ -65,9 +65,7 @@ def own_start(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, v
     return OwnStart((at - at_rest)[:n], moved - unmoved, at[n:], slopes.reshape(at.size, len(own)))
 
 
-def off_rest(
-    plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, states: FloatArray
-) -> dict[str, float]:
+def off_rest(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float, states: FloatArray) -> dict[str, float]:
     """Return which start of a record's own has given states, (n_x + n_f,), by the keys of `Plant.starts`.
 
     The rest is the commanded one; by Gauss-Newton, since a kinematic error alone is not linear in it.

@@ -76,7 +76,7 @@ class Knob:
 
 
 def knobs(campaign: Campaign) -> dict[str, Knob]:
-    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and what is free of records.
+    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and what records have free.
 
     The states of a record's start have none: they are estimated, and nobody knows one by hand.
     """

@@ -1,12 +1,13 @@
 """Where records that begin in motion may begin: what the model does when it is stepped from some time before.
 
-The states at the first sample are found by the fit; this is where the search for them begins. From rest at the commanded
-angle a fit inside the first moments goes astray: it bends the mechanism to a start that is far off.
+The states at the first sample are found by the fit; this is where the search for them begins. From rest at the
+commanded angle a fit inside the first moments goes astray: it bends the mechanism to a start that is far off.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +24,18 @@ STEPS, SHORTEST_S = 8.0, 0.3
 """Full steps before the first sample from which the model is stepped, and the shortest time that this may be."""
 
 
-def run_up(problem: Problem, q: FloatArray) -> FloatArray:
-    """Return a point whose records in motion begin as the model there does, stepped from before; else the point as it is."""
-    values = {name: v for t in problem.targets for name, v in _begun(problem, t, q).items()}
+def run_up(problem: Problem, q: FloatArray, known: Container[str] = ()) -> FloatArray:
+    """Return a point whose records in motion begin as the model there does, stepped from before.
+
+    Records that begin at rest, and states whose names are `known`, stay as they are.
+    """
+    found = {name: v for t in problem.targets for name, v in _begun(problem, t, q).items()}
+    values = {name: v for name, v in found.items() if name not in known}
     if not values:
         return q
     at = problem.coordinates
-    moved = np.concatenate([at.of_mechanism(q), [values.get(n, v) for n, v in zip(at.own_names, at.of_records(q))]])
+    own = zip(at.own_names, at.of_records(q), strict=True)
+    moved = np.concatenate([at.of_mechanism(q), [values.get(name, v) for name, v in own]])
     return np.asarray(at.clip(moved))
 
 
@@ -38,10 +44,11 @@ def _begun(problem: Problem, target: Target, q: FloatArray) -> dict[str, float]:
     free, command = [p for p in target.moved if is_of_start(p)], target.command
     if not free or command.begun_s <= 0.0:
         return {}
-    before = min(command.begun_s, max(SHORTEST_S, STEPS / max(abs(command.start_rate), 1e-9)))
-    rate = target.base.sample_rate_hz
+    wanted = max(SHORTEST_S, STEPS / max(abs(command.start_rate), 1e-9))
+    samples = math.ceil(min(command.begun_s, wanted) * target.base.sample_rate_hz)
+    before = samples * target.base.interval_s
+    base = TimeBase(target.base.sample_rate_hz, samples + 1, command.begun_s - before)
     earlier = command.begun_at(command.begun_s - before)
-    base = TimeBase(rate, max(math.ceil(before * rate), 1) + 1, command.begun_s - (math.ceil(before * rate)) / rate)
     plant, p = problem.space.mechanism.plant, problem.coordinates.kernel(target, q)
     simulator = Simulator(plant, earlier, base, capacity=problem.coordinates.lanes)
     run = simulator.run(p, substeps=problem.substeps, directions=np.zeros((p.size, 0)))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import islice
 
@@ -216,16 +216,21 @@ def multistart(
     noted, own = journal or Journal(), identity(problem)
     mechanism_points = sample_box(problem.space, POINTS, seed)
     tail = problem.coordinates.of_records(problem.start)
-    points = [run_up(problem, np.concatenate([row, tail])) for row in mechanism_points]
+    points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    cost = partial(_cost_run_up, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
         costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
         progress(first + len(some), POINTS)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
-    return list(islice(_ranked(drawn), STARTS))
+    best = islice(_ranked(drawn), STARTS)
+    return [replace(start, q=run_up(problem, start.q)) for start in best]
+
+
+def _cost_run_up(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float) -> float:
+    return capped_cost(problem, run_up(problem, q), targets=targets, cap=cap)
 
 
 def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:

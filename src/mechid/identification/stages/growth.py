@@ -17,6 +17,7 @@ from mechid.identification.contradiction.agreement_text import agreement_warning
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.run_up import run_up
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
@@ -54,7 +55,8 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
     the high-frequency floor is none.
     """
-    problem, q = state.problem, state.problem.coordinates.point(near)
+    problem = state.problem
+    q = run_up(problem, problem.coordinates.point(near), known=near)
     problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
