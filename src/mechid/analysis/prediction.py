@@ -20,7 +20,8 @@ from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import accurate_outputs
-from mechid.simulation.simulator import Simulator, Start, TimeBase
+from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.start import Start
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,8 @@ from mechid.command import MeasuredCommand
 from mechid.errors import InputFileError, UsageError
 from mechid.records import Record, read_record
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Simulator, Start, TimeBase, simulate_run
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.simulation.start import Start
 from mechid.simulation.trajectory import Trajectory
 
 MOST_SAMPLES = 200_000_000

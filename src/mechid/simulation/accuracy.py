@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.simulation.simulator import AT_REST, Run, Simulator, Start, trajectory_of
+from mechid.simulation.simulator import Run, Simulator, trajectory_of
+from mechid.simulation.start import AT_REST, Start
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 FloatArray = NDArray[np.float64]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mechid.command import Command, Excitation
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
-from mechid.kernel.start import own_start
 from mechid.plant.plant import Plant
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
+from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -90,25 +90,6 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
-    """A start of a record's own, off the rest where its command begins.
-
-    Attributes
-    ----------
-    values : mapping of str to float
-        By the keys of `Plant.starts`; what is not among them is zero.
-    lanes : mapping of str to int
-        Lanes that carry the derivatives to them; what is not among them has none.
-    """
-
-    values: Mapping[str, float]
-    lanes: Mapping[str, int] = field(default_factory=dict)
-
-
-AT_REST = Start({})
-
-
-@dataclass(frozen=True, eq=False)
 class Simulator:
     """One plant under one command on one time base; the parameters' values come with each run.
 
@@ -172,15 +153,16 @@ class Simulator:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone, `block` for blocks of so many, `start` for another start than at rest; what
-        moves that in lanes of its own moves no parameter there.
+        `samples` for the first ones alone, `block` for blocks of so many, `start` for another start than at rest.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
         run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted)
         if start.values:
-            run.begin_off_rest(start)
+            begin_off_rest(
+                self.kernel, run.buffers, run.p, self.excitation.initial, self.command.start_angle_rad, start
+            )
         return run
 
 
@@ -235,40 +217,6 @@ class Run:
             return np.zeros(0), np.zeros(0)
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
         return x, np.ascontiguousarray(x_p).ravel()
-
-    def begin_off_rest(self, start: Start) -> None:
-        """Begin at a start of the record's own, off the rest where the run stands, before any block is consumed."""
-        simulator, module, w = self.simulator, self.simulator.kernel.module, self.buffers.w
-        inputs, angle = simulator.excitation.initial, simulator.command.start_angle_rad
-        own = own_start(simulator.plant, self.p, inputs, angle, start.values)
-        n, n_p = own.off.size, self.p.size
-        x, x_p = w[int(module.AT_X) :][:n] + own.off, w[int(module.AT_X_P) :][: n * n_p] + own.off_by_parameter.ravel()
-        self._begin(x, x_p)
-        w[int(module.AT_Z) :][: own.filter.size] = own.filter
-        slopes = own.by_start * ~self._held_at_rest[:, None]
-        for key, lane in start.lanes.items():
-            self._carry(lane, slopes[:, list(simulator.plant.starts).index(key)])
-
-    @property
-    def _held_at_rest(self) -> NDArray[np.bool_]:
-        """Which states, those of the filter behind them, friction holds at zero, (n_x + n_f,)."""
-        plant, modes = self.simulator.plant, self.buffers.discrete[int(self.simulator.kernel.module.MODE) :]
-        held = {
-            state
-            for switch, mode in zip(plant.switches, modes, strict=False)
-            if [*switch.modes][mode] == switch.otherwise
-            for guards in switch.guards.values()
-            for guard in guards
-            for state in guard.resets
-        }
-        return np.array([state in held for state in plant.begun_states])
-
-    def _carry(self, lane: int, slopes: FloatArray) -> None:
-        """Let a lane begin at derivatives of the states and the filter's, (n_x + n_f,)."""
-        module, b = self.simulator.kernel.module, self.buffers
-        for i, slope in enumerate(slopes):
-            b.w[lane_places(module, int(module.ROW_S) + i, b.lanes)[lane]] = slope
-        b.discrete[int(module.GROUPS) + lane // int(module.LANES_PER_GROUP)] = int(module.ALL)
 
     def blocks(self) -> Iterator[Block]:
         """Yield the record block by block; after a failure the samples are NaN. Ask before each whether to go on."""
@@ -332,16 +280,14 @@ class Run:
     @property
     def state(self) -> State:
         """Where the run stands: at its last sample, before an edge at that instant."""
-        w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
         n = len(self.simulator.plant.states)
-        return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
+        return State(self.states[:n], self.buffers.w[self._lane_rows[:, : self.moved]])
 
     @property
     def states(self) -> FloatArray:
         """States of the plant, then of its filter, where the run stands, (n_x + n_f,)."""
-        module, plant, w = self.simulator.kernel.module, self.simulator.plant, self.buffers.w
-        places = (int(module.AT_X), len(plant.states)), (int(module.AT_Z), len(plant.filter.states))
-        return np.concatenate([w[first:][:n] for first, n in places])
+        module, w = self.simulator.kernel.module, self.buffers.w
+        return np.concatenate([w[int(module.AT_X) : int(module.END_X)], w[int(module.AT_Z) : int(module.END_Z)]])
 
     @cached_property
     def _lane_rows(self) -> NDArray[np.int64]:

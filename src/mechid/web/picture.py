@@ -22,7 +22,8 @@ from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent,
 from mechid.signal.remainder import Remainder
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Run, Simulator, Start, TimeBase
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.start import Start
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 

@@ -21,7 +21,8 @@ from mechid.campaign.campaign import TIME_OFFSET, is_of_start, mechanism_name
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-from mechid.simulation.simulator import Block, Start
+from mechid.simulation.simulator import Block
+from mechid.simulation.start import Start
 
 FloatArray = NDArray[np.float64]
 Slope = Callable[[Block, int, int], FloatArray]
