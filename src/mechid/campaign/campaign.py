@@ -77,6 +77,8 @@ class CampaignRecord:
         One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand, then those of its start.
     burn_in_s : float
         Time at its beginning that is simulated and does not count.
+    stretch_s : float
+        Length of the stretches in which it is followed; 0 where it is followed as a whole.
     data : Record or None
         What the file holds, where it was read.
     """
@@ -89,6 +91,7 @@ class CampaignRecord:
     matches: tuple[Match, ...] = (Match(),)
     parameters: tuple[Parameter, ...] = ()
     burn_in_s: float = 0.0
+    stretch_s: float = 0.0
     data: Record | None = None
 
     @property

@@ -24,6 +24,8 @@ from mechid.campaign.place import (
 )
 from mechid.campaign.start_entry import BURN_IN, read_burn_in
 from mechid.campaign.start_entry import KEY as START_STATE
+from mechid.campaign.stretches import KEY as STRETCH
+from mechid.campaign.stretches import read_stretch
 from mechid.command import Command, MeasuredCommand
 from mechid.command.entry import is_table
 from mechid.command.stepping import STARTS, Start
@@ -33,7 +35,8 @@ from mechid.records import RecordSpec, Role
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
-KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", START_STATE, BURN_IN, *OWN_KEYS)
+BEGIN_KEYS = (START_STATE, BURN_IN, STRETCH)
+KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *BEGIN_KEYS, *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
@@ -86,6 +89,7 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
         matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
         parameters=tuple(_own_parameter(table, name, d, place) for d in RECORD_DECLARATIONS),
         burn_in_s=read_burn_in(table, place),
+        stretch_s=read_stretch(table, place),
     )
 
 

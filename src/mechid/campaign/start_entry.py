@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,11 +12,12 @@ from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, found, number, refuse_unknown_keys
 from mechid.command import MeasuredCommand
 from mechid.command.entry import is_table
+from mechid.command.stepping import Start
 from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
 KEY, BURN_IN = "start_state", "burn_in_s"
-ESTIMATED = "estimated"
+ESTIMATED: Start = "estimated"
 EXAMPLE = "{ rate = { value = 0.0, min = -2.0, max = 2.0 }, current_a = 0.0 }"
 SIGMA_SHARE = 0.5
 """Standard deviation of the prior of what the file says nothing of, over how large it mostly is."""
@@ -24,7 +25,10 @@ RATE = f"{START}.rate"
 
 
 def with_starts(
-    records: tuple[CampaignRecord, ...], entries: list[Mapping[str, Any]], mechanism: Mechanism, place: Place
+    records: Sequence[CampaignRecord],
+    entries: Sequence[Mapping[str, Any]],
+    places: Sequence[Place],
+    mechanism: Mechanism,
 ) -> tuple[CampaignRecord, ...]:
     """Return the records with the states of their starts as parameters of their own, where these are estimated.
 
@@ -32,12 +36,12 @@ def with_starts(
 
     Parameters
     ----------
-    records : tuple of CampaignRecord
-    entries : list of Mapping
+    records : sequence of CampaignRecord
+    entries : sequence of Mapping
         Their tables in the campaign file.
+    places : sequence of Place
+        Of these.
     mechanism : Mechanism
-    place : Place
-        Of the campaign file.
 
     Raises
     ------
@@ -45,7 +49,6 @@ def with_starts(
         A state is none of the mechanism's, its value or bounds cannot be, or the start is not estimated; or a burn-in
         leaves nothing of its record.
     """
-    places = [place.key("record").item(index) for index in range(len(records))]
     for record, at in zip(records, places, strict=True):
         _refuse_nothing_left(record, at.key(BURN_IN))
     return tuple(

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.run_up import run_up
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import grow
+from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.prediction import simulate, time_base
+from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
@@ -35,14 +36,14 @@ def sensitivities(campaign: Campaign) -> int:
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
-    """Return what the mechanism as written does wrong, and what no record sees, one line each.
+    """Return what the mechanism as written does wrong, what no record sees, which motion is chaotic, one line each.
 
     While a record is planned, what the others do not see it may; what it would tell `mechid design` says.
     """
     lost = tuple(_lost(campaign, record) for record in campaign.records)
     planned = any(record.data is None for record in campaign.estimated)
     unseen = () if planned else tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
-    return (*filter(None, lost), *unseen)
+    return (*filter(None, lost), *unseen, *chaos_warnings(campaign))
 
 
 def _lost(campaign: Campaign, record: CampaignRecord) -> str:

@@ -79,6 +79,10 @@ class Problem:
         """Return the problem with some targets alone; coordinates of the others' own are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
+    def with_mechanism_held(self, q: FloatArray) -> Problem:
+        """Return the problem with the mechanism known at `q`: what is moved is the records' own."""
+        return replace(self, space=SearchSpace(self.space.at(self.coordinates.of_mechanism(q)).with_free(())))
+
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
         """Return the problem with other noise levels of the leading channels, by record."""
         return replace(

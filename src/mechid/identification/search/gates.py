@@ -22,6 +22,7 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.run_up import TRIES, run_up
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.trend import Line, fit_line
 
@@ -37,6 +38,8 @@ SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Widths of the escape's draws, in standard deviations of the present posterior."""
 DRAWS = 32
 WINNERS = 3
+START_ROUNDS = 12
+"""Rounds in which a start alone is refined."""
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
 BLOCK, SHORT = 65536, 1024
@@ -252,8 +255,11 @@ def _escape(
     by themselves are tried, refitted and as they are; then, while most of the records is still ahead, the one of
     least cost of each width, refitted.
     """
-    root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
+    begun = _begun_anew(problem, q, open_targets, gates, least, most)
+    if begun is not None:
+        return begun
+    root = _posterior_root(problem, q, gates)
     draws = [
         problem.coordinates.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T) for scale in SCALES
     ]
@@ -277,6 +283,40 @@ def _escape(
         if found:
             return found
     return None
+
+
+def _begun_anew(
+    problem: Problem, q: FloatArray, targets: list[Target], gates: Horizons, least: Horizons, most: float
+) -> tuple[FloatArray, Horizons] | None:
+    """Return where other starts of the records that begin in motion and are not followed lead, one record at a time."""
+    moved = q
+    for target in targets:
+        point = run_up(problem, moved, targets=[target], tries=TRIES)
+        if point is moved or np.array_equal(point, moved):
+            continue
+        held = _some_starts(problem, target, point, gates[target.name])
+        if horizon(problem, target, held, gates[target.name], 0, most=most) > gates[target.name]:
+            moved = held
+    if moved is q:
+        return None
+    found = horizons_at(problem, moved, gates, least, most=most)
+    return (moved, found) if sum(found.values()) > sum(gates.values()) else None
+
+
+def _some_starts(problem: Problem, target: Target, q: FloatArray, gate: int) -> FloatArray:
+    """Return a point after the horizon of one record has grown with nothing but its own start free."""
+    alone = problem.only([target.name]).with_mechanism_held(q)
+    own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.own_names]
+    gates, at = {target.name: gate}, q[own]
+    for _ in range(START_ROUNDS):
+        at = _some_steps(alone, at, gates).q
+        further = horizons_at(alone, at, gates, gates)
+        if further == gates:
+            break
+        gates = further
+    moved = q.copy()
+    moved[own] = at
+    return moved
 
 
 def _refitted(problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float) -> FloatArray:

@@ -22,18 +22,24 @@ from scipy.stats import qmc
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.misfit import Misfit, Window, misfit_series
+from mechid.identification.output_error.misfit import Misfit
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
-from mechid.identification.output_error.run_up import run_up
 from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.first_moments import (
+    ROBUST_SIGMAS,
+    first_residual,
+    first_samples,
+    first_window,
+    robust_cost,
+)
+from mechid.identification.search.run_up import TRIES, run_up
 from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
 
-WINDOW_S = 0.06
 POINTS = 2048
 CHUNK = 64
 STARTS = 16
@@ -42,7 +48,6 @@ BATCH = 4
 STEPS, FURTHER_STEPS = 24, 48
 GOOD = 2.0
 """Robust cost a sample, in sigmas squared, at which the first window counts as explained."""
-ROBUST_SIGMAS = 20.0
 
 
 @dataclass(frozen=True)
@@ -121,40 +126,10 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
     return math.log(value) if c.kind == "log" else value
 
 
-def _first_window(target: Target) -> Window:
-    """Return the first window that counts."""
-    return target.burn_in, min(target.samples, target.burn_in + round(WINDOW_S * target.base.sample_rate_hz))
-
-
-def _first_samples(target: Target) -> int:
-    first, stop = _first_window(target)
-    return stop - first
-
-
 def _first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
-    n, window = _first_samples(target), slice(*_first_window(target))
+    n, window = first_samples(target), slice(*first_window(target))
     return sum(float(np.var(c.measured[window])) * n / c.sigma**2 for c in target.channels)
-
-
-def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
-    """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
-    window = _first_window(target)
-    series = misfit_series(problem.model, target, q, window)
-    for channel, r in zip(target.channels, series, strict=True):
-        np.divide(r, channel.sigma, out=r)
-        if channel.linear:
-            np.subtract(r, np.median(r), out=r)
-        r[channel.rejected_within(window)] = 0.0
-    return series[0] if len(series) == 1 else np.concatenate(series)
-
-
-def robust_cost(residual: FloatArray) -> float:
-    """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
-    if not np.all(np.isfinite(residual)):
-        return math.inf
-    square = (residual / ROBUST_SIGMAS) ** 2
-    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
 
 
 def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
@@ -188,7 +163,7 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
 
 def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
-    window = _first_window(target)
+    window = first_window(target)
     whole = np.empty((1 + problem.size, len(target.channels) * (window[1] - window[0])))
     parts = np.split(whole, len(target.channels), axis=1)
     for piece in Misfit(problem.model, target, q, window, jacobian=True):
@@ -226,7 +201,7 @@ def multistart(
         progress(first + len(some), POINTS)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
     best = islice(_ranked(drawn), STARTS)
-    return [replace(start, q=run_up(problem, start.q)) for start in best]
+    return [replace(start, q=run_up(problem, start.q, tries=TRIES)) for start in best]
 
 
 def _cost_run_up(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float) -> float:
@@ -254,7 +229,7 @@ def candidates(
     come last, refined further: most are on their way along the valley of coil resistance, inductance and
     torque constant, and growth from where they stop on it fails.
     """
-    enough = GOOD * sum(_first_samples(t) * len(t.channels) for t in problem.targets)
+    enough = GOOD * sum(first_samples(t) * len(t.channels) for t in problem.targets)
     noted = journal or Journal()
     seen: list[Candidate] = []
     left: list[Candidate] = []

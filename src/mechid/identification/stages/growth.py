@@ -16,11 +16,13 @@ from mechid.identification.contradiction.agreement import Agreement, agreement, 
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.output_error.run_up import run_up
+from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
 from mechid.identification.uncertainty.raised_noise import raised, raised_words
@@ -166,8 +168,18 @@ def _note_growth(
 
 
 def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends, and what happens where they are left."""
-    return [f"record {name}: {words}" for name, words in _left(problem, growth).items()]
+    """Name the records that are not followed to their ends, what happens where they are left, and whether none can be."""
+    targets = {t.name: t for t in problem.targets}
+    return [
+        f"record {name}: {words}{_chaos(problem, targets[name], growth)}"
+        for name, words in _left(problem, growth).items()
+    ]
+
+
+def _chaos(problem: Problem, target: Target, growth: Growth) -> str:
+    """Say of a record that is not followed to its end that its motion is chaotic there, where it is."""
+    apart_s = apart_at_s(problem, target, growth.q)
+    return "" if apart_s is None else f"; its motion is chaotic there: {chaos_words(apart_s)}"
 
 
 def _left(problem: Problem, growth: Growth) -> dict[str, str]:
