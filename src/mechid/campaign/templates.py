@@ -160,6 +160,7 @@ and may have
   start_state    {{ rate = {{ value = 0.0, min = -2.0, max = 2.0 }} }}: with start = "estimated" in command, how far
                  off its start may be; without it of a size that the mechanism tells
   burn_in_s      time at its beginning that is simulated and does not count
+  stretch_s      length of the stretches in which it is followed, each from a start of its own
   conditioning   {{ window_s = [0.5, 20.0], decimate = 5 }}: what is done to the samples first; also
                  time_stamps, limits, max_gap_s, quiet_s; see docs/records.md"""
 

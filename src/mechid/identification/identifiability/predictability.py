@@ -1,7 +1,7 @@
 """How far a motion can be followed at all: where runs that begin all but equal have come apart.
 
-A motion with sticking and slipping may multiply any difference, again and again. Then a model that is right to the ninth
-digit is soon as wrong as any, no fit follows the record further, and what was found before the search is what tells.
+A motion with sticking and slipping may multiply any difference, again and again. Then a model that is right to the
+ninth digit is soon as wrong as any, and no fit follows the record further.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ SAFE = 0.5
 def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ...]:
     """Return a line for each record to be estimated from whose motion is chaotic, with what to write.
 
-    Looked at are the file's own values and, up to so many `points`, some of the box in which the search starts: a record
-    is told of where it is so at the file's values, or at a quarter of the points.
+    Looked at are the file's own values and, up to so many `points`, some of the box in which the search starts: a
+    record is told of where it is so at the file's values, or at a quarter of the points.
     """
     targets = tuple(target_of(r) for r in campaign.estimated if r.data is not None)
     if not campaign.mechanism.free or not targets:
@@ -57,9 +57,9 @@ def _line(record: str, times: list[float | None]) -> str:
 def chaos_words(apart_s: float) -> str:
     """Return what it means that runs come apart after some time, and what to write."""
     return (
-        f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise after {apart_s:.3g} s, and "
-        f"no model follows it much further; write stretch_s = {_down(SAFE * apart_s):g} to have it followed in stretches, "
-        "each from a start of its own"
+        f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise after "
+        f"{apart_s:.3g} s, and no model follows it much further; write stretch_s = {_down(SAFE * apart_s):g} to have "
+        "it followed in stretches, each from a start of its own"
     )
 
 

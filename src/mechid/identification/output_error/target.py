@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.campaign.campaign import TIME_OFFSET, record_parameter_name
+from mechid.campaign.campaign import TIME_OFFSET, is_of_start, record_parameter_name
 from mechid.command import Command, Excitation
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
@@ -133,6 +133,11 @@ class Target:
     def moved(self) -> tuple[Parameter, ...]:
         """Its own parameters that are free."""
         return tuple(q for q in self.own if q.is_free)
+
+    @property
+    def begins_in_motion(self) -> bool:
+        """Whether its run begins within its command, in a state that is to be found."""
+        return self.command.begun_s > 0.0 and any(map(is_of_start, self.moved))
 
     @property
     def time_offset(self) -> Parameter:

@@ -22,7 +22,7 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.run_up import TRIES, run_up
+from mechid.identification.search.moving_starts import Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.trend import Line, fit_line
 
@@ -208,6 +208,13 @@ def grow(
     journal: Journal | None = None,
 ) -> Growth:
     """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    if problem.anchored is not problem:
+
+        def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
+            found = grow(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
+            return found.q, dict(found.horizons)
+
+        q = after_those_at_rest(problem, q, floors(problem), grow_part, partial(_some_rounds, most=most))
     done, own = journal or Journal(), [identity(problem), most]
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
@@ -288,35 +295,23 @@ def _escape(
 def _begun_anew(
     problem: Problem, q: FloatArray, targets: list[Target], gates: Horizons, least: Horizons, most: float
 ) -> tuple[FloatArray, Horizons] | None:
-    """Return where other starts of the records that begin in motion and are not followed lead, one record at a time."""
-    moved = q
-    for target in targets:
-        point = run_up(problem, moved, targets=[target], tries=TRIES)
-        if point is moved or np.array_equal(point, moved):
-            continue
-        held = _some_starts(problem, target, point, gates[target.name])
-        if horizon(problem, target, held, gates[target.name], 0, most=most) > gates[target.name]:
-            moved = held
+    """Return where other starts of the records that begin in motion and are not followed lead; None where nowhere."""
+    moved = begun_anew(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
     if moved is q:
         return None
     found = horizons_at(problem, moved, gates, least, most=most)
     return (moved, found) if sum(found.values()) > sum(gates.values()) else None
 
 
-def _some_starts(problem: Problem, target: Target, q: FloatArray, gate: int) -> FloatArray:
-    """Return a point after the horizon of one record has grown with nothing but its own start free."""
-    alone = problem.only([target.name]).with_mechanism_held(q)
-    own = [n for n, name in enumerate(problem.coordinates.names) if name in alone.coordinates.own_names]
-    gates, at = {target.name: gate}, q[own]
+def _some_rounds(problem: Problem, q: FloatArray, gates: Horizons, *, most: float) -> tuple[FloatArray, Horizons]:
+    """Return where some rounds lead as long as the horizons grow, and how far these are then."""
     for _ in range(START_ROUNDS):
-        at = _some_steps(alone, at, gates).q
-        further = horizons_at(alone, at, gates, gates)
+        q = _some_steps(problem, q, gates).q
+        further = horizons_at(problem, q, gates, gates, most=most)
         if further == gates:
             break
         gates = further
-    moved = q.copy()
-    moved[own] = at
-    return moved
+    return q, gates
 
 
 def _refitted(problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float) -> FloatArray:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,6 +52,31 @@ def run_up(
         elif found:
             q = found[0]
     return q
+
+
+def gone_on(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
+    """Return a point whose target begins as the model comes out of the stretch before it; None where there is none."""
+    before = next((t for t in problem.targets if _leads_to(t, target)), None)
+    if before is None:
+        return None
+    longer = replace(before, base=replace(before.base, samples=before.samples + 1))
+    run = problem.model.run(longer, q, longer.samples)
+    for _ in run.blocks():
+        pass
+    if run.outcome is not SimulationOutcome.COMPLETE:
+        return None
+    at = target.excitation.initial, target.command.start_angle_rad
+    values = off_rest(problem.space.mechanism.plant, problem.coordinates.kernel(target, q), *at, run.states)
+    return _at(problem, q, target, values, ())
+
+
+def _leads_to(one: Target, other: Target) -> bool:
+    """Tell whether one target ends where the other begins, under the same command."""
+    same = one.command.rate == other.command.rate and one.command.start_angle_deg == other.command.start_angle_deg
+    gap = other.base.start_s - one.base.start_s - one.samples * one.base.interval_s
+    return (
+        same and abs(gap) < 0.5 * one.base.interval_s and one.name.rpartition("_")[0] == other.name.rpartition("_")[0]
+    )
 
 
 def _at(

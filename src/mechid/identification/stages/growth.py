@@ -124,13 +124,15 @@ def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> Search
 
 def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:
     """Yield refined candidates, the best of all starts first."""
-    problem, journal = state.problem, watch.journal
+    whole, journal = state.problem, watch.journal
+    problem = whole.anchored
 
     def told(done: int, total: int) -> None:
         watch.tell("multi-start", f"{done} of {total} starts")
 
     starts = multistart(problem, seed, problem.workers, told, journal)
-    for number, candidate in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+    for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+        candidate = replace(found, q=whole.lifted(problem, found.q, whole.start))
         if number == 1:
             watch.note(state.at(candidate.q))
             watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
@@ -168,7 +170,7 @@ def _note_growth(
 
 
 def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends, what happens where they are left, and whether none can be."""
+    """Name the records that are not followed to their ends, what happens there, and whether any model could go on."""
     targets = {t.name: t for t in problem.targets}
     return [
         f"record {name}: {words}{_chaos(problem, targets[name], growth)}"
