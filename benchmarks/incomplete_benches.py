@@ -1,11 +1,13 @@
 """Whether error bars hold where the model lacks something: benches with one effect left out, fitted and counted.
 
 Each bench is made by a simulator of its own, from a mechanism and a size of the effect that are drawn; its mechanism
-file lacks the effect. The fit starts within 1 % of the truth and goes without a search. One line of JSON is appended
-for each fit; what is in the folder already is not repeated, so a run may be stopped, taken up again, and done in
-pieces. A changed method wants a new folder.
+file lacks the effect. The fit starts within 1 % of the truth and goes without a search; with `--catalogue` it is
+searched for from the catalogue, as a user's is. One line of JSON is appended for each fit; what is in the folder
+already is not repeated, so a run may be stopped, taken up again, and done in pieces. A changed method wants a new
+folder.
 
     python benchmarks/incomplete_benches.py [--effects NAME ...] [--seeds 0:5] [--halves] [--reference] [--out FOLDER]
+    python benchmarks/incomplete_benches.py --catalogue [--effects NAME ...] [--seeds 0:10] [--out FOLDER]
     python benchmarks/incomplete_benches.py --complete 20 [--out FOLDER]       # of each of five kinds of noise
     python benchmarks/incomplete_benches.py --summary [--out FOLDER]           # of what is there, nothing is fitted
 """
@@ -14,6 +16,7 @@ import argparse
 import json
 import tempfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 from incomplete.benches import drawn, make_bench
@@ -23,9 +26,12 @@ from incomplete.fits import fitted, half
 from incomplete.summary import complete_table, incomplete_table, told
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import TRUTH
+from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/incomplete")
 BENCHES, COMPLETE = "fits.jsonl", "complete.jsonl"
+CATALOGUE = "catalogue"
+"""Part of a bench that is all of it, searched for from the catalogue."""
 
 
 def main() -> None:
@@ -35,6 +41,7 @@ def main() -> None:
     out.mkdir(parents=True, exist_ok=True)
     if not arguments.summary and not arguments.complete:
         parts = ["whole", *(["first", "second"] if arguments.halves else []), *(["reference"] * arguments.reference)]
+        parts = [CATALOGUE] if arguments.catalogue else parts
         benches(out / BENCHES, arguments.effects, range(*arguments.seeds), parts)
     if arguments.complete:
         completes(out / COMPLETE, range(arguments.complete))
@@ -53,6 +60,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=_range, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
+    parser.add_argument("--catalogue", action="store_true", help="search from the catalogue")
     parser.add_argument("--complete", type=int, default=0, metavar="N", help="fit N complete campaigns of each noise")
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
@@ -102,9 +110,11 @@ def fits_of(effect: str, seed: int, parts: list[str]) -> Iterator[dict]:
             campaign = load_campaign(bench.folder)
         near = {p.name: p.value for p in campaign.mechanism.free}
         for part in chosen:
+            searched = part == CATALOGUE
             records = half(campaign, part) if part in ("first", "second") else campaign
+            records = replace(campaign, mechanism=FAMILIES[1].catalogue()) if searched else records
             yield {"effect": effect, "seed": seed, "part": part, "size": drawn(effect, seed)[1],
-                   **fitted(records, bench.truth, near)}  # fmt: skip
+                   **fitted(records, bench.truth, None if searched else near, None if searched else 1)}  # fmt: skip
 
 
 def completes(path: Path, draws: range) -> None:

@@ -13,13 +13,15 @@ PARTS = ("whole", "first", "second", "reference")
 """All of the records; the first and the second half of the samples of each; all of them without the effect."""
 
 
-def fitted(campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, float]) -> dict[str, Any]:
-    """Fit a campaign from values near its optimum, on one thread, and return what is kept of it.
+def fitted(
+    campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, float] | None, workers: int | None = 1
+) -> dict[str, Any]:
+    """Fit a campaign from values near its optimum, or by a search where there are none, and return what is kept of it.
 
     `concluding_s` is what comes after the search: identifiability, standard errors and their test by draws.
     """
     began, began_cpu = time.perf_counter(), time.process_time()
-    fit = identify(campaign, workers=1, near=near)
+    fit = identify(campaign, workers=workers, near=near)
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
     return {
         "outcome": fit.outcome.code,

@@ -31,6 +31,10 @@ class Role(StrEnum):
     """The whole inertia that the output moves."""
     DRY_FRICTION = "dry friction"
     """A level of dry friction at the motor: torque that opposes motion whatever the speed."""
+    WINDING_RESISTANCE = "winding resistance"
+    """Of copper: it rises with the winding's temperature, by 0.39 % a kelvin."""
+    TRANSDUCER_GAIN = "transducer gain"
+    """What the transducer's conditioning makes of the torque."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +111,8 @@ class Parameter:
 
     `sigma` is the standard deviation of a prior on the value, in the value's unit. `tied_to`
     names the parameter it follows when `status` is tied. `reason` says why a status is not the
-    one that the file asked for.
+    one that the file asked for. `replaces` names the mechanism's parameter in whose place a
+    record's own one stands for that record; empty where it stands for none.
     """
 
     name: str
@@ -119,6 +124,7 @@ class Parameter:
     status: Status = Status.KNOWN
     tied_to: str | None = None
     reason: str = field(default="")
+    replaces: str = ""
 
     @property
     def is_free(self) -> bool:

@@ -47,7 +47,7 @@ def dense(problem, target, q, window):
     moved = np.flatnonzero(np.any(chain != 0.0, axis=1))
     lanes = [(int(i),) for i in moved]
     simulator = Simulator(space.mechanism.plant, target.command, target.base, lanes, DELAY["max"], len(SENSITIVE))
-    offset = problem.coordinates.time_offset(target, q)
+    offset = problem.coordinates.timing(target, q).offset_s
     run = simulate_run(simulator.run(space.kernel(own), time_offset_s=offset, substeps=problem.substeps))
     J = np.zeros((target.samples, problem.size))
     J[:, : space.size] = run.jacobian["torque"] @ chain[moved]

@@ -105,8 +105,8 @@ def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
     m, time_base = bench.mechanism, base(0.3)
     command = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), start_angle_deg=45.0)
     off = {"start.current_a": 0.15, "start.current_b": -0.1, "start.twist": 3e-4}
-    made = Simulator(m.plant, command, time_base, capacity=32)
-    run = made.run(m.kernel_values(), substeps=8, start=Start(off), directions=np.zeros((m.kernel_values().size, 0)))
+    made = Simulator(m.plant, command, time_base, capacity=32, start=Start(off))
+    run = made.run(m.kernel_values(), substeps=8, directions=np.zeros((m.kernel_values().size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in run.blocks()])
     np.savetxt(tmp_path / "run.csv", np.stack([time_base.times, noisy(y, "torque", rng)], axis=1), delimiter=",",
                header="time_s,torque_Nm", comments="")  # fmt: skip

@@ -144,8 +144,8 @@ def test_known_values_of_a_record_hold_for_it_alone(tmp_path):
     m = campaign.mechanism.with_values({"transducer.gain": -0.94, "charge_amplifier.time_constant": 0.22})
     torque = simulate(campaign, "full_46", sample_rate_hz=1e4, duration_s=0.05).torque
     twin = run_twin(m, replace(constant(46.0), clock_tick_s=TICK_S), base(0.05)).y[:, 0]
-    (line,) = [line for line in campaign_data(campaign)["records"][1]["lines"] if "test stand" in line]
-    assert line == "its own test stand: transducer.gain = -0.94, charge_amplifier.time_constant = 0.22"
+    (line,) = [line for line in campaign_data(campaign)["records"][1]["lines"] if "of its own" in line]
+    assert line == "of its own: transducer.gain = -0.94, charge_amplifier.time_constant = 0.22"
     assert np.linalg.norm(torque - twin) <= 1e-5 * np.linalg.norm(twin)
 
 

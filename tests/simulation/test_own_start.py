@@ -6,7 +6,7 @@ import pytest
 from layouts import LAYOUTS, paper_with
 from mechid.kernel.start import off_rest
 from mechid.simulation.simulator import Simulator
-from mechid.simulation.start import Start
+from mechid.simulation.start import Start, states_in
 from paper import constant
 from runs import base, run_kernel
 
@@ -26,8 +26,8 @@ def torque(mechanism, start, *, command=COMMAND, time_base=None, p=None, directi
     """Return the torque of a run, and its derivatives along the directions and lanes."""
     p = mechanism.kernel_values() if p is None else p
     none = np.zeros((p.size, 0))
-    made = Simulator(mechanism.plant, command, time_base or base(0.06), capacity=LANES)
-    run = made.run(p, substeps=8, start=start, directions=none if directions is None else directions)
+    made = Simulator(mechanism.plant, command, time_base or base(0.06), capacity=LANES, start=start)
+    run = made.run(p, substeps=8, directions=none if directions is None else directions)
     blocks = [(b.y[:, 0].copy(), b.jacobian[:, 0].copy()) for b in run.blocks()]
     return np.concatenate([y for y, _ in blocks]), np.concatenate([J for _, J in blocks])
 
@@ -73,7 +73,8 @@ def test_a_run_begun_in_motion_goes_on_as_the_whole_one(rate, begun_s):
         pass
     later, rest = command.begun_at(begun_s), base(0.05, start_s=begun_s)
     initial = later.excitation(0.05).initial
-    own = off_rest(m.plant, m.kernel_values(), initial, later.start_angle_rad, before.states)
+    reached = states_in(before.simulator.kernel, before.buffers)
+    own = off_rest(m.plant, m.kernel_values(), initial, later.start_angle_rad, reached)
     whole = run_kernel(m, command, rest, substeps=8).torque
     assert len(m.plant.starts) > 8
     np.testing.assert_allclose(

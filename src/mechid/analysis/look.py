@@ -16,7 +16,7 @@ from mechid.analysis.prediction import Travel
 from mechid.analysis.seen_lines import SeenLine, seen_line
 from mechid.analysis.step_lines import StepLine, summed_up
 from mechid.analysis.step_rate import SuggestedRate, suggested_rate
-from mechid.command import Command, MeasuredCommand, RateProfile
+from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
 from mechid.signal import Band, power_density, spectrogram, third_octaves
@@ -162,8 +162,8 @@ def _suggested(channel: Channel, spectrum: Prominence, lines: Sequence[Line]) ->
 
 def _travel(declared: Drive | None, suggested: SuggestedRate | None, base: TimeBase) -> Travel | None:
     if declared:
-        return Travel(declared.command.rate, base, declared.time_offset_s)
-    return Travel(suggested.profile, base, base.start_s) if suggested else None
+        return Travel(declared.command.rate, base, Timing(declared.time_offset_s))
+    return Travel(suggested.profile, base, Timing(base.start_s)) if suggested else None
 
 
 def _microsteps(declared: Drive | None, suggested: SuggestedRate | None) -> int:
@@ -175,7 +175,7 @@ def _microsteps(declared: Drive | None, suggested: SuggestedRate | None) -> int:
 
 def rate_at(travel: Travel, times_s: FloatArray) -> FloatArray:
     """Return the magnitude of a step rate at record times, (C,), full steps/s; 0 before its start."""
-    since = times_s - travel.time_offset_s
+    since = travel.timing.command_s(times_s)
     rate = np.abs(np.interp(since, travel.rate.times_s, travel.rate.rates))
     return np.asarray(np.where(since < 0.0, 0.0, rate), dtype=np.float64)
 
@@ -184,7 +184,7 @@ def _constant_rate(travel: Travel | None) -> float | None:
     """Return the magnitude of the rate where it is one over the whole record, else None."""
     if travel is None:
         return None
-    rate = commanded_rate(travel.rate, travel.time_offset_s, travel.base)
+    rate = commanded_rate(travel.rate, travel.timing.offset_s, travel.base)
     return abs(float(rate[0, 1])) if len(rate) == 1 else None
 
 

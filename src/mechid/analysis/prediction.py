@@ -9,16 +9,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
-from mechid.campaign.campaign import mechanism_name
-from mechid.command import RateProfile
+from mechid.campaign.campaign import key_in_record
+from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
+from mechid.identification.disturbance.declared import recalled_record
+from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import Fit, found_by
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.trend import Line
 from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.start import Start
@@ -32,7 +34,7 @@ class Travel:
 
     rate: RateProfile
     base: TimeBase
-    time_offset_s: float
+    timing: Timing
 
     @property
     def size(self) -> int:
@@ -42,7 +44,7 @@ class Travel:
     def __getitem__(self, part: slice, /) -> FloatArray:
         """Return those of a slice."""
         times = self.base.start_s + np.arange(*part.indices(self.size)) / self.base.sample_rate_hz
-        return steps_travelled(self.rate, times - self.time_offset_s)
+        return steps_travelled(self.rate, self.timing.command_s(times))
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +92,10 @@ class Prediction:
 
 
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
-    """Return a record of the campaign with the sign, command and use that a fit took it to have."""
+    """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
     own = fit.records.get(record.name)
+    record = recalled_record(record, found_by(fit), fit.mechanism.plant)
+    record = with_lines(record, own.lines if own else ())
     return taken_record(record, own.taken) if own else record
 
 
@@ -100,14 +104,13 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     record = as_fitted(record, fit)
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
-    offset_s = values[record.time_offset.name]
-    stand = {mechanism_name(q.name): values[q.name] for q in record.test_stand}
-    simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
-    p = fit.mechanism.kernel_values(stand)
-    start = Start({mechanism_name(q.name): values[q.name] for q in record.start})
-    y, _, _ = accurate_outputs(simulator, p, time_offset_s=offset_s, start=start)
+    timing = Timing(values[record.time_offset.name], values[record.clock.name] if record.clock else 0.0)
+    start = Start({key_in_record(q.name): values[q.name] for q in record.start})
+    simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation, start=start)
+    p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
+    y, _, _ = accurate_outputs(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))
-    travel = Travel(record.command.rate, target.base, offset_s)
+    travel = Travel(record.command.rate, target.base, timing)
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     return {
         channel.quantity: _beside(
@@ -127,7 +130,7 @@ def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
 def _beside(channel: TargetChannel, modelled: FloatArray, travel: Travel, base: TimeBase) -> Prediction:
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
-        removed = fit_line(Remainder(channel.measured, model=modelled), channel.linear, channel.rejected)
+        removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)
     return Prediction(
         measured=channel.measured,
         removed=removed,

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Literal, TypeAlias
 
 from mechid.campaign.identify_options import IdentifyOptions
-from mechid.command import Command
+from mechid.command import Command, Timing
 from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.mechanism import Mechanism
@@ -27,8 +27,20 @@ TIME_OFFSET = Declaration(
 )
 START = "start"
 """What the states of a record's start are named by, ``record.<name>.start.<state>``."""
-RECORD_DECLARATIONS = (TIME_OFFSET,)
-"""The parameters that each record has of its own, ``record.<name>.<key>``."""
+CLOCK = Declaration(
+    key="clock_ppm",
+    symbol="c",
+    unit="ppm",
+    meaning="by how much the driver's clock runs faster than the recorder's",
+    lower=-1e5,
+    upper=1e5,
+    source="the test stand",
+    default=0.0,
+)
+INSTANTS = (TIME_OFFSET, CLOCK)
+"""What a ``[[record]]`` may say of its instants, ``record.<name>.<key>``."""
+CAMPAIGN = "campaign"
+"""Owner of what all records share, ``campaign.clock_ppm``."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,6 +58,8 @@ class Match:
         Resolution of the instrument in the file's numbers, 0 where none is declared.
     noise_sigma : float or None
         Standard deviation that its residual is to be judged by, in the file's numbers; None takes its noise floor.
+    lines_hz : tuple of float
+        Lines that are projected out, such as mains hum.
     """
 
     quantity: str = "torque"
@@ -54,6 +68,7 @@ class Match:
     drift: bool = True
     quantisation: float = 0.0
     noise_sigma: float | None = None
+    lines_hz: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,7 +89,8 @@ class CampaignRecord:
     matches : tuple of Match
         The channels that the model has to explain, the leading one first: the torque where it is among them.
     parameters : tuple of Parameter
-        One for each of `RECORD_DECLARATIONS`, then its own of the mechanism's test stand, then those of its start.
+        Its time offset; its clock where it has one, or that of all records; values of the mechanism for it alone; the
+        states of its start.
     burn_in_s : float
         Time at its beginning that is simulated and does not count.
     stretch_s : float
@@ -104,15 +120,10 @@ class CampaignRecord:
         """The quantity of the first channel that is fitted."""
         return self.estimated[0].quantity
 
-    def parameter(self, key: str) -> Parameter:
-        """Return the record's own parameter of a key, e.g. ``"time_offset_s"``."""
-        name = record_parameter_name(self.name, key)
-        return next(q for q in self.parameters if q.name == name)
-
     @property
-    def test_stand(self) -> tuple[Parameter, ...]:
-        """Its own parameters of the mechanism's test stand, ``record.<name>.transducer.gain`` and the like."""
-        return tuple(q for q in self.parameters[len(RECORD_DECLARATIONS) :] if not is_of_start(q))
+    def replaced(self) -> tuple[Parameter, ...]:
+        """Values of the mechanism for it alone, ``record.<name>.transducer.gain`` and the like."""
+        return tuple(q for q in self.parameters if q.replaces)
 
     @property
     def start(self) -> tuple[Parameter, ...]:
@@ -122,7 +133,17 @@ class CampaignRecord:
     @property
     def time_offset(self) -> Parameter:
         """Record time in s at which the command starts."""
-        return self.parameter(TIME_OFFSET.key)
+        return next(q for q in self.parameters if q.declaration.key == TIME_OFFSET.key)
+
+    @property
+    def clock(self) -> Parameter | None:
+        """By how many ppm the driver's clock runs faster than its recorder's; None where nothing is said of it."""
+        return next((q for q in self.parameters if q.declaration.key == CLOCK.key), None)
+
+    @property
+    def timing(self) -> Timing:
+        """How record time becomes command time, at the values of the file."""
+        return Timing(self.time_offset.value, self.clock.value if self.clock else 0.0)
 
 
 @dataclass(frozen=True)
@@ -205,12 +226,12 @@ def parameters_of(mechanism: Mechanism, records: tuple[CampaignRecord, ...]) -> 
     return {**mechanism.parameters, **own}
 
 
-def mechanism_name(record_parameter: str) -> str:
-    """Return the mechanism's name of a record's own parameter.
+def key_in_record(record_parameter: str) -> str:
+    """Return what a record's own parameter is called behind its record's name.
 
     Examples
     --------
-    >>> mechanism_name("record.full_46.transducer.gain")
+    >>> key_in_record("record.full_46.transducer.gain")
     'transducer.gain'
     """
     return record_parameter.split(".", 2)[2]
@@ -229,7 +250,7 @@ def names_start(name: str) -> bool:
     >>> names_start("record.full_46.start.angle"), names_start("load.start_rate")
     (True, False)
     """
-    return name.startswith("record.") and mechanism_name(name).startswith(f"{START}.")
+    return name.startswith("record.") and key_in_record(name).startswith(f"{START}.")
 
 
 def record_parameter_name(record: str, key: str) -> str:

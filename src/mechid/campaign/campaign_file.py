@@ -7,25 +7,28 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
+from mechid.campaign.motor_entry import with_motors
 from mechid.campaign.not_filled_in import refuse_empty_commands
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
+from mechid.campaign.record_tables import OWN, gathered
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
 from mechid.campaign.start_entry import ESTIMATED, with_starts
 from mechid.campaign.stretches import in_stretches
 from mechid.campaign.test_stand_entry import with_test_stands
+from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
 from mechid.records import read_record
 
 FILE_NAME = "campaign.toml"
-KEYS = ("mechanism", "identify", "record", "stage")
+KEYS = ("mechanism", "identify", CLOCK.key, "record", "stage", CAMPAIGN, OWN)
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -57,6 +60,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     file = _campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
+    table = gathered(table, place)
     options = read_identify_options(table, place)
     mechanism_path = file.parent / _mechanism(table, place)
     refuse_empty_commands(table, place, mechanism_path)
@@ -64,7 +68,10 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     records = read_record_entries(table, place, file.parent, need_files=need_files)
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
-    records = with_test_stands(records, table["record"], mechanism, place)
+    records = with_clocks(records, table, place)
+    records = with_test_stands(
+        with_motors(records, table["record"], mechanism, place), table["record"], mechanism, place
+    )
     places = [place.key("record").item(index) for index in range(len(records))]
     records = with_starts(records, table["record"], places, mechanism)
     if read_records:
@@ -102,6 +109,7 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     file = _campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
+    table = gathered(table, place)
     records = read_record_entries(table, place, file.parent, need_files=True)
     return tuple(replace(one, data=read_record(one.file, one.spec)) for one in records if one.file)
 

@@ -8,11 +8,16 @@ from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.place import Place, above_zero, flag, found, one_of, refuse_unknown_keys
 from mechid.command.entry import is_table
+from mechid.signal.mains import MAINS_HZ
 
 Priors: TypeAlias = Literal["fit", "search", "none"]
 Colour: TypeAlias = Literal["auto", "prefilter", "none"]
 Spikes: TypeAlias = Literal["keep", "reject"]
+Disturbances: TypeAlias = Literal["auto", "none"] | tuple[str, ...]
 CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
+MAINS = "mains"
+DISTURBANCES = (MAINS, "clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
+"""What records may have beside the mechanism, as estimate.json names it."""
 LIMITS = ("max_relative_error", "max_correlation")
 
 
@@ -35,6 +40,10 @@ class IdentifyOptions:
         Standard error over value above which a parameter counts as ruined.
     max_correlation : float or None
         Magnitude of a correlation above which two parameters count as dependent.
+    disturbances : "auto", "none" or tuple of str
+        Which of `DISTURBANCES` may be added where the records ask for them: all, none, or those named.
+    mains : float or None
+        Frequency of the mains, 50 or 60 Hz, whose hum is projected out of all records from the start.
     """
 
     priors: Priors = "fit"
@@ -43,6 +52,8 @@ class IdentifyOptions:
     freeze: bool = True
     max_relative_error: float | None = None
     max_correlation: float | None = None
+    disturbances: Disturbances = "auto"
+    mains: float | None = None
 
 
 KEYS = tuple(IdentifyOptions.__dataclass_fields__)
@@ -64,8 +75,25 @@ def read_identify_options(table: Mapping[str, Any], place: Place) -> IdentifyOpt
     for key, value in entry.items():
         if key in CHOICES:
             options[key] = one_of(value, CHOICES[key], here.key(key))
+        elif key == "disturbances":
+            options[key] = _disturbances(value, here.key(key))
+        elif key == MAINS:
+            options[key] = _mains(value, here.key(key))
         elif key in LIMITS:
             options[key] = above_zero(value, here.key(key), "1")
         else:
             options[key] = flag(value, here.key(key))
     return IdentifyOptions(**options)
+
+
+def _disturbances(entry: Any, place: Place) -> Disturbances:
+    if not isinstance(entry, list):
+        return "none" if one_of(entry, ("auto", "none"), place) == "none" else "auto"
+    return tuple(one_of(name, DISTURBANCES, place.item(index)) for index, name in enumerate(entry))
+
+
+def _mains(entry: Any, place: Place) -> float:
+    hz = above_zero(entry, place, "Hz")
+    if hz not in MAINS_HZ:
+        raise place.error(f"found {hz:.9g}; write {' or '.join(f'{grid:g}' for grid in MAINS_HZ)}, the mains' in Hz")
+    return hz

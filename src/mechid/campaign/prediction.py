@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mechid.campaign.campaign import Campaign, CampaignRecord, mechanism_name
+from mechid.campaign.campaign import Campaign, CampaignRecord, key_in_record
 from mechid.campaign.measured_input import with_inputs
 from mechid.campaign.planned_record import planned_duration_s, planned_rate_hz
 from mechid.command import MeasuredCommand
@@ -64,19 +64,20 @@ def simulate(
     if isinstance(chosen.command, MeasuredCommand):
         chosen = _driven(chosen, campaign)
     base = time_base(chosen, campaign, sample_rate_hz, duration_s)
-    offset = chosen.time_offset.value
-    simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=abs(offset))
+    timing, end_s = chosen.timing, base.start_s + base.samples * base.interval_s
+    latest_s = abs(timing.offset_s) + abs(timing.command_s(end_s) + timing.offset_s - end_s)
+    start = Start({key_in_record(q.name): q.value for q in chosen.start})
+    simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=latest_s, start=start)
     try:
         _ = simulator.excitation
     except UsageError as error:
         raise InputFileError(f'{campaign.path.name}: record "{chosen.name}": command: {error}') from error
-    p = campaign.mechanism.kernel_values({mechanism_name(q.name): q.value for q in chosen.test_stand})
-    start = Start({mechanism_name(q.name): q.value for q in chosen.start})
+    p = campaign.mechanism.kernel_values({q.replaces: q.value for q in chosen.replaced})
     if substeps is None:
-        return simulate_accurately(simulator, p, time_offset_s=offset, start=start)
+        return simulate_accurately(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
     if substeps < 1:
         raise UsageError(f"substeps: found {substeps}; write 1 or more, or leave it out")
-    return simulate_run(simulator.run(p, time_offset_s=offset, substeps=substeps, start=start))
+    return simulate_run(simulator.run(p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=substeps))
 
 
 def simulate_all(

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, cast
 
-from mechid.campaign.campaign import RECORD_DECLARATIONS, USES, CampaignRecord, record_parameter_name
+from mechid.campaign.campaign import INSTANTS, TIME_OFFSET, USES, CampaignRecord, record_parameter_name
 from mechid.campaign.channel_entry import TORQUE, read_channels, read_matches, read_time
 from mechid.campaign.conditioning_entry import read_conditioning
 from mechid.campaign.parameter_entry import read_parameter
@@ -30,10 +30,11 @@ from mechid.command import Command, MeasuredCommand
 from mechid.command.entry import is_table
 from mechid.command.stepping import STARTS, Start
 from mechid.parameter import Declaration, Parameter
+from mechid.plant.tables import MOTOR_OF_RECORD
 from mechid.records import RecordSpec, Role
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
-OWN_KEYS = tuple(declaration.key for declaration in RECORD_DECLARATIONS)
+OWN_KEYS = (*(declaration.key for declaration in INSTANTS), *MOTOR_OF_RECORD)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
 BEGIN_KEYS = (START_STATE, BURN_IN, STRETCH)
 KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *BEGIN_KEYS, *OWN_KEYS)
@@ -87,7 +88,7 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
         spec=spec,
         file=folder / file if file else None,
         matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
-        parameters=tuple(_own_parameter(table, name, d, place) for d in RECORD_DECLARATIONS),
+        parameters=(_own_parameter(table, name, TIME_OFFSET, place),),
         burn_in_s=read_burn_in(table, place),
         stretch_s=read_stretch(table, place),
     )

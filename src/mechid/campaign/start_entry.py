@@ -10,7 +10,7 @@ from typing import Any
 from mechid.campaign.campaign import START, CampaignRecord, record_parameter_name
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, found, number, refuse_unknown_keys
-from mechid.command import MeasuredCommand
+from mechid.command import MeasuredCommand, Timing
 from mechid.command.entry import is_table
 from mechid.command.stepping import Start
 from mechid.parameter import Declaration, Parameter, Status
@@ -103,9 +103,11 @@ def _begun(record: CampaignRecord) -> CampaignRecord:
     """Return a record whose command is followed from its first sample on, where it is in motion there."""
     if record.data is None or isinstance(record.command, MeasuredCommand):
         return record
-    offset = record.time_offset
-    latest = offset.max if offset.is_free else offset.value
-    return replace(record, command=record.command.begun_at(record.data.time_start_s - latest))
+    offset, clock = record.time_offset, record.clock
+    latest_s = offset.max if offset.is_free else offset.value
+    slowest_ppm = 0.0 if clock is None else clock.min if clock.is_free else clock.value
+    earliest = Timing(latest_s, slowest_ppm)
+    return replace(record, command=record.command.begun_at(earliest.command_s(record.data.time_start_s)))
 
 
 def _about(value: float, name: str, declaration: Declaration, size: float | None) -> Parameter:

@@ -13,11 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from mechid.campaign.campaign import CampaignRecord, mechanism_name, record_parameter_name
+from mechid.campaign.campaign import CAMPAIGN, CampaignRecord, key_in_record, record_parameter_name
 from mechid.campaign.place import Place, number
 from mechid.campaign.start_entry import ESTIMATED
 from mechid.campaign.start_entry import KEY as START_STATE
 from mechid.command import MeasuredCommand
+from mechid.parameter import Parameter
 from mechid.records import Record
 
 KEY = "stretch_s"
@@ -108,10 +109,15 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
         data=part,
         command=command,
         burn_in_s=record.burn_in_s if k == 0 else 0.0,
-        parameters=tuple(
-            replace(q, name=record_parameter_name(name, mechanism_name(q.name))) for q in record.parameters
-        ),
+        parameters=tuple(_renamed(q, name) for q in record.parameters),
     )
+
+
+def _renamed(parameter: Parameter, record: str) -> Parameter:
+    """Return a record's own parameter as that of another record; one that all records share as it is."""
+    if parameter.name.startswith(f"{CAMPAIGN}."):
+        return parameter
+    return replace(parameter, name=record_parameter_name(record, key_in_record(parameter.name)))
 
 
 def _refuse_same_names(entries: Entries) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from mechid.campaign.campaign import RECORD_DECLARATIONS, USES
+from mechid.campaign.campaign import INSTANTS, USES
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.channel_entry import QUANTITIES
@@ -128,7 +128,7 @@ def _new_text(folder: Path, files: Sequence[Path | str]) -> str:
 
 
 def _campaign_guide() -> str:
-    own = "\n".join(map(_own_line, RECORD_DECLARATIONS))
+    own = "\n".join(map(_own_line, INSTANTS))
     return f"""\
 What was recorded, and how the motor was driven. Paths are relative to this file.
 
@@ -156,6 +156,7 @@ and may have
                  {", ".join(QUANTITIES[6:])};
                  of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
+  peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
   test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone
   start_state    {{ rate = {{ value = 0.0, min = -2.0, max = 2.0 }} }}: with start = "estimated" in command, how far
                  off its start may be; without it of a size that the mechanism tells

@@ -54,9 +54,9 @@ def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place)
     if not is_table(entry):
         raise place.error(f"{found(entry)}; write a table, as {EXAMPLE}")
     declared = {
-        name: d
-        for name, d in mechanism.plant.declarations.items()
-        if name.partition(".")[0] in OF_RECORD and not d.structural
+        name: mechanism.plant.declarations[name]
+        for name in mechanism.plant.of_record.values()
+        if name.partition(".")[0] in OF_RECORD
     }
     there = {name.partition(".")[0] for name in declared}
     for table in entry:
@@ -72,5 +72,6 @@ def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place)
         for key, value in own.items():
             name, at = f"{table}.{key}", place.key(table).key(key)
             full = record_parameter_name(record.name, name)
-            parameters.append(read_parameter(value, full, declared[name], at, divides=name in dividing))
+            parameter = read_parameter(value, full, declared[name], at, divides=name in dividing)
+            parameters.append(replace(parameter, replaces=name))
     return parameters

@@ -9,6 +9,7 @@ from mechid.command.measured import InputChannel, MeasuredCommand
 from mechid.command.rate import RateProfile
 from mechid.command.rate_table import read_rate_table
 from mechid.command.stepping import Command, Start, Stepping
+from mechid.command.timing import Timing
 from mechid.command.waveform import Waveform
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "RateProfile",
     "Start",
     "Stepping",
+    "Timing",
     "Waveform",
     "read_rate_table",
 ]

@@ -63,7 +63,7 @@ class PlannedRecord:
             channels=(TargetChannel(TORQUE, np.broadcast_to(0.0, (self.base.samples,)), self.sigma, self.linear),),
             base=self.base,
             command=self.command,
-            excitation=excitation_over(self.command, self.base, latest_of(offset)),
+            excitation=excitation_over(self.command, self.base, latest_of((offset,), self.base)),
             own=(offset,),
         )
 

@@ -12,8 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.campaign.campaign import mechanism_name, names_start
+from mechid.campaign.campaign import names_start
+from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
@@ -23,6 +25,7 @@ from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain
@@ -40,7 +43,10 @@ PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
-    campaign = taken_campaign(campaign, taken)
+    written = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
+    hum = lines_of(problem)
+    written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
+    campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written
     with np.errstate(all="ignore"):  # a point that cannot be simulated has no sensitivities
         triangle = problem.joint(state.q, windows)
     verdict = judge(campaign, problem, state.q, windows, triangle, {f.name: f.reason for f in state.frozen})
@@ -50,7 +56,15 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
     mechanism = _mechanism(campaign, problem, verdict)
     errors, verdict = _without_unknown(campaign, problem, errors, verdict)
     parameters = _estimates(campaign, problem, mechanism, verdict, errors)
-    own = _warnings(parameters)
+    records = {
+        r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
+        for r in campaign.records
+        if r.data is not None
+    }
+    values = {n: OwnValue(value=p.value, std_error=p.std_error, unit=p.unit) for n, p in parameters.items()}
+    missing = tuple(missing_of(found, values, records) for found in state.found)
+    terms = state.beside.new if state.beside else frozenset()
+    own = [*map(missing_warning, missing), *_warnings({n: p for n, p in parameters.items() if n not in terms})]
     louder = raised_warnings(campaign, problem.targets, state.before_raised)
     fit = Fit(
         mechanism=mechanism,
@@ -58,19 +72,17 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         correlation_names=errors.names,
         correlation=errors.correlation,
         covariance=errors.covariance,
-        records={
-            r.name: replace(record_fit(r, problem, q, windows), taken=taken.get(r.name, DECLARED))
-            for r in campaign.records
-            if r.data is not None
-        },
+        records=records,
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
         notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
+        missing=missing,
     )
-    return graded(fit, evidence)
+    fit = graded(fit, evidence)
+    return as_written(fit, written, state, state.beside) if state.beside else fit
 
 
 def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:
@@ -138,10 +150,7 @@ def _estimates(
         out[name] = _estimate(before, mechanism.value(name), start, verdict, errors)
     for record in campaign.estimated:
         target = next(t for t in problem.targets if t.name == record.name)
-        values = {record.time_offset.name: problem.coordinates.time_offset(target, verdict.q)}
-        own = problem.coordinates.own_values(target, verdict.q)
-        own |= problem.coordinates.start_values(target, verdict.q)
-        values |= {p.name: own[mechanism_name(p.name)] for p in (*record.test_stand, *record.start)}
+        values = {p.name: problem.coordinates.value(p, verdict.q) for p in target.own}
         out |= {p.name: _estimate(p, values[p.name], p.value, verdict, errors) for p in record.parameters if p.is_free}
     return out
 

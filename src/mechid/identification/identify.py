@@ -13,6 +13,8 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.conclude import conclude
+from mechid.identification.disturbance.disturbance import with_disturbances
+from mechid.identification.disturbance.mains import mains
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
 from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.accuracy import enough_substeps
@@ -23,11 +25,11 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
+from mechid.identification.stages.disturbances import fit_with_disturbances
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
 from mechid.identification.stages.own_stages import follow_stages
-from mechid.identification.stages.release import fit_with_noise_released
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
@@ -85,7 +87,7 @@ def identify(
             else:
                 state = _follow_plan(watch, state, campaign, seed, near)
             if state.outcome.has_optimum:
-                state = freeze_dependent(watch, state, campaign)
+                state = freeze_dependent(watch, state, with_terms(campaign, state))
             state = replace(state, searched=True)
         except KeyboardInterrupt:
             state = watch.latest.ending(FitOutcome.INTERRUPTED)
@@ -104,6 +106,11 @@ def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
     return lines
 
 
+def with_terms(campaign: Campaign, state: SearchState) -> Campaign:
+    """Return the campaign with the terms that the search has put beside its mechanism."""
+    return replace(campaign, mechanism=state.beside.mechanism) if state.beside else campaign
+
+
 def make_problem(campaign: Campaign, workers: int) -> Problem:
     """Return the output-error problem of the records that are to be estimated from."""
     if not campaign.mechanism.free:
@@ -120,7 +127,9 @@ def make_problem(campaign: Campaign, workers: int) -> Problem:
     longest = max(t.base.interval_s for t in targets)
     substeps = max(1, math.ceil(longest / LONGEST_STEP_S - 1e-6))
     priors = {} if campaign.options.priors == "none" else _priors(campaign)
-    return Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
+    problem = Problem(SearchSpace(campaign.mechanism), targets, priors, substeps=substeps, workers=workers)
+    hum = mains(problem, declared_hz=campaign.options.mains) if campaign.options.mains else None
+    return with_disturbances(problem, [hum]) if hum else problem
 
 
 def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
@@ -144,7 +153,7 @@ def _follow_plan(
     substeps = enough_substeps(state.problem, state.q, state.windows)
     state = watch.note(state.of(replace(state.problem, substeps=substeps)))
     state = joint_fit(watch, state, "joint fit", names, tolerance=ROUGH)
-    state = fit_with_noise_released(watch, state, campaign.options, names)
+    state = fit_with_disturbances(watch, state, campaign, names)
     if growth.complete and near is None:
         state = confirmed(watch, state, names, seed)
     return watch.note(_judged(fit_past_cliffs(watch, state, names, seed)))

@@ -78,6 +78,61 @@ class PolarPair:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Extension:
+    """A term that a real block may have and a mechanism file may lack; at its null value it is not there.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
+        which the period is added.
+    table : str
+        Table of the mechanism file that it would stand in.
+    order : int or None
+        Of a list, what tells its entries apart; None of a table that is there once.
+    law : str
+        That the table names to have it; empty where it chooses none.
+    structure : mapping of key to Expr
+        Values of the entry's keys that shape the equations, in the file's symbols.
+    widths : mapping of key to Expr
+        What is free of it, each with how large it may well be: standard deviation about the null value, in the file's
+        unit and symbols. An amplitude stands for both parts of its pair; what is left out stays at its null.
+    """
+
+    name: str
+    table: str
+    order: int | None = None
+    law: str = ""
+    structure: Mapping[str, sp.Expr] = field(default_factory=dict)
+    widths: Mapping[str, sp.Expr] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A law or a table that a real block may have in place of what is chosen, and that no null value leads to.
+
+    Parameters
+    ----------
+    name : str
+        What it is called, e.g. ``"friction.stribeck"``.
+    table : str
+        Table of the mechanism file that names the law, or that is there with it.
+    law : str
+        Empty where the table itself is what may be there.
+    order : int or None
+        Of a table that an order shapes.
+    free : mapping of key to (Expr, Expr, Expr)
+        What is free of it: a start, the least and the most, in the file's unit and symbols.
+    """
+
+    name: str
+    table: str
+    law: str = ""
+    order: int | None = None
+    free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class LinearSystem:
     """A linear filter behind the plant, x' = A x + B u, in closed form in the time loop.
 
@@ -130,6 +185,10 @@ class Block:
         that nothing does, as in a low-pass.
     scales : mapping of str to Expr
         What a data sheet names of it, as ``"holding torque"``: functions of the file's symbols.
+    extensions : tuple of Extension
+        What it may have beside, smooth at the null value.
+    rivals : tuple of Rival
+        What may stand in place of something, without a null value; further starts of one are further entries.
     reference : str
         Where the equations stand.
     """
@@ -149,4 +208,6 @@ class Block:
     filter: LinearSystem | None = None
     swinging: Mapping[sp.Symbol, str] = field(default_factory=dict)
     scales: Mapping[str, sp.Expr] = field(default_factory=dict)
+    extensions: tuple[Extension, ...] = ()
+    rivals: tuple[Rival, ...] = ()
     reference: str = "Kornienko2013"

@@ -7,12 +7,12 @@ J domega/dt = free (T_drive - T_fr), where `free` is 0 while friction holds the 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from sympy import Expr, Symbol, exp
+from sympy import Expr, Float, Symbol, exp
 
 from mechid.parameter import Declaration, Role
-from mechid.plant.block import Block, Guard, Switch
+from mechid.plant.block import Block, Extension, Guard, Rival, Switch
 from mechid.plant.start import start as own_start
 
 ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
@@ -141,9 +141,12 @@ def coulomb(site: Site) -> Block:
     N m, rad/s. `free` is 0 in the stuck mode and 1 in the sliding ones, `sigma` the direction of sliding.
     """
     T_frs, T_frd, T_visc = map(site.symbol, ("T_frs", "T_frd", "T_visc"))
-    return set_valued(
-        site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs)
-    )  # fmt: skip
+    block = set_valued(site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs))
+    asymmetry = Extension(name=f"{site.table}.directional", table=site.table, law="directional",
+                          widths={"asymmetry": Float(0.1), "viscous_asymmetry": Float(0.1)})  # fmt: skip
+    falling = Rival(name=f"{site.table}.stribeck", table=site.table, law="stribeck",
+                    free={"stribeck_rate": (Float(1.5), Float(0.05), Float(50.0))})  # fmt: skip
+    return replace(block, extensions=(asymmetry,), rivals=(falling,))
 
 
 def stribeck(site: Site) -> Block:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
-from sympy import Expr, Integer, Symbol, cos, diff, pi, sin, symbols
+from sympy import Expr, Float, Integer, Symbol, cos, diff, pi, sin, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Guard, PolarPair, Switch
+from mechid.plant.block import Block, Extension, Guard, PolarPair, Rival, Switch
 from mechid.plant.drive_train import alpha, alpha_gear, omega, omega_gear
 
 G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
 twist, twist_rate = symbols("twist twist_rate")
 HARMONIC = "Harmonic Drive SE, Engineering Data: torsional stiffness K1, K2, K3 at T1, T2"
 NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
+ERROR_ORDERS = (1, 2, 4)
+"""Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
 
@@ -76,7 +78,32 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         terms=terms,
         outputs={"T_rg": T_rg, "T_applied": out},
         switch=chosen.switch,
+        extensions=_error_extensions(error_orders),
+        rivals=_rivals() if law == "linear" else (),
         reference=chosen.reference,
+    )
+
+
+def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
+    """Return the harmonics of the kinematic error that may be there beside, of 0.1 mrad: some 20 seconds of arc."""
+    table = "gear.kinematic_error"
+    return tuple(
+        Extension(name=f"{table}:{order}", table=table, order=order, structure={"order": Integer(order)},
+                  widths={"amplitude": Float(1e-4)})
+        for order in ERROR_ORDERS if order not in orders
+    )  # fmt: skip
+
+
+def _rivals() -> tuple[Rival, ...]:
+    """Return what may stand beside a linear gear: backlash, small and large; friction that grows with its torque."""
+    plays = tuple(
+        Rival(name="gear.backlash", table="gear", law="backlash", free={"backlash": (play, play / 30, play * 30)})
+        for play in (Float(5e-6), Float(1.5e-4))
+    )
+    share = (Float(0.05), Float(1e-3), Float(1.0))
+    return (
+        *plays,
+        Rival(name="friction.load_dependent", table="friction", law="load_dependent", free={"load_share": share}),
     )
 
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Matrix, Symbol, symbols
+from sympy import Expr, Float, Matrix, Symbol, symbols
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, LinearSystem
+from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.start import start as own_start
 
 FORMS = ("paper", "unit_dc")
@@ -69,4 +69,9 @@ def housing(form: str) -> Block:
 def rigid_housing() -> Block:
     """No resonance: the transducer sees the residual torque itself; N m."""
     (T_res,) = symbols("T_res_in,")
-    return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T_residual": T_res})
+    resonance = Rival(
+        name="housing", table="housing", law=FORMS[0],
+        free={"gain": (Float(2.0), Float(0.05), Float(20.0)), "damping": (Float(0.05), Float(0.005), Float(0.5)),
+              "frequency": (Float(5000.0), Float(500.0), Float(20000.0))},
+    )  # fmt: skip
+    return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T_residual": T_res}, rivals=(resonance,))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sympy import Expr, Integer, Symbol, diff, symbols
+from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
 from mechid.parameter import Declaration, Role
-from mechid.plant.block import Block
+from mechid.plant.block import Block, Rival
 from mechid.plant.drive_train import COMMANDED, SWING, G, alpha_gear, beta_acc, omega_gear
 from mechid.plant.start import ANGLE, OUTPUT_TORQUE, RATE, TWIST, TWIST_RATE
 from mechid.plant.start import start as own_start
@@ -98,7 +98,18 @@ def _test_mass(start: Expr) -> Block:
         starts=STARTS,
         outputs={**MEASURED, "T_load": T_applied},
         swinging=SWINGING,
+        rivals=(_rubbed(),),
     )
+
+
+def _rubbed() -> Rival:
+    """Return dry friction of the load that may be there: such as winds the gear by microradians."""
+    K_s, wound = Symbol("K_s"), Float(4e-6)
+    return Rival(
+        name="output_friction", table="output_friction",
+        free={"coulomb": (wound * K_s, wound * K_s / 100, wound * K_s * 100),
+              "stiction": (wound * K_s / 4, Integer(0), wound * K_s * 2)},
+    )  # fmt: skip
 
 
 def _initial(start: Expr) -> dict[Symbol, Expr]:

@@ -85,7 +85,7 @@ class Mechanism:
         """Return what a data sheet names, as ``"holding torque"`` in N m; None where no block has it."""
         for block in self.plant.blocks:
             if words in block.scales:
-                return float(block.scales[words].subs(self._by_symbol))
+                return float(block.scales[words].subs(self.by_symbol))
         return None
 
     def size(self, declaration: Declaration) -> float | None:
@@ -94,15 +94,16 @@ class Mechanism:
             return None
         holding = next((b.scales[HOLDING] for b in self.plant.blocks if HOLDING in b.scales), HOLDING_TORQUE)
         size = sp.sympify(declaration.typical[0], locals=self._locals).subs(HOLDING_TORQUE, holding)
-        return float(size.subs(self._by_symbol)) if size.free_symbols <= self._by_symbol.keys() else None
+        return float(size.subs(self.by_symbol)) if size.free_symbols <= self.by_symbol.keys() else None
 
     @cached_property
     def _locals(self) -> dict[str, sp.Symbol]:
         """Return the file's symbols by name: without them SymPy takes some names for its own."""
-        return {s.name: s for s in (*self._by_symbol, HOLDING_TORQUE)}
+        return {s.name: s for s in (*self.by_symbol, HOLDING_TORQUE)}
 
     @cached_property
-    def _by_symbol(self) -> dict[sp.Symbol, float]:
+    def by_symbol(self) -> dict[sp.Symbol, float]:
+        """Values by the file's symbols."""
         return {sp.Symbol(d.symbol): self.value(name) for name, d in self.plant.declarations.items()}
 
     @cached_property
@@ -110,7 +111,7 @@ class Mechanism:
         """The plant's harmonics of the rotor's angle; none where no start angle turns anything."""
         if self.electrical_periods is None:
             return ()
-        cycles = [(pair, float(pair.cycles.subs(self._by_symbol))) for pair in self.plant.polar_pairs]
+        cycles = [(pair, float(pair.cycles.subs(self.by_symbol))) for pair in self.plant.polar_pairs]
         return tuple(
             Harmonic(
                 name=pair.amplitude.rpartition(".")[0],
@@ -188,18 +189,12 @@ Expressions = tuple[sp.Expr, ...]
 
 def _coordinates(plant: Plant) -> Callable[..., list[float]]:
     """Return the map from the file's values, in the order of the declarations, to the kernel's."""
-    return _mapped(*_symbols_and_coordinates(plant))
+    return _mapped(*plant.file_map)
 
 
 def _coordinate_slopes(plant: Plant) -> Callable[..., list[list[float]]]:
     """Return the derivative of that map, (kernel parameters, declarations)."""
-    return _slopes(*_symbols_and_coordinates(plant))
-
-
-def _symbols_and_coordinates(plant: Plant) -> tuple[tuple[sp.Symbol, ...], Expressions]:
-    """Return what the map is made of: two plants of the same equations may declare different parameters."""
-    symbols = tuple(sp.Symbol(d.symbol) for d in plant.declarations.values())
-    return symbols, tuple(plant.coordinates[s] for s in plant.parameters)
+    return _slopes(*plant.file_map)
 
 
 @lru_cache(maxsize=64)

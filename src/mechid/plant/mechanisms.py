@@ -142,9 +142,10 @@ def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
     else:
         phases, where = [CURRENTS[drive](), current_fed(harmonics=harmonics, apart=apart)], "drive"
     holding, _ = SCALES.get(drive, (None, None))
-    detents = [detent(k, order, holding) for k, order in enumerate(layout.orders.get("stepper.detent", ()))]
+    orders = layout.orders.get("stepper.detent", ())
+    detents = [detent(k, order, holding) for k, order in enumerate(orders)]
     currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
-    return [*phases, *detents, motor_torque(len(detents), holding)], currents
+    return [*phases, *detents, motor_torque(orders, holding)], currents
 
 
 def _site(drive: str) -> Site:

@@ -13,6 +13,7 @@ from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
 from mechid.plant.filter_chain import NO_FILTER, joined_filter
 from mechid.plant.layout import Layout
+from mechid.plant.tables import MOTOR_OF_RECORD, OF_RECORD
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -108,6 +109,15 @@ class Plant:
         return {s: special.get(s, s) for s in self.parameters}
 
     @cached_property
+    def file_map(self) -> tuple[tuple[sp.Symbol, ...], tuple[sp.Expr, ...]]:
+        """The file's symbols in the order of the declarations, and the kernel's parameters as functions of them.
+
+        Two plants of the same equations may declare different parameters.
+        """
+        symbols = tuple(sp.Symbol(d.symbol) for d in self.declarations.values())
+        return symbols, tuple(self.coordinates[s] for s in self.parameters)
+
+    @cached_property
     def polar_pairs(self) -> tuple[PolarPair, ...]:
         """Amplitude-phase pairs, with dotted names."""
         return tuple(
@@ -139,6 +149,14 @@ class Plant:
     def having(self, role: Role) -> tuple[str, ...]:
         """Return the dotted names of the parameters of a role."""
         return tuple(name for name, d in self.declarations.items() if d.role is role)
+
+    @cached_property
+    def of_record(self) -> dict[str, str]:
+        """What a record may have values of its own of: {name behind ``record.<name>.``: dotted name}."""
+        allowed = {name: d for name, d in self.declarations.items() if not d.structural}
+        stand = {name: name for name in allowed if name.partition(".")[0] in OF_RECORD}
+        motor = {d.key: name for name, d in allowed.items() if d.role and MOTOR_OF_RECORD.get(d.key) is d.role}
+        return stand | motor
 
     @cached_property
     def turned(self) -> dict[sp.Symbol, sp.Expr]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr, Integer, Symbol, cos, pi, sin, symbols
+from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
-from mechid.parameter import Declaration
-from mechid.plant.block import Block, PolarPair
+from mechid.parameter import Declaration, Role
+from mechid.plant.block import Block, Extension, PolarPair
 from mechid.plant.start import start as own_start
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
@@ -19,6 +19,10 @@ PHASES = {"A": 1, "B": -1}
 """The phases, and the sign with which an imbalance enters each."""
 WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
+DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
+"""Periods of a detent per electrical period that are looked for where a file lacks one."""
+HARMONIC_ORDERS = (3, 5)
+"""The same of the torque constant."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
     "voltage": ("k_m*U/R", "k_m*k_v/R"),
     "current": ("k_m*I_peak", None),
@@ -72,6 +76,7 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
             for x in PHASES
         ),
         outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
+        extensions=_winding_extensions(harmonics, apart, ("resistance", "inductance", "torque_constant"), Symbol("U")),
     )
 
 
@@ -94,6 +99,7 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
         polar=_harmonic_pairs(harmonics),
         inputs=(*i.values(), alpha),
         outputs={"T_coils": _torque(carried, shape, share)},
+        extensions=_winding_extensions(harmonics, apart, ("torque_constant",), Symbol("I_peak")),
     )  # fmt: skip
 
 
@@ -135,7 +141,7 @@ def _electrical() -> tuple[Declaration, ...]:
     return (
         _POLES,
         Declaration(key="coil_resistance", symbol="R", unit="ohm", meaning="coil resistance", lower=0.0,
-                    spread=1.25, supply_power=2),
+                    spread=1.25, supply_power=2, role=Role.WINDING_RESISTANCE),
         Declaration(key="coil_inductance", symbol="L", unit="H", meaning="coil inductance", lower=0.0,
                     supply_power=2),
         _TORQUE_CONSTANT,
@@ -162,6 +168,27 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
         for x in PHASES
     )  # fmt: skip
     return (*halves, *offsets)
+
+
+def _winding_extensions(
+    harmonics: Sequence[int], apart: bool, halves: Sequence[str], supply: Symbol
+) -> tuple[Extension, ...]:
+    """Return what windings may have beside: harmonics of 3 %, phases apart by 3 %, offsets of 2 % of the supply."""
+    table = "stepper.torque_harmonic"
+    found = tuple(
+        Extension(name=f"{table}:{order}", table=table, order=order, structure={"order": Integer(order)},
+                  widths={"amplitude": Float(0.03)})
+        for order in HARMONIC_ORDERS if order not in harmonics
+    )  # fmt: skip
+    if apart:
+        return found
+    table = "stepper.imbalance"
+    return (
+        *found,
+        Extension(name=table, table=table, widths=dict.fromkeys(halves, Float(0.03))),
+        Extension(name="stepper.phase_offset", table=table,
+                  widths={f"offset_{x.lower()}": Float(0.02) * supply for x in PHASES}),
+    )  # fmt: skip
 
 
 def _parts(harmonics: Sequence[int]) -> list[tuple[Symbol, Symbol]]:
@@ -279,13 +306,18 @@ def detent_order(poles: float, period_deg: float) -> int | None:
 HOLDING = "holding torque"
 
 
-def motor_torque(detents: int, holding: str | None = None) -> Block:
+def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Block:
     """T_mot = T_A + T_B - T_D, equation (5) of [Kornienko2013]_; N m.
 
-    `holding` is the torque of one phase at rest in the file's symbols, where it is known.
+    Parameters
+    ----------
+    orders : sequence of int or None
+        Of the detents, their periods per electrical period, None where that is no whole number.
+    holding : str or None
+        Torque of one phase at rest in the file's symbols, where it is known.
     """
     T_coils, T_mot = symbols("T_coils T_mot")
-    T_D = symbols(f"T_D1:{detents + 1}")
+    T_D = symbols(f"T_D1:{len(orders) + 1}")
     return Block(
         name="motor",
         table="stepper",
@@ -293,4 +325,15 @@ def motor_torque(detents: int, holding: str | None = None) -> Block:
         terms={T_mot: T_coils - sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={HOLDING: parse_expr(holding)} if holding else {},
+        extensions=_detent_extensions(orders, parse_expr(holding)) if holding else (),
     )
+
+
+def _detent_extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
+    """Return the detents that may be there beside, of 2 % of the holding torque."""
+    table = "stepper.detent"
+    return tuple(
+        Extension(name=table, table=table, order=order, structure={"period_deg": 720 / (p * order)},
+                  widths={"amplitude": Float(0.02) * holding})
+        for order in DETENT_ORDERS if order not in orders
+    )  # fmt: skip

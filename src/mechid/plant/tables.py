@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
+from mechid.parameter import Role
 from mechid.plant import friction, gear, housing, test_stand
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
@@ -100,6 +101,12 @@ CHOICES: Mapping[str, Collection[str]] = {table.name: table.choices for table in
 """Tables that choose among blocks of the library, and their choices."""
 OF_RECORD = tuple(table.name for table in _ALL if table.of_record)
 """Tables of which a record may have values of its own."""
+MOTOR_OF_RECORD: Mapping[str, Role] = {
+    "peak_voltage": Role.SUPPLY,
+    "peak_current": Role.SUPPLY,
+    "coil_resistance": Role.WINDING_RESISTANCE,
+}
+"""Keys of the motor's parameters of which a record may have a value of its own, and what these do there."""
 
 
 def table_of(name: str) -> str:

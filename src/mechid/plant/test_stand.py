@@ -7,10 +7,10 @@ from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
-from sympy import Expr, Matrix, Symbol, pi, sin, sqrt, symbols
+from sympy import Expr, Float, Matrix, Symbol, pi, sin, sqrt, symbols
 
-from mechid.parameter import Declaration
-from mechid.plant.block import Block, LinearSystem
+from mechid.parameter import Declaration, Role
+from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.housing import FAST
 from mechid.plant.start import OUTPUT_TORQUE
 from mechid.plant.start import start as own_start
@@ -18,6 +18,14 @@ from mechid.plant.start import start as own_start
 GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
+
+_FILTERS = (
+    Rival(name="charge_amplifier", table="charge_amplifier",
+          free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}),
+    Rival(name="anti_alias", table="anti_alias", order=4,
+          free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))}),
+)  # fmt: skip
+"""What may stand between the transducer and the recorder."""
 
 
 def base_torque(*, loaded: bool = True) -> Block:
@@ -28,6 +36,7 @@ def base_torque(*, loaded: bool = True) -> Block:
         table="",
         inputs=(T_residual, T_load) if loaded else (T_residual,),
         outputs={"T_base": -(T_residual + T_load) if loaded else -T_residual},
+        rivals=_FILTERS,
     )
 
 
@@ -170,7 +179,7 @@ class _Start(TypedDict):
 
 
 def _gain() -> Declaration:
-    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI,
+    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI, role=Role.TRANSDUCER_GAIN,
                        meaning="gain of the transducer, negative for the other polarity")  # fmt: skip
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign import START, is_of_start, mechanism_name
+from mechid.campaign.campaign import START, key_in_record, names_start
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
@@ -55,7 +55,11 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "records": [_record(record, campaign) for record in campaign.records],
         "channels": channel_rows(record.data for record in campaign.records),
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
-        + [_parameter(q, None) for r in campaign.records for q in r.parameters if q.is_free and not is_of_start(q)],
+        + [
+            _parameter(q, None)
+            for q in campaign.free
+            if q.name not in campaign.mechanism.parameters and not names_start(q.name)
+        ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
     }
@@ -126,9 +130,10 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
         "command": command_words(record.command),
         "time_offset_s": record.time_offset.value,
         "begun_s": record.command.begun_s,
-        "start": [mechanism_name(q.name).removeprefix(f"{START}.") for q in record.start if q.is_free],
+        "start": [key_in_record(q.name).removeprefix(f"{START}.") for q in record.start if q.is_free],
         "burn_in_s": record.burn_in_s,
-        "test_stand": {mechanism_name(q.name): q.value for q in record.test_stand if not q.is_free},
+        "clock_ppm": record.timing.clock_ppm,
+        "test_stand": {key_in_record(q.name): q.value for q in record.replaced if not q.is_free},
         **found,
     }
     return data | {"lines": _lines(data)}
@@ -177,10 +182,11 @@ def _begins(begun_s: float) -> str:
 def _lines(data: Mapping[str, Any]) -> list[str]:
     edges = f": {data['edges']} step edges" if data["stepped"] else ""
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
-    lines = [data["command"] + offset + edges]
+    clock = f", the driver's clock {data['clock_ppm']:.9g} ppm faster than the recorder's" if data["clock_ppm"] else ""
+    lines = [data["command"] + offset + clock + edges]
     if data["test_stand"]:
         own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
-        lines.append(f"its own test stand: {own}")
+        lines.append(f"of its own: {own}")
     if data["start"]:
         lines.append(f"{_begins(data['begun_s'])}: its start is estimated ({', '.join(data['start'])})")
     if data["burn_in_s"]:

@@ -1,27 +1,52 @@
-"""Offset and linear drift of a series: fitted and taken away block by block, whatever its length."""
+"""Offset, linear drift and lines of a series: fitted and taken away block by block, whatever its length."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.signal.series import IntArray, Series, blocks, counting, mean_of
+from mechid.signal.series import IntArray, Series, blocks, counting, mean_of, no_samples
 
 FloatArray = NDArray[np.float64]
+TOLD_APART = 1e-10
+"""Relative size of what a series tells of a combination of offset, drift and waves, squared, below which it is none."""
+
+
+@dataclass(frozen=True)
+class Wave:
+    """cosine * cos(2 pi turns k) + sine * sin(2 pi turns k) over the sample's number k, in the samples' unit."""
+
+    turns: float
+    cosine: float
+    sine: float
 
 
 @dataclass(frozen=True)
 class Line:
-    """offset + slope k over the sample's number k, in the samples' unit."""
+    """offset + slope k over the sample's number k, and waves upon it, in the samples' unit."""
 
     offset: float = 0.0
     slope: float = 0.0
+    waves: tuple[Wave, ...] = ()
 
     def at(self, start: int, stop: int, step: int = 1) -> FloatArray:
         """Return its values at every `step`-th k from `start` to `stop`, (n,)."""
-        return np.asarray(self.offset + self.slope * np.arange(start, stop, step), dtype=np.float64)
+        k = np.arange(start, stop, step)
+        values = np.asarray(self.offset + self.slope * k, dtype=np.float64)
+        for wave, (cosine, sine) in zip(self.waves, waves_at(self.turns, k), strict=True):
+            values += wave.cosine * cosine + wave.sine * sine
+        return values
+
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Of its waves, a sample."""
+        return tuple(wave.turns for wave in self.waves)
+
+    def __neg__(self) -> Line:
+        return Line(-self.offset, -self.slope, tuple(Wave(w.turns, -w.cosine, -w.sine) for w in self.waves))
 
     def take_from(self, series: FloatArray) -> None:
         """Subtract it from a series, (n,), in place."""
@@ -29,7 +54,14 @@ class Line:
             series[part] -= self.at(part.start, part.stop)
 
 
-def fit_line(series: Series, terms: int, rejected: IntArray | None = None) -> Line:
+def waves_at(turns: Sequence[float], k: NDArray[np.int64]) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Yield cosine and sine, (n,) each, of waves of so many turns a sample at samples of these numbers."""
+    for each in turns:
+        angle = 2.0 * np.pi * ((each * k) % 1.0)
+        yield np.cos(angle), np.sin(angle)
+
+
+def fit_line(series: Series, terms: int, rejected: IntArray | None = None, turns: Sequence[float] = ()) -> Line:
     """Return the line nearest to a series, (n,), in least squares.
 
     Parameters
@@ -39,8 +71,12 @@ def fit_line(series: Series, terms: int, rejected: IntArray | None = None) -> Li
         0: nothing, 1: an offset, 2: offset and slope.
     rejected : (s,) of int or None
         Samples that do not count, ascending.
+    turns : sequence of float
+        Of the waves upon it, a sample.
     """
     n = series.size
+    if turns and n:
+        return _fit_with_waves(series, terms, no_samples() if rejected is None else rejected, turns)
     if terms == 0 or n == 0:
         return Line()
     if rejected is not None and rejected.size:
@@ -71,3 +107,20 @@ def _fit_line_through(series: Series, terms: int, rejected: IntArray) -> Line:
     if terms == 1 or spread == 0.0:
         return Line(mean)
     return Line(mean - moment / spread * middle, moment / spread)
+
+
+def _fit_with_waves(series: Series, terms: int, rejected: IntArray, turns: Sequence[float]) -> Line:
+    """Return the nearest line with waves, by normal equations; what a short series does not tell apart is least."""
+    middle, half = 0.5 * (series.size - 1), max(0.5 * series.size, 1.0)
+    products = np.zeros((terms + 2 * len(turns) + 1,) * 2)
+    for part in blocks(series.size):
+        k = np.arange(part.start, part.stop)
+        powers = [np.ones(k.size), (k - middle) / half][:terms]
+        columns = np.stack([*powers, *(one for pair in waves_at(turns, k) for one in pair), series[part]])
+        columns = counting(columns, part, rejected)
+        products += columns @ columns.T
+    found = np.linalg.lstsq(products[:-1, :-1], products[:-1, -1], rcond=TOLD_APART)[0]
+    slope = float(found[1]) / half if terms > 1 else 0.0
+    offset = float(found[0]) - slope * middle if terms else 0.0
+    pairs = found[terms:].reshape(-1, 2).tolist()
+    return Line(offset, slope, tuple(Wave(t, a, b) for t, (a, b) in zip(turns, pairs, strict=True)))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.simulation.simulator import Run, Simulator, trajectory_of
-from mechid.simulation.start import AT_REST, Start
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -20,7 +20,7 @@ ENOUGH = 0.1 * PROMISE
 
 
 def simulate_accurately(
-    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, start: Start = AT_REST
+    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, clock_ppm: float = 0.0
 ) -> Trajectory:
     """Return the run, without sensitivities, with so many steps a sample that twice as many would not change it.
 
@@ -33,28 +33,27 @@ def simulate_accurately(
     simulator : Simulator
     p : (n,)
         The kernel's parameters.
-    time_offset_s : float
-        Shifts the command, s.
-    start : Start
-        Another one than at rest where the command begins.
+    time_offset_s, clock_ppm : float
+        As of `Simulator.run`.
     """
-    y, run, difference = accurate_outputs(simulator, p, time_offset_s=time_offset_s, start=start)
+    y, run, difference = accurate_outputs(simulator, p, time_offset_s=time_offset_s, clock_ppm=clock_ppm)
     return replace(trajectory_of(run, y), difference=difference)
 
 
 def accurate_outputs(
-    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, start: Start = AT_REST
+    simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, clock_ppm: float = 0.0
 ) -> tuple[FloatArray, Run, float | None]:
     """Return the plant's outputs alone, (n_y, n), as `simulate_accurately` chooses them, their run, and its difference.
 
     Each run is written over the one with half as many steps: all outputs are in memory once.
     """
     y, none = np.zeros((len(simulator.plant.outputs), simulator.base.samples)), np.zeros((p.size, 0))
-    run = simulator.run(p, time_offset_s=time_offset_s, substeps=SUBSTEPS[0], directions=none, start=start)
+    begun = partial(simulator.run, p, time_offset_s=time_offset_s, clock_ppm=clock_ppm, directions=none)
+    run = begun(substeps=SUBSTEPS[0])
     _written_over(y, run)
     for substeps in SUBSTEPS:
         coarse = run
-        run = simulator.run(p, time_offset_s=time_offset_s, substeps=2 * substeps, directions=none, start=start)
+        run = begun(substeps=2 * substeps)
         change = _written_over(y, run)
         difference = change if coarse.outcome is run.outcome is SimulationOutcome.COMPLETE else None
         if difference is not None and difference <= ENOUGH:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import Command, Excitation
+from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
@@ -106,6 +106,8 @@ class Simulator:
         Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
     known_edges : Excitation or None
         What `excitation_over` gives, where it has been worked out already.
+    start : Start
+        Another one than at rest where the command begins.
     """
 
     plant: Plant
@@ -115,6 +117,7 @@ class Simulator:
     latest_s: float = 0.0
     capacity: int = 0
     known_edges: Excitation | None = None
+    start: Start = AT_REST
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -143,26 +146,25 @@ class Simulator:
         p: FloatArray,
         *,
         time_offset_s: float = 0.0,
+        clock_ppm: float = 0.0,
         substeps: int = 1,
         block: int | None = None,
         events: int = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
-        start: Start = AT_REST,
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
+        Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
-        `samples` for the first ones alone, `block` for blocks of so many, `start` for another start than at rest.
+        `samples` for the first ones alone, `block` for blocks of so many.
         """
         wanted = self.directions if directions is None else directions
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
-        run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), time_offset_s, substeps, block, events, wanted)
-        if start.values:
-            begin_off_rest(
-                self.kernel, run.buffers, run.p, self.excitation.initial, self.command.start_angle_rad, start
-            )
+        timing = Timing(time_offset_s, clock_ppm)
+        run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
+        begin_off_rest(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, self.start)
         return run
 
 
@@ -174,7 +176,7 @@ class Run:
         simulator: Simulator,
         base: TimeBase,
         p: FloatArray,
-        time_offset_s: float,
+        timing: Timing,
         substeps: int,
         block: int,
         events: int,
@@ -184,12 +186,13 @@ class Run:
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
+        interval_s = base.interval_s * timing.scale
         self.grid = np.array(
             [
-                base.start_s - simulator.command.origin_s - time_offset_s,
-                base.interval_s,
-                base.interval_s / substeps,
-                base.interval_s / (substeps * CLOSE_STEPS),
+                base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s,
+                interval_s,
+                interval_s / substeps,
+                interval_s / (substeps * CLOSE_STEPS),
             ]
         )
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
@@ -280,14 +283,9 @@ class Run:
     @property
     def state(self) -> State:
         """Where the run stands: at its last sample, before an edge at that instant."""
+        w, first = self.buffers.w, int(self.simulator.kernel.module.AT_X)
         n = len(self.simulator.plant.states)
-        return State(self.states[:n], self.buffers.w[self._lane_rows[:, : self.moved]])
-
-    @property
-    def states(self) -> FloatArray:
-        """States of the plant, then of its filter, where the run stands, (n_x + n_f,)."""
-        module, w = self.simulator.kernel.module, self.buffers.w
-        return np.concatenate([w[int(module.AT_X) : int(module.END_X)], w[int(module.AT_Z) : int(module.END_Z)]])
+        return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
     @cached_property
     def _lane_rows(self) -> NDArray[np.int64]:

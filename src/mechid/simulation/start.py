@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.command import Command
 from mechid.kernel.compiled import Buffers, Kernel, lane_places
 from mechid.kernel.start import own_start
 
@@ -34,9 +35,11 @@ AT_REST = Start({})
 
 
 def begin_off_rest(
-    kernel: Kernel, buffers: Buffers, p: FloatArray, inputs: FloatArray, theta_0: float, start: Start
+    kernel: Kernel, buffers: Buffers, p: FloatArray, inputs: FloatArray, command: Command, start: Start
 ) -> None:
     """Let a run whose workspace stands at rest begin at a start of its own, with derivatives to parameters and start.
+
+    Without such a start it stays at rest.
 
     Parameters
     ----------
@@ -46,11 +49,13 @@ def begin_off_rest(
     p : (n_p,)
     inputs : (n_u,)
         Held at the start.
-    theta_0 : float
-        Commanded electrical angle there, rad.
+    command : Command
+        Its angle there is where the rest is.
     start : Start
     """
-    module, w = kernel.module, buffers.w
+    if not start.values:
+        return
+    module, w, theta_0 = kernel.module, buffers.w, command.start_angle_rad
     own = own_start(kernel.plant, p, inputs, theta_0, start.values)
     n = own.off.size
     x = w[int(module.AT_X) :][:n] + own.off
@@ -61,6 +66,12 @@ def begin_off_rest(
     keys = list(kernel.plant.starts)
     for key, lane in start.lanes.items():
         _carry(kernel, buffers, lane, slopes[:, keys.index(key)])
+
+
+def states_in(kernel: Kernel, buffers: Buffers) -> FloatArray:
+    """Return the plant's states, then those of its filter, where a run stands, (n_x + n_f,)."""
+    module, w = kernel.module, buffers.w
+    return np.concatenate([w[int(module.AT_X) : int(module.END_X)], w[int(module.AT_Z) : int(module.END_Z)]])
 
 
 def _held_at_rest(kernel: Kernel, buffers: Buffers) -> NDArray[np.bool_]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -13,14 +14,16 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
-from mechid.campaign.campaign import mechanism_name
-from mechid.identification.output_error.target import TargetChannel, channel_of
+from mechid.campaign.campaign import key_in_record
+from mechid.identification.output_error.coordinates import INSTANTS
+from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.report.curves import rate_over
 from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
 from mechid.signal.remainder import Remainder
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.series import no_samples
+from mechid.signal.trend import Line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.start import Start
@@ -103,10 +106,13 @@ class Effect:
 
 @dataclass(frozen=True)
 class Stretch:
-    """What of a record is simulated, and how: its first `seconds`, shifted, in so many steps a sample."""
+    """What of a record is simulated, and how: its first `seconds`, at its own values, in so many steps a sample.
+
+    `own` are the values of the record's parameters, by name.
+    """
 
     seconds: float
-    time_offset_s: float
+    own: Mapping[str, float]
     substeps: int
 
 
@@ -148,9 +154,11 @@ class Scene:
     @cached_property
     def simulator(self) -> Simulator:
         """What simulates the record's command."""
-        delay = self.record.time_offset
-        latest_s = max(abs(delay.min), abs(delay.max)) if delay.is_free else abs(delay.value)
-        return Simulator(self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s)
+        latest_s = latest_of(self.record.parameters, self.base)
+        start = Start({key_in_record(q.name): q.value for q in self.record.start})
+        return Simulator(
+            self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s, start=start
+        )
 
     @cached_property
     def largest_rate(self) -> float:
@@ -186,7 +194,8 @@ class Scene:
     def steps_needed(self, mechanism: Mechanism) -> int:
         """Return the steps a sample that the promised accuracy takes, judged on the record's first second."""
         first = replace(self.simulator, base=self.base.first(self.samples(1.0)), known_edges=self.simulator.excitation)
-        return max(simulate_accurately(first, mechanism.kernel_values()).substeps // 2, 1)
+        own = {q.replaces: q.value for q in self.record.replaced}
+        return max(simulate_accurately(first, mechanism.kernel_values(own)).substeps // 2, 1)
 
     def picture(self, mechanism: Mechanism, stretch: Stretch) -> Picture:
         """Return a stretch of the record beside the model."""
@@ -195,7 +204,7 @@ class Scene:
         for block in self._run(mechanism, stretch, None).blocks():
             modelled[block.start : block.stop] = block.y[:, self._output]
         residual = Remainder(self.channel.measured[:n], model=modelled)[:]
-        line = fit_line(residual, self.channel.linear) if np.all(np.isfinite(residual)) else Line()
+        line = self.channel.line(residual, no_samples()) if np.all(np.isfinite(residual)) else Line()
         removed = line.at(0, n)
         residual -= removed
         measured = self.channel.measured[:n] - removed
@@ -208,28 +217,30 @@ class Scene:
 
     def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
         """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""
-        delays = knob.name == self.record.time_offset.name
-        value = stretch.time_offset_s if delays else self._value(mechanism, knob)
-        step, words = knob.step(value)
+        values = {name: q.value for name, q in mechanism.parameters.items()}
+        step, words = knob.step({**values, **stretch.own}.get(knob.name, 0.0))
         slope = self._slope(mechanism, knob.name, stretch)
-        slope -= fit_line(slope, self.channel.linear).at(0, slope.size)
+        slope -= self.channel.line(slope, no_samples()).at(0, slope.size)
         size = float(np.linalg.norm(slope))
         alone = self.channel.sigma / size if size > 0.0 else math.inf
         return Effect(words=words, torque=step * slope, rms=abs(step) * size / math.sqrt(slope.size), alone=alone)
 
-    @staticmethod
-    def _value(mechanism: Mechanism, knob: Knob) -> float:
-        return mechanism.value(knob.name) if knob.name in mechanism.parameters else 0.0
-
     def _slope(self, mechanism: Mechanism, name: str, stretch: Stretch) -> FloatArray:
-        """Return dy/d(value) of a knob, (n,); zeros of another record's time offset."""
-        delays, slope = name == self.record.time_offset.name, np.zeros(self.samples(stretch.seconds))
-        if not delays and name not in mechanism.parameters:
+        """Return dy/d(value) of a knob, (n,); zeros of what is another record's own, or has another value in this."""
+        slope, own = np.zeros(self.samples(stretch.seconds)), {q.name: q for q in self.record.parameters}.get(name)
+        replaced = {q.replaces: stretch.own[q.name] for q in self.record.replaced}
+        if own is None and (name not in mechanism.parameters or name in replaced):
             return slope
-        direction = np.zeros(len(self.plant.parameters)) if delays else mechanism.kernel_jacobian()[name]
+        moves = own.replaces if own else name
+        direction = np.zeros(len(self.plant.parameters))
+        if moves:
+            direction = mechanism.with_values(replaced).kernel_jacobian()[moves]
         for block in self._run(mechanism, stretch, direction).blocks():
+            n = block.stop - block.start
             slope[block.start : block.stop] = (
-                -block.rate[:, self._output] if delays else block.jacobian[:, self._output, 0]
+                INSTANTS[own.declaration.key](self.base, block, self._output, n)
+                if own and not moves
+                else block.jacobian[:, self._output, 0]
             )
         return slope
 
@@ -239,11 +250,12 @@ class Scene:
 
     def _run(self, mechanism: Mechanism, stretch: Stretch, direction: FloatArray | None) -> Run:
         """Begin a simulation, with the sensitivity to one direction of the kernel's parameters where it is wanted."""
+        record, own = self.record, stretch.own
         return self.simulator.run(
-            mechanism.kernel_values(),
-            time_offset_s=stretch.time_offset_s,
+            mechanism.kernel_values({q.replaces: own[q.name] for q in record.replaced}),
+            time_offset_s=own[record.time_offset.name],
+            clock_ppm=own[record.clock.name] if record.clock else 0.0,
             substeps=stretch.substeps,
-            start=Start({mechanism_name(q.name): q.value for q in self.record.start}),
             samples=self.samples(stretch.seconds),
             directions=None if direction is None else np.ascontiguousarray(direction[:, None]),
         )

@@ -187,10 +187,10 @@ class Session:
 
     def _stretch(self, name: str, state: State) -> Stretch:
         """Return what of a record is simulated."""
-        delay = self.scenes[name].record.time_offset
+        own = {q.name: state.now.values.get(q.name, q.value) for q in self.scenes[name].record.parameters}
         if name not in self._steps:
             self._steps[name] = self.scenes[name].steps_needed(self.mechanism)
-        return Stretch(self.seconds, state.now.values.get(delay.name, delay.value), self._steps[name])
+        return Stretch(self.seconds, own, self._steps[name])
 
     def mechanism_file(self) -> str:
         """Return the text of a mechanism.toml with the values, and the free parameters, as they are set."""

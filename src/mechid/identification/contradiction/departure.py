@@ -35,8 +35,8 @@ def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> 
     Told are the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
     and the detents. It is a reading of what is left over near there, no test of a hypothesis.
     """
-    base, offset_s = target.base, problem.coordinates.time_offset(target, q)
-    at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
+    base, timing = target.base, problem.coordinates.timing(target, q)
+    at_s = timing.command_s(base.start_s + horizon / base.sample_rate_hz)
     rate = _rate(target, at_s)
     driven = isinstance(target.command, MeasuredCommand)
     said = ["its input channels drive it there"] if driven else [f"the command runs at {rate:.4g} steps/s there"]
@@ -56,13 +56,13 @@ def _rate(target: Target, at_s: float) -> float:
 
 def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return which stick/slip the model has within 5 ms of its horizon, the nearest one, or nothing."""
-    base, offset_s = target.base, problem.coordinates.time_offset(target, q)
+    base, timing = target.base, problem.coordinates.timing(target, q)
     past = horizon + round(WINDOW_S * base.sample_rate_hz)
     run = problem.model.run(target, q, past, events=EVENTS)
     for _ in run.blocks():
         pass
     plant, switching = problem.space.mechanism.plant, run.switching
-    at_s = base.start_s + horizon / base.sample_rate_hz - offset_s
+    at_s = timing.command_s(base.start_s + horizon / base.sample_rate_hz)
     near = np.flatnonzero(np.abs(switching.time - at_s) < WINDOW_S)
     if not near.size:
         return ""
@@ -71,7 +71,7 @@ def _switch(problem: Problem, q: FloatArray, target: Target, horizon: int) -> st
     before, after = modes[int(switching.before[k])], modes[int(switching.after[k])]
     return (
         f"the model's {plant.switches[int(switching.switch[k])].name} goes from {before} to {after} at "
-        f"{switching.time[k] + offset_s:.4g} s, which the record may not have"
+        f"{timing.record_s(switching.time[k]):.4g} s, which the record may not have"
     )
 
 

@@ -31,8 +31,13 @@ REMEDY = "no record sees it; add a record that does, or give it as a known numbe
 
 def sensitivities(campaign: Campaign) -> int:
     """Return how many directions of the parameters a fit of this campaign asks for."""
-    own = max((sum(q.is_free for q in (*record.test_stand, *record.start)) for record in campaign.estimated), default=0)
-    return (SearchSpace(campaign.mechanism).size if campaign.mechanism.free else 0) + own
+    space = SearchSpace(campaign.mechanism)
+    idle = {c.name for c in space.coordinates if space.stands_alone(c)}
+    further = (
+        sum(q.is_free and q.replaces not in idle for q in (*record.replaced, *record.start))
+        for record in campaign.estimated
+    )
+    return space.size + max(further, default=0)
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
@@ -64,6 +69,7 @@ def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
     problem = Problem(SearchSpace(campaign.mechanism), targets)
     seen = seen_coordinates(problem)
     visible = {name for name, is_seen in zip(problem.coordinates.names, seen, strict=True) if is_seen}
+    visible |= {mean.of for mean in problem.coordinates.means if visible.issuperset(mean.own)}
     partners = {c.partner: c.name for c in problem.space.coordinates if c.partner}
     own = {q.name for record in campaign.estimated for q in record.parameters if q.is_free}
     asked = [q.name for q in campaign.free if q in campaign.mechanism.free or q.name in own]

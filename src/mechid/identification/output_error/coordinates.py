@@ -3,71 +3,99 @@
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
 record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
 a state of its start, whose lane moves no parameter and begins at the derivatives of the states there; or it moves the
-instants of its samples (`CLOCK`), whose derivative follows from the rate of the output. A new one of any kind is one
-more entry: the names, bounds, values, priors and derivatives of all are worked out here.
+instants of its samples (`INSTANTS`), whose derivative follows from the rate of the output. One that several records
+have under the same name, as the clock of all, is one coordinate. A new one of any kind is one more entry: the names,
+bounds, values, priors and derivatives of all are worked out here.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.campaign import TIME_OFFSET, is_of_start, mechanism_name
+from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start
+from mechid.command import Timing
+from mechid.command.timing import PPM
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-from mechid.simulation.simulator import Block
-from mechid.simulation.start import Start
+from mechid.simulation.simulator import Block, TimeBase
 
 FloatArray = NDArray[np.float64]
-Slope = Callable[[Block, int, int], FloatArray]
-"""dy/d(value) of an output, by its number, over the last n samples of a block, (n,)."""
+Slope = Callable[[TimeBase, Block, int, int], FloatArray]
+"""dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
+MEAN_WITHIN = 1e-3
+"""Of the records' own prior, that the mean of their values is held to."""
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
 
 
-def _of_time_offset(block: Block, output: int, n: int) -> FloatArray:
+def _of_time_offset(_base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
     """Return minus the rate: a time offset shifts the whole run to later times."""
     return -block.rate[-n:, output]
 
 
-CLOCK: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset}
-"""Parameters of a record's own that move the instants of its samples, by key; every other one is the mechanism's."""
+def _of_clock(base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+    """Return the rate times the record time's share: t (1 + c) runs ahead by t dc."""
+    record_s = base.start_s + np.arange(block.stop - n, block.stop) * base.interval_s
+    return PPM * record_s * block.rate[-n:, output]
 
 
-def is_of_clock(parameter: Parameter) -> bool:
-    """Tell whether a record's own parameter moves its instants, and is none of the mechanism's values."""
-    return mechanism_name(parameter.name) in CLOCK
+INSTANTS: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset, CLOCK.key: _of_clock}
+"""Parameters of a record's own that move the instants of its samples, by key."""
 
 
 @dataclass(frozen=True)
 class RecordCoordinate:
-    """A number that is moved for one record alone, in the file's unit.
+    """A number that is moved for some records alone, in the file's unit.
 
     Attributes
     ----------
-    record : str
-        Name of its target.
+    records : tuple of str
+        Names of its targets: one, or all those that share it.
     parameter : Parameter
         Its name, start and bounds.
     lane : int or None
-        Of the kernel, that carries its derivative; None where it is the clock's.
+        Of the kernel, that carries its derivative; None where it moves instants.
     """
 
-    record: str
+    records: tuple[str, ...]
     parameter: Parameter
     lane: int | None
 
-    def slope(self, block: Block, output: int, n: int) -> FloatArray:
-        """Return dy/d(value) of an output over the last n samples of a block of its record, (n,)."""
+    def slope(self, base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
+        """Return dy/d(value) of an output over the last n samples of a block of one of its records, (n,)."""
         if self.lane is None:
-            return CLOCK[mechanism_name(self.parameter.name)](block, output, n)
+            return INSTANTS[self.parameter.declaration.key](base, block, output, n)
         return block.jacobian[-n:, output, self.lane]
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Values of one parameter of the mechanism that every record has of its own: their mean is the mechanism's.
+
+    Without it nothing would tell a supply that is higher in all records from a smaller torque constant, and the
+    mechanism's resistance would be unknown where every record has its own.
+
+    Attributes
+    ----------
+    of : str
+        The mechanism's parameter.
+    own : tuple of str
+        The records' values of it.
+    sigma : float
+        Standard deviation of the mean from it, in the file's unit: so small that it costs the mechanism nothing.
+    """
+
+    of: str
+    own: tuple[str, ...]
+    sigma: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,14 +107,21 @@ class Coordinates:
     space : SearchSpace
         Of the mechanism's free parameters.
     own : tuple of RecordCoordinate
-        Of single records: those of their clocks, then those of their values of the mechanism.
+        Of records: those that move their instants, then those of their values of the mechanism.
     priors : mapping of str to (float, float)
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
+        Of a value of which the records have a mean, that of a free parameter, it is how far it may be from that one.
+    means : tuple of Mean
+    shrinkage : mapping of str to float
+        Standard deviation about 0 of the mechanism's coordinates by dotted name, in their own scale: both parts of a
+        detent have that of its amplitude, which itself has no derivative at 0.
     """
 
     space: SearchSpace
     own: tuple[RecordCoordinate, ...] = ()
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    means: tuple[Mean, ...] = ()
+    shrinkage: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def size(self) -> int:
@@ -185,42 +220,58 @@ class Coordinates:
         return np.asarray(on, dtype=np.bool_)
 
     def prior_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return how far each prior is from its value, (k,) in sigmas, and its derivative, (k, n)."""
-        if not self.priors:
-            return np.zeros(0), np.zeros((0, self.size))
+        """Return how far each prior, and each mean, is from its value, (k,) in sigmas, and its derivative, (k, n)."""
+        shrunk, D = self._shrunk_rows(q)
+        if not self.priors and not self.means:
+            return shrunk, D
         names, slopes = self.value_slopes(q)
+        slope = dict(zip(names, slopes, strict=True))
         values = self.space.values(self.of_mechanism(q)) | dict(zip(self._places, self.of_records(q), strict=True))
-        rows = [(i, name, *self.priors[name]) for i, name in enumerate(names) if name in self.priors]
-        away, J = np.zeros(len(rows)), np.zeros((len(rows), self.size))
-        for k, (i, name, value, sigma) in enumerate(rows):
-            off, known = values[name] - value, self.space.mechanism.parameters.get(name)
-            if known is not None and known.is_periodic:
+        known, around = self.space.mechanism.parameters, self._around
+        away, J = [], []
+        for name in (name for name in names if name in self.priors):
+            value, sigma = self.priors[name]
+            off, turn = values[name] - value, slope[name]
+            if name in around:
+                off, turn = off - (values[around[name]] - known[around[name]].value), turn - slope[around[name]]
+            if name in known and known[name].is_periodic:
                 off = (off + 180.0) % 360.0 - 180.0
-            away[k], J[k] = off / sigma, slopes[i] / sigma
-        return away, J
+            away.append(off / sigma)
+            J.append(turn / sigma)
+        for mean in self.means:
+            off = float(np.mean([values[name] for name in mean.own])) - values.get(mean.of, known[mean.of].value)
+            turn = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
+            away.append(off / mean.sigma)
+            J.append(turn / mean.sigma)
+        return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
+
+    def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return how far each coordinate that is held near 0 is from it, (k,) in sigmas, and its derivative, (k, n)."""
+        places = [j for j, c in enumerate(self.space.coordinates) if c.name in self.shrinkage]
+        widths = np.array([self.shrinkage[self.space.coordinates[j].name] for j in places])
+        D = np.zeros((len(places), self.size))
+        D[np.arange(len(places)), places] = 1.0 / widths
+        return q[places] / widths, D
+
+    @cached_property
+    def _around(self) -> dict[str, str]:
+        """Records' values to the free parameter of the mechanism whose mean they make."""
+        free = {p.name for p in self.space.mechanism.free}
+        return {name: mean.of for mean in self.means if mean.of in free for name in mean.own}
 
     @property
     def lanes(self) -> int:
         """Number of lanes that any run asks for: the mechanism's, and those of the record that has most of its own."""
-        return max((c.lane + 1 for c in self.own if c.lane is not None), default=self.space.size)
+        return max(self.space.size, *(c.lane + 1 for c in self.own if c.lane is not None), 0)
 
-    def time_offset(self, target: Target, q: FloatArray) -> float:
-        """Return the time offset of a target at `q`, s."""
-        return self.value(target.time_offset, q)
+    def timing(self, target: Target, q: FloatArray) -> Timing:
+        """Return how record time becomes command time for a target at `q`."""
+        clock = target.clock
+        return Timing(self.value(target.time_offset, q), self.value(clock, q) if clock else 0.0)
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
         """Return the values at `q` that hold for a target alone, by the mechanism's names."""
-        return {mechanism_name(p.name): self.value(p, q) for p in target.own if not (is_of_clock(p) or is_of_start(p))}
-
-    def start_values(self, target: Target, q: FloatArray) -> dict[str, float]:
-        """Return the states of a target's start at `q`, by the keys of `Plant.starts`; none where it starts at rest."""
-        return {mechanism_name(p.name): self.value(p, q) for p in target.own if is_of_start(p)}
-
-    def start_of(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
-        """Return where the run of a target begins at `q`, with lanes of the states that are free where `carried`."""
-        free = [c for c in self.of(target) if is_of_start(c.parameter)]
-        lanes = {mechanism_name(c.parameter.name): c.lane for c in free if c.lane is not None}
-        return Start(self.start_values(target, q), lanes if carried else {})
+        return {p.replaces: self.value(p, q) for p in target.own if p.replaces}
 
     def kernel(self, target: Target, q: FloatArray) -> FloatArray:
         """Return the kernel's parameters of a target at `q`, (NP,)."""
@@ -229,24 +280,30 @@ class Coordinates:
     def directions(self, target: Target, q: FloatArray) -> FloatArray:
         """Return what the lanes of a target move of the kernel's parameters, (NP, m), one lane at least.
 
-        Of a clock that is free alone the rate is wanted, which comes with sensitivities only.
+        Where instants alone are free the rate is wanted, which comes with sensitivities only.
         """
-        lanes = [c.parameter for c in self.of(target) if c.lane is not None]
-        carried = [mechanism_name(p.name) for p in lanes if not is_of_start(p)]
-        found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), carried)
-        found = np.hstack([found, np.zeros((found.shape[0], len(lanes) - len(carried)))])
-        return found if found.size else np.zeros((found.shape[0], 1))
+        lanes = [c for c in self.of(target) if c.lane is not None]
+        carried = [c for c in lanes if c.parameter.replaces]
+        names = [c.parameter.replaces for c in carried]
+        found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), names)
+        out = np.zeros((found.shape[0], max([1, self.space.size, *(1 + (c.lane or 0) for c in lanes)])))
+        out[:, : self.space.size] = found[:, : self.space.size]
+        for c, column in zip(carried, found[:, self.space.size :].T, strict=True):
+            out[:, c.lane] = column
+        return out
 
     def of(self, target: Target) -> list[RecordCoordinate]:
         """Return the coordinates that are a target's own."""
-        return [c for c in self.own if c.record == target.name]
+        return [c for c in self.own if target.name in c.records]
 
     def write_slopes(self, rows: FloatArray, target: Target, output: int, block: Block, n: int) -> None:
         """Write dy/dq of an output over the last n samples of a block as rows; what is another record's has none."""
         moved = self.space.size
         rows[:moved, :n] = block.jacobian[-n:, output, :moved].T
         for j, c in enumerate(self.own, moved):
-            rows[j, :n] = c.slope(block, output, n) if c.record == target.name else 0.0
+            rows[j, :n] = c.slope(target.base, block, output, n) if target.name in c.records else 0.0
+            if c.lane is not None and c.lane < moved and target.name in c.records:
+                rows[c.lane, :n] = 0.0
 
     def block_slopes(self, target: Target, output: int, block: Block, n: int) -> FloatArray:
         """Return dy/dq of an output over the last n samples of a block, (n, size)."""
@@ -256,13 +313,37 @@ class Coordinates:
 
 
 def coordinates_of(
-    space: SearchSpace, targets: Sequence[Target], priors: Mapping[str, tuple[float, float]]
+    space: SearchSpace,
+    targets: Sequence[Target],
+    priors: Mapping[str, tuple[float, float]],
+    shrinkage: Mapping[str, float],
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
-    clocks = [RecordCoordinate(t.name, p, None) for t in targets for p in t.moved if is_of_clock(p)]
-    carried = [
-        RecordCoordinate(t.name, p, lane)
-        for t in targets
-        for lane, p in enumerate(sorted((p for p in t.moved if not is_of_clock(p)), key=is_of_start), space.size)
-    ]
-    return Coordinates(space, (*clocks, *carried), priors)
+    moving = {p.name: p for t in targets for p in t.moved if not (p.replaces or is_of_start(p))}
+    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
+    instants = [RecordCoordinate(owners[name], p, None) for name, p in moving.items()]
+    carried = [c for target in targets for c in _carried(space, target)]
+    return Coordinates(space, (*instants, *carried), priors, tuple(_means(targets)), shrinkage)
+
+
+def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
+    """Yield a target's own values of the mechanism and states of its start, each with its lane.
+
+    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
+    """
+    idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
+    further = count(space.size)
+    for p in (p for p in target.moved if p.replaces or is_of_start(p)):
+        lane = idle.get(p.replaces)
+        yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)
+
+
+def _means(targets: Sequence[Target]) -> Iterator[Mean]:
+    """Yield the means of what every record has of its own, free and with a prior."""
+    by_name: dict[str, list[Parameter]] = {}
+    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
+        by_name.setdefault(p.replaces, []).append(p)
+    for name, own in by_name.items():
+        if len(own) == len(targets) > 1:
+            sigma = MEAN_WITHIN * min(p.sigma for p in own if p.sigma)
+            yield Mean(name, tuple(p.name for p in own), sigma)

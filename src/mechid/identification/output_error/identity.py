@@ -18,7 +18,7 @@ def identity(problem: Problem) -> list[object]:
              for p in space.mechanism.parameters.values() if not p.is_free]  # fmt: skip
     free = [[p.name, p.min, p.max] for p in space.mechanism.free]
     targets = [[t.name, target_digest(t)] for t in problem.targets]
-    return [fixed, free, sorted(space.polar), problem.priors, problem.substeps, targets]
+    return [fixed, free, sorted(space.polar), problem.priors, problem.shrinkage, problem.substeps, targets]
 
 
 def target_digest(target: Target) -> str:
@@ -40,4 +40,4 @@ def target_digest(target: Target) -> str:
 def _weight(channel: TargetChannel) -> list[object]:
     colour = channel.prefilter
     own = [colour.coefficients, colour.sigma] if colour else None
-    return [channel.quantity, channel.linear, channel.sigma, channel.rounding, own]
+    return [channel.quantity, channel.linear, channel.turns, channel.sigma, channel.rounding, own]

@@ -36,6 +36,8 @@ class Problem:
         With what of each record's own is free, and how its channels are weighted.
     priors : mapping of str to (float, float)
         Value and standard deviation by dotted name, in the file's units; those of what is not moved say nothing.
+    shrinkage : mapping of str to float
+        Standard deviation about 0 of coordinates that are wanted small, by dotted name, in the coordinates' scale.
     substeps : int
         Integration steps a sample.
     workers : int
@@ -47,6 +49,7 @@ class Problem:
     space: SearchSpace
     targets: tuple[Target, ...]
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    shrinkage: Mapping[str, float] = field(default_factory=dict)
     substeps: int = 1
     workers: int = 1
     latest: LatestTriangles = field(init=False, repr=False, default_factory=LatestTriangles)
@@ -54,7 +57,7 @@ class Problem:
     @cached_property
     def coordinates(self) -> Coordinates:
         """All that is moved, whose it is, and the maps from and to the file's values."""
-        return coordinates_of(self.space, self.targets, self.priors)
+        return coordinates_of(self.space, self.targets, self.priors, self.shrinkage)
 
     @cached_property
     def model(self) -> Model:

@@ -24,7 +24,7 @@ def reduced(
     for k, block, n in rows:
         absorb(triangles[k], block, n)
     for R, channel in zip(triangles, target.channels, strict=True):
-        R[:, channel.linear :] /= channel.scale
+        R[:, channel.removed :] /= channel.scale
     return triangles, misfit.succeeded
 
 
@@ -34,7 +34,7 @@ def norm(model: Model, target: Target, q: FloatArray, window: Window) -> float:
     if not succeeded:
         return np.inf
     norms = [
-        finished(R, channel.linear, window[1] - window[0]).norm
+        finished(R, channel.removed, window[1] - window[0]).norm
         for channel, R in zip(target.channels, triangles, strict=True)
     ]
     return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
@@ -56,7 +56,7 @@ def channel_triangles(model: Model, target: Target, q: FloatArray, window: Windo
     if not succeeded:
         return None
     n = window[1] - window[0]
-    return [finished(R, c.linear, n) for c, R in zip(target.channels, triangles, strict=True)]
+    return [finished(R, c.removed, n) for c, R in zip(target.channels, triangles, strict=True)]
 
 
 class LatestTriangles:

@@ -110,6 +110,10 @@ class SearchSpace:
         """Whether a coordinate is a free angle, which has no bounds."""
         return c.kind == "linear" and self.mechanism.parameters[c.name].is_periodic
 
+    def stands_alone(self, c: Coordinate) -> bool:
+        """Whether a coordinate moves one parameter, and nothing else with it."""
+        return c.kind in ("linear", "log") and c.name not in self._below and c.name not in self._above
+
     def outside_disc(self, q: FloatArray) -> frozenset[str]:
         """Return the amplitudes that lie beyond their limit at `q`."""
         values = self.values(q[: self.size])

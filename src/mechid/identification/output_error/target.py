@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.campaign.campaign import TIME_OFFSET, is_of_start, record_parameter_name
+from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start, record_parameter_name
 from mechid.command import Command, Excitation
+from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
 from mechid.signal.autoregression import Autoregression
-from mechid.signal.series import no_samples
+from mechid.signal.series import Series, no_samples
+from mechid.signal.trend import Line, fit_line
 from mechid.simulation.simulator import TimeBase, excitation_over
 
 FloatArray = NDArray[np.float64]
@@ -49,6 +51,8 @@ class TargetChannel:
         What `sigma` rests on.
     raised : float
         Level to which the search raised the noise to follow the record, 0 where it did not.
+    turns : tuple of float
+        Lines that are projected out too, such as mains hum, in turns a sample.
     """
 
     quantity: str
@@ -61,6 +65,16 @@ class TargetChannel:
     bridged: Samples = field(default_factory=no_samples)
     rests_on: NoiseSource = NoiseSource.FLOOR
     raised: float = 0.0
+    turns: tuple[float, ...] = ()
+
+    @property
+    def removed(self) -> int:
+        """Number of columns that are projected out."""
+        return self.linear + 2 * len(self.turns)
+
+    def line(self, series: Series, rejected: Samples) -> Line:
+        """Return what is projected out of a series of it."""
+        return fit_line(series, self.linear, rejected, self.turns)
 
     @property
     def scale(self) -> float:
@@ -99,9 +113,10 @@ class Target:
     base : TimeBase
     command : Command
     excitation : Excitation
-        Its step edges, also for the largest time offset in reach. They are large: worked out once, held once.
+        Its step edges, also for the largest time offset and clock in reach. They are large: worked out once, held once.
     own : tuple of Parameter
-        What is the record's own, known and free: its time offset, values of its test stand, states of its start.
+        What is the record's own, known and free: its time offset, its clock, values of the mechanism, states of its
+        start. What several targets have under one name is one parameter that they share.
     burn_in : int
         Samples at its beginning that do not count.
     """
@@ -145,9 +160,21 @@ class Target:
         return next(filter(is_time_offset, self.own), time_offset_of(self.name, 0.0))
 
     @property
+    def clock(self) -> Parameter | None:
+        """By how many ppm the driver's clock runs faster than the recorder's; None where nothing is said of it."""
+        return next(filter(is_clock, self.own), None)
+
+    @property
     def latest_s(self) -> float:
-        """The largest |time offset| that it may come to, s."""
-        return latest_of(self.time_offset)
+        """The largest |time offset| that it may come to, a clock's at its end among them, s."""
+        return latest_of(self.own, self.base)
+
+    def with_own(self, *own: Parameter) -> Target:
+        """Return the target with further parameters of its own, its edges as far as these reach."""
+        other = replace(self, own=(*self.own, *own))
+        if other.latest_s == self.latest_s:
+            return other
+        return replace(other, excitation=excitation_over(self.command, self.base, other.latest_s))
 
     def with_time_offset(self, offset: Parameter) -> Target:
         """Return the target with another time offset."""
@@ -185,7 +212,7 @@ def target_of(record: CampaignRecord) -> Target:
         channels=tuple(channel_of(record, match) for match in record.estimated),
         base=base,
         command=record.command,
-        excitation=excitation_over(record.command, base, latest_of(record.time_offset)),
+        excitation=excitation_over(record.command, base, latest_of(record.parameters, base)),
         own=record.parameters,
         burn_in=burn_in_of(record),
     )
@@ -202,9 +229,20 @@ def is_time_offset(parameter: Parameter) -> bool:
     return parameter.declaration.key == TIME_OFFSET.key
 
 
-def latest_of(offset: Parameter) -> float:
-    """Return the largest |time offset| in reach of a known or free one, s."""
-    return max(abs(offset.min), abs(offset.max)) if offset.is_free else abs(offset.value)
+def is_clock(parameter: Parameter) -> bool:
+    """Tell whether a parameter of a record's own is its clock's."""
+    return parameter.declaration.key == CLOCK.key
+
+
+def latest_of(own: Iterable[Parameter], base: TimeBase) -> float:
+    """Return how far a record's own parameters, known and free, may shift it at most, s."""
+    end_s = abs(base.start_s) + base.samples * base.interval_s
+    shifts = {TIME_OFFSET.key: 1.0, CLOCK.key: PPM * end_s}
+    return sum(_largest(q) * shifts.get(q.declaration.key, 0.0) for q in own)
+
+
+def _largest(parameter: Parameter) -> float:
+    return max(abs(parameter.min), abs(parameter.max)) if parameter.is_free else abs(parameter.value)
 
 
 def time_offset_of(record: str, value: float, bounds: Sequence[float] = ()) -> Parameter:
@@ -226,6 +264,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         sigma=known.sigma,
         rests_on=known.rests_on,
         linear=(2 if match.drift else 1) if match.offset else 0,
+        turns=tuple(hz / record.data.sample_rate_hz for hz in match.lines_hz),
         rounding=rounding(record, match),
         rejected=left_out,
         bridged=left_out,

@@ -11,6 +11,7 @@ from scipy.signal import lfilter
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.target import TargetChannel
 from mechid.kernel.compiled import aligned
+from mechid.signal.trend import waves_at
 
 FloatArray = NDArray[np.float64]
 BETWEEN = 40
@@ -27,7 +28,7 @@ class WeightedRows:
 
     def __init__(self, misfit: Misfit) -> None:
         self.misfit, self.window = misfit, misfit.window
-        self.widths = [c.linear + 1 + misfit.width for c in misfit.target.channels]
+        self.widths = [c.removed + 1 + misfit.width for c in misfit.target.channels]
 
     def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
         channels = self.misfit.target.channels
@@ -46,11 +47,11 @@ class WeightedRows:
 
     def _write(self, rows: FloatArray, k: int, piece: Piece) -> None:
         """Write the samples of a piece as rows."""
-        n, linear = piece.samples, self.misfit.target.channels[k].linear
-        write_line(rows, linear, self.window, piece.first, n)
-        piece.write_residual(k, rows[linear, :n])
+        n, channel = piece.samples, self.misfit.target.channels[k]
+        write_removed(rows, channel, self.window, piece.first, n)
+        piece.write_residual(k, rows[channel.removed, :n])
         if self.misfit.width:
-            piece.write_slopes(k, rows[linear + 1 :])
+            piece.write_slopes(k, rows[channel.removed + 1 :])
 
     def _drop(self, rows: FloatArray, channel: TargetChannel, first: int, n: int) -> None:
         """Set to zero what does not count of the samples from `first` on."""
@@ -62,10 +63,13 @@ class WeightedRows:
             rows[:, spoilt[(spoilt >= 0) & (spoilt < n)]] = 0.0
 
 
-def write_line(rows: FloatArray, linear: int, window: tuple[int, int], first: int, n: int) -> None:
-    """Write what is projected out, offset and drift over the window from -1 to 1, as rows."""
-    if linear > 0:
+def write_removed(rows: FloatArray, channel: TargetChannel, window: tuple[int, int], first: int, n: int) -> None:
+    """Write what is projected out as rows: offset, drift over the window from -1 to 1, cosine and sine of lines."""
+    if channel.linear > 0:
         rows[0, :n] = 1.0
-    if linear > 1:
+    if channel.linear > 1:
         middle, half = 0.5 * sum(window), max(0.5 * (window[1] - window[0]), 1.0)
         rows[1, :n] = (np.arange(first, first + n) - middle) / half
+    for j, pair in enumerate(waves_at(channel.turns, np.arange(first, first + n))):
+        row = channel.linear + 2 * j
+        rows[row, :n], rows[row + 1, :n] = pair

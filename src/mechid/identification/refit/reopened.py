@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
+from mechid.identification.disturbance.declared import Declared, recalled
+from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
 from mechid.identification.output_error.declaration import Taken, taken_campaign
 from mechid.identification.output_error.inputs import file_digests
@@ -81,8 +83,10 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     """
     _refuse_others(campaign, estimate)
     taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
-    campaign = taken_campaign(campaign, taken)
     parameters: dict[str, Any] = estimate["parameters"]
+    hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
+    campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
+    campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
     problem, q = _as_moved(problem, q, parameters, values)
@@ -99,6 +103,16 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
 
 
+def _found(estimate: Mapping[str, Any]) -> dict[str, Declared]:
+    """Return the parameters that the fit had because its records asked for them, by dotted name."""
+    names = (name for one in estimate.get("missing", ()) for name in one["parameters"])
+    own = {name: estimate["parameters"][name] for name in names if name in estimate["parameters"]}
+    return {
+        name: Declared.bounded(p["start"], p["min"], p["max"], p["prior"]["sigma"] if p["prior"] else None)
+        for name, p in own.items()
+    }
+
+
 def _at(campaign: Campaign, problem: Problem, values: Mapping[str, float]) -> tuple[Problem, FloatArray, Windows]:
     if not campaign.stages:
         return problem, problem.coordinates.point(values), problem.whole()
@@ -111,7 +125,8 @@ def _as_moved(
 ) -> tuple[Problem, FloatArray]:
     """Hold what the fit held, and search detents at their limit as it did."""
     moved = [p.name for p in problem.space.mechanism.free if parameters[p.name]["status"] in MOVED]
-    held = {n: v for n, v in values.items() if parameters[n]["status"] == Status.FROZEN and not n.startswith("record.")}
+    known = problem.space.mechanism.parameters
+    held = {n: v for n, v in values.items() if parameters[n]["status"] == Status.FROZEN and n in known}
     problem, q = without(problem, q, moved, held)
     at_limit = {c.name for c in problem.space.coordinates if c.kind == "cosine"}
     at_limit = {name for name in at_limit if parameters[name]["status"] == Status.AT_BOUND}

@@ -10,10 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from mechid.identification.disturbance.declared import Declared
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
@@ -122,6 +125,8 @@ class ChannelFit:
         Where the residual is largest beside what is allowed there, and how many times that it is.
     out_of_step_at_s : float or None
         Record time at which an angle has left the one modelled by two full steps; None where it has not.
+    lines : tuple of (float, float, float)
+        Lines that were removed, such as mains hum: Hz, amplitude, phase in rad of the cosine at the first sample.
     """
 
     unit: str
@@ -142,6 +147,7 @@ class ChannelFit:
     worst_at_s: float = 0.0
     worst: float = 0.0
     out_of_step_at_s: float | None = None
+    lines: tuple[tuple[float, float, float], ...] = ()
 
     @property
     def known(self) -> float:
@@ -199,6 +205,14 @@ class RecordFit:
     def followed_percent(self) -> float:
         """Share of the samples in windows that the model follows, of the channel of which it follows least."""
         return min((c.followed_percent for c in self.channels.values()), default=100.0)
+
+    @property
+    def lines(self) -> dict[float, OwnValue]:
+        """Amplitude of each line that was removed of the leading channel, by its frequency in Hz."""
+        channel = next(iter(self.channels.values()), None)
+        error = self.residual_rms * math.sqrt(2.0 / max(self.samples, 1))
+        lines = channel.lines if channel else ()
+        return {hz: OwnValue(value=size, std_error=error, unit=channel.unit) for hz, size, _ in lines if channel}
 
     def residual_of(self, quantity: str) -> float:
         """Return the residual's RMS of a channel, in its SI unit."""
@@ -262,6 +276,10 @@ class Fit:
         What the fit is worth.
     reasons : tuple of Reason
         Why it has no better grade.
+    missing : tuple of Missing
+        What the files do not declare and the records ask for, put into the fit.
+    beside : TermsBeside or None
+        Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     """
 
     mechanism: Mechanism
@@ -278,6 +296,8 @@ class Fit:
     consistency: Consistency | None = None
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
+    missing: tuple[Missing, ...] = ()
+    beside: TermsBeside | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
@@ -290,12 +310,20 @@ class Fit:
             "correlation": {"names": list(self.correlation_names), "matrix": self.correlation.tolist()},
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
+            "missing": [one.to_dict() for one in self.missing],
+            "beside": self.beside.to_dict() if self.beside else None,
             "records": {name: _record_dict(r) for name, r in self.records.items()},
             "stages": [_stage_dict(s) for s in self.stages],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }
+
+
+def found_by(fit: Fit) -> dict[str, Declared]:
+    """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
+    own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
+    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:

@@ -17,7 +17,9 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
+from mechid.identification.result.missing import Missing
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.terms_beside import TermsBeside
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
              "prefilter_order", "rejected")  # fmt: skip
@@ -99,6 +101,8 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         consistency=Consistency.from_dict(content["consistency"]) if content["consistency"] else None,
         grade=Grade(content["grade"]),
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
+        missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
+        beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
     )
 
 
@@ -108,7 +112,8 @@ def _channels(entries: Mapping[str, Any]) -> dict[str, ChannelFit]:
 
 def _channel(own: Mapping[str, Any]) -> ChannelFit:
     runs = tuple((int(first), int(stop)) for first, stop in own["rejected_runs"])
-    return ChannelFit(**{**own, "rejected_runs": runs})
+    lines = tuple((float(hz), float(amplitude), float(phase)) for hz, amplitude, phase in own.get("lines", ()))
+    return ChannelFit(**{**own, "rejected_runs": runs, "lines": lines})
 
 
 def _kept(entries: Mapping[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:

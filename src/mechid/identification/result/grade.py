@@ -42,6 +42,7 @@ class Cause(StrEnum):
     OUT_OF_STEP = "out_of_step"
     BOUND_CONTRADICTED = "bound_contradicted"
     NOT_CONVERGED = "not_converged"
+    INCOMPLETE = "incomplete"
     PARTS_DISAGREE = "parts_disagree"
     THRESHOLD = "threshold"
     NEAR_OPTIMUM = "near_optimum"
@@ -56,7 +57,7 @@ class Cause(StrEnum):
         return Grade.B if self in OF_USE else Grade.C
 
 
-OF_USE = (Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED,
+OF_USE = (Cause.INCOMPLETE, Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED,
                Cause.UNEXPLAINED)  # fmt: skip
 """Causes that leave the values of use."""
 CAUSE_WORDS: Mapping[Cause, str] = {
@@ -68,6 +69,7 @@ CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.OUT_OF_STEP: "out of step",
     Cause.BOUND_CONTRADICTED: "bound contradicted",
     Cause.NOT_CONVERGED: "not converged",
+    Cause.INCOMPLETE: "mechanism incomplete",
     Cause.PARTS_DISAGREE: "model error",
     Cause.THRESHOLD: "stick/slip threshold",
     Cause.NEAR_OPTIMUM: "stopped near the optimum",

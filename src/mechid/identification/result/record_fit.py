@@ -22,7 +22,7 @@ from mechid.signal.following import WINDOW_S, following, out_of_step
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
 from mechid.signal.series import blocks, counting, mean_of
-from mechid.signal.trend import Line, fit_line
+from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
 
@@ -90,11 +90,21 @@ def _channel(
         noise_known=noise.known.sigma,
         offset=line.offset - line.slope * first if line and channel.linear > 0 else None,
         drift=line.slope * target.base.sample_rate_hz if line and channel.linear > 1 else None,
+        lines=_lines(line, target.base, first) if line else (),
         quantisation=channel.rounding * math.sqrt(12.0),
         prefilter_order=channel.order,
         rejected=rejected.size,
         rejected_runs=runs_of(channel.rejected),
     )
+
+
+def _lines(line: Line, base: TimeBase, first: int) -> tuple[tuple[float, float, float], ...]:
+    """Return frequency in Hz, amplitude and phase in rad at the record's first sample of each line removed."""
+    return tuple(
+        (w.turns * base.sample_rate_hz, math.hypot(w.cosine, w.sine),
+         math.remainder(math.atan2(-w.sine, w.cosine) - 2.0 * math.pi * w.turns * first, 2.0 * math.pi))
+        for w in line.waves
+    )  # fmt: skip
 
 
 def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
@@ -115,7 +125,7 @@ def _followed(
     measured = Remainder(channel.measured[first:stop], line or Line(), rejected=rejected)
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
-        measured = replace(measured, line=Line(measured.line.offset + mean.offset, measured.line.slope))
+        measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
     chance = chance_of(max(WINDOW_S * rate, 1.0))
     found = following(measured, r, rate, noise=noise, chance=chance)
     late = out_of_step(r, rate, full_step) if full_step else None
@@ -136,10 +146,10 @@ def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple
     """Return the RMS of the misfit, and offset and drift of measured over model; NaN, None for a failed run."""
     if not np.all(np.isfinite(r)):
         return math.nan, None
-    line = fit_line(r, channel.linear, rejected)
+    line = channel.line(r, rejected)
     line.take_from(r)
     r[rejected] = 0.0
-    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), Line(-line.offset, -line.slope)
+    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), -line
 
 
 def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:

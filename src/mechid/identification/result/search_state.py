@@ -9,6 +9,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.identification.beside.beside import Beside
+from mechid.identification.disturbance.disturbance import Found
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
@@ -55,6 +57,10 @@ class SearchState:
         Whether the search came to its end, so that only the conclusion is left.
     before_raised : mapping of record to str
         How far it was followed before any noise level was raised, in words; empty where none was.
+    found : tuple of Found
+        Disturbances that the problem has because its records ask for them.
+    beside : Beside or None
+        Terms that the problem's mechanism has beside the one written, because that does not follow the records alone.
     """
 
     problem: Problem
@@ -68,6 +74,8 @@ class SearchState:
     solution: Solution | None = None
     searched: bool = False
     before_raised: Mapping[str, str] = field(default_factory=dict)
+    found: tuple[Found, ...] = ()
+    beside: Beside | None = None
 
     def at(self, q: FloatArray, gates: Mapping[str, int] | None = None) -> Self:
         """Return it at a better point; with how far that follows the records where this is what makes it better."""

@@ -136,7 +136,9 @@ class _Trace:
         """Fit what is projected out, without drift and with it where that may be."""
         rejected = self.channel.rejected_within((0, samples))
         terms = range(1, self.channel.linear + 1)
-        self.lines = [fit_line(self.residual[:samples], n, rejected) for n in terms] or [Line()]
+        begun, turns = self.residual[:samples], self.channel.turns
+        self.lines = [fit_line(begun, n, rejected) for n in terms] or [Line()]
+        self.lines += [fit_line(begun, n, rejected, turns) for n in terms or [0]] if turns else []
 
     def follows(self, first: int, whole: int, window: int) -> int:
         """Return how many windows in a row from `first` on the model follows, of so many; keep what followed all."""

@@ -13,12 +13,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.campaign import is_of_start, mechanism_name
+from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import first_residual, robust_cost
 from mechid.kernel.start import off_rest
-from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.start import states_in
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
@@ -66,7 +67,12 @@ def gone_on(problem: Problem, q: FloatArray, target: Target) -> FloatArray | Non
     if run.outcome is not SimulationOutcome.COMPLETE:
         return None
     at = target.excitation.initial, target.command.start_angle_rad
-    values = off_rest(problem.space.mechanism.plant, problem.coordinates.kernel(target, q), *at, run.states)
+    values = off_rest(
+        problem.space.mechanism.plant,
+        problem.coordinates.kernel(target, q),
+        *at,
+        _states(run),
+    )
     return _at(problem, q, target, values, ())
 
 
@@ -83,7 +89,7 @@ def _at(
     problem: Problem, q: FloatArray, target: Target, values: Mapping[str, float], known: Container[str]
 ) -> FloatArray:
     """Return a point with some states of a target's start."""
-    names = {p.name: values[mechanism_name(p.name)] for p in target.moved if is_of_start(p) and p.name not in known}
+    names = {p.name: values[key_in_record(p.name)] for p in target.moved if is_of_start(p) and p.name not in known}
     at = problem.coordinates
     own = zip(at.own_names, at.of_records(q), strict=True)
     moved = np.concatenate([at.of_mechanism(q), [names.get(name, v) for name, v in own]])
@@ -108,5 +114,18 @@ def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[
     for k, _ in enumerate(run.blocks(), 1):
         if k >= min(first, periods) and run.outcome is SimulationOutcome.COMPLETE:
             here = command.begun_at(command.begun_s - (periods - k) * period_s)
-            found.insert(0, off_rest(plant, p, here.excitation(0.0).initial, here.start_angle_rad, run.states))
+            found.insert(
+                0,
+                off_rest(
+                    plant,
+                    p,
+                    here.excitation(0.0).initial,
+                    here.start_angle_rad,
+                    _states(run),
+                ),
+            )
     return found[:tries]
+
+
+def _states(run: Run) -> FloatArray:
+    return states_in(run.simulator.kernel, run.buffers)

@@ -23,6 +23,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
+from mechid.identification.stages.beside import grown_beside, grown_rivals
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
 from mechid.identification.uncertainty.raised_noise import raised, raised_words
@@ -66,10 +67,16 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
 def _grown(
     watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int
 ) -> tuple[SearchState, Growth]:
-    """Grow from the best start; where that fails, see whether the records agree before the other starts are tried."""
+    """Grow from the best start, failing that with terms beside the mechanism, then with other laws in it.
+
+    Where all fail, see whether the records agree before the other starts are tried.
+    """
     growth = _grow_best(watch, state, iter([best]), seed)
     if growth.complete:
         return state, growth
+    beside = grown_beside(watch, state, campaign, best, seed) or grown_rivals(watch, state, campaign, seed)
+    if beside is not None:
+        return beside
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
     told = partial(watch.tell, "records compared")

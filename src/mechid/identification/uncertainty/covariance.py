@@ -25,7 +25,6 @@ from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
 from mechid.identification.uncertainty.visits import Visits
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import blocks
-from mechid.signal.trend import fit_line
 
 FloatArray = NDArray[np.float64]
 MOSTLY_ROUNDING = 0.5
@@ -91,7 +90,7 @@ def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
     series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         rejected = channel.rejected_within(window)
-        fit_line(r, channel.linear, rejected).take_from(r)
+        channel.line(r, rejected).take_from(r)
         r[rejected] = 0.0
     return series
 
@@ -140,7 +139,7 @@ def _score(
     whitened = all(
         own.order == 0 and c.rounded <= MOSTLY_ROUNDING for c, own in zip(target.channels, colour, strict=True)
     )
-    parts = PartsOfRecord(target, problem.coordinates.time_offset(target, q), window, rows.widths, whitened=whitened)
+    parts = PartsOfRecord(target, problem.coordinates.timing(target, q), window, rows.widths, whitened=whitened)
     for k, block, n in rows:
         coloured[k].add(block[:, :n])
         parts.add(k, block[:, :n])

@@ -77,5 +77,5 @@ def _of(problem: Problem, target: Target, q: FloatArray, stop: int, covariance: 
     if not grazes.any():
         return None
     worst = int(np.argmax(np.where(grazes, np.nan_to_num(share, nan=np.inf), 0.0)))
-    at = float(log.time[worst]) + problem.coordinates.time_offset(target, q)
+    at = problem.coordinates.timing(target, q).record_s(float(log.time[worst]))
     return Grazing(target.name, int(grazes.sum()), log.time.size, at, float(spread[worst]), float(gap[worst]))

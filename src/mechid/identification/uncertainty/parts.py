@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.command import MeasuredCommand
+from mechid.command import MeasuredCommand, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.target import Target
 
@@ -87,8 +87,8 @@ class PartsOfRecord:
     Parameters
     ----------
     target : Target
-    time_offset_s : float
-        Record time at which its command starts.
+    timing : Timing
+        How its record time becomes command time.
     window : (int, int)
         First and last-plus-one sample.
     widths : sequence of int
@@ -99,13 +99,13 @@ class PartsOfRecord:
     def __init__(
         self,
         target: Target,
-        time_offset_s: float,
+        timing: Timing,
         window: tuple[int, int],
         widths: Sequence[int],
         *,
         whitened: bool,
     ) -> None:
-        self._target, self._time_offset_s = target, time_offset_s
+        self._target, self._timing = target, timing
         self._done = [window[0]] * len(target.channels)
         seconds = (window[1] - window[0]) / target.base.sample_rate_hz
         of_quarter = np.clip(round(seconds / (QUARTERS * STRETCH_S)), 1, MOST_STRETCHES // QUARTERS)
@@ -134,15 +134,15 @@ class PartsOfRecord:
     def _phase(self, first: int, last: int) -> NDArray[np.int64]:
         """Return in which part of a full step the command is at each sample, (m,)."""
         base = self._target.base
-        times = base.start_s + np.arange(first, last) / base.sample_rate_hz - self._time_offset_s
-        travelled = steps_travelled(self._target.command.rate, times)
+        times = base.start_s + np.arange(first, last) / base.sample_rate_hz
+        travelled = steps_travelled(self._target.command.rate, self._timing.command_s(times))
         return np.minimum(np.floor(PHASES * (travelled % 1.0)), PHASES - 1).astype(np.int64)
 
     @property
     def projections(self) -> list[FloatArray]:
         """Residual and Jacobian of each channel in sigmas, less offset and drift, of its columns, (width, 1 + n)."""
         return [
-            _projection(products.sum(axis=0), channel.linear) / channel.scale
+            _projection(products.sum(axis=0), channel.removed) / channel.scale
             for channel, products in zip(self._target.channels, self._stretches, strict=True)
         ]
 

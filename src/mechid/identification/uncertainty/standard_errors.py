@@ -257,7 +257,8 @@ def _without_priors(state: SearchState, q: FloatArray, verdict: Verdict, maps: F
     """
     if not state.problem.priors:
         return np.zeros(0)
-    J = combined(state.problem.triangles(q, state.windows)).jacobian[:, verdict.counted]
+    means = replace(state.problem, priors={}).prior_triangles(q)
+    J = combined([*state.problem.triangles(q, state.windows), *means]).jacobian[:, verdict.counted]
     size = np.linalg.norm(J, axis=0)
     size[size == 0.0] = 1.0
     _, s, Vt = np.linalg.svd(J / size, full_matrices=False)

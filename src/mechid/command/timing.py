@@ -1,0 +1,42 @@
+"""Record time and command time: when a command starts on the recorder's clock, and how fast that clock runs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+Instant = TypeVar("Instant", float, NDArray[np.float64])
+PPM = 1e-6
+
+
+@dataclass(frozen=True)
+class Timing:
+    """command time = record time * (1 + 1e-6 `clock_ppm`) - `offset_s`.
+
+    Attributes
+    ----------
+    offset_s : float
+        Command time at record time 0, with the other sign: when the command starts, s.
+    clock_ppm : float
+        By how much the driver's clock runs faster than the recorder's: positive where a second of the recorder is more
+        than one of the driver, so that the recorder's clock runs slow.
+    """
+
+    offset_s: float = 0.0
+    clock_ppm: float = 0.0
+
+    @property
+    def scale(self) -> float:
+        """Seconds of the driver's clock in one of the recorder's."""
+        return 1.0 + PPM * self.clock_ppm
+
+    def command_s(self, record_s: Instant) -> Instant:
+        """Return the command time of instants of record time, s."""
+        return record_s * self.scale - self.offset_s
+
+    def record_s(self, command_s: Instant) -> Instant:
+        """Return the record time of instants of command time, s."""
+        return (command_s + self.offset_s) / self.scale

@@ -1,0 +1,96 @@
+"""The mechanism as written, of a fit that has terms beside it: its values stay, the terms are named and left away."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from mechid.campaign import Campaign
+from mechid.identification.beside.beside import Beside
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Cause, Reason, grade_of
+from mechid.identification.result.record_fit import record_fit
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.result.terms_beside import TermBeside, TermsBeside
+
+NAMED = 3
+"""Terms that a sentence names, the largest beside their errors."""
+SEEN = 3.0
+"""Standard errors from which a term is named."""
+
+
+def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside) -> Fit:
+    """Return a fit of a mechanism with terms beside as one of the mechanism in the campaign's file.
+
+    The values and their errors are those found together with the terms: what these may take of a parameter is in its
+    error. Records are predicted by the mechanism as written, with the disturbances of the records.
+
+    Parameters
+    ----------
+    fit : Fit
+        Graded, of the mechanism with the terms.
+    campaign : Campaign
+        Its mechanism as written, its records with what they have of their own.
+    state : SearchState
+        At the end of the search.
+    beside : Beside
+        The terms.
+    """
+    mechanism = campaign.mechanism.with_values({n: fit.mechanism.value(n) for n in _free(campaign)})
+    values = {name: p.value for name, p in fit.parameters.items()}
+    problem = Beside(mechanism, ()).problem(state.problem)
+    written = {
+        n: p for n, p in fit.parameters.items() if n in mechanism.parameters or n not in beside.mechanism.parameters
+    }
+    kept = [i for i, name in enumerate(fit.correlation_names) if name in written]
+    q = problem.coordinates.point(values)
+    found = replace(
+        fit,
+        mechanism=mechanism,
+        parameters=written,
+        correlation_names=tuple(fit.correlation_names[i] for i in kept),
+        correlation=fit.correlation[np.ix_(kept, kept)],
+        covariance=fit.covariance[np.ix_(kept, kept)],
+        records={
+            r.name: replace(record_fit(r, problem, q, state.windows), taken=fit.records[r.name].taken)
+            for r in campaign.records
+            if r.name in fit.records
+        },
+        beside=_terms(fit, beside),
+    )
+    reasons = (*fit.reasons, _reason(found, campaign, problem))
+    return replace(found, reasons=reasons, grade=grade_of(reasons))
+
+
+def _free(campaign: Campaign) -> list[str]:
+    return [p.name for p in campaign.mechanism.free]
+
+
+def _terms(fit: Fit, beside: Beside) -> TermsBeside:
+    own = {
+        name: TermBeside(value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name))
+        for name, p in fit.parameters.items()
+        if name in beside.new
+    }
+    return TermsBeside(names=beside.terms, parameters=own)
+
+
+def _reason(fit: Fit, campaign: Campaign, problem: Problem) -> Reason:
+    """Return that the mechanism as written is not complete: what stands beside, and what it leaves without that."""
+    assert fit.beside is not None
+    worst = max(problem.targets, key=lambda t: fit.records[t.name].residual_rms / fit.records[t.name].noise_sigma)
+    record = fit.records[worst.name]
+    lost = min(fit.records[t.name].followed_percent for t in problem.targets)
+    ratio = record.residual_rms / record.noise_sigma
+    seen = fit.beside.largest(SEEN)[:NAMED]
+    largest = f", most of them {', '.join(seen)}" if seen else ""
+    parts = f", and it follows {lost:.3g} % of it" if lost < 100.0 else ""
+    text = (
+        "The mechanism as written lacks something: the records are followed with terms beside that its blocks may have"
+        f"{largest}. The values and their errors are those found together with these terms. The mechanism as written, "
+        f"at these values, leaves {ratio:.3g} times the noise of record {record.name}{parts}."
+    )
+    again = f"mechid identify {campaign.path} --out DIR, with such a term in the mechanism file"
+    return Reason(cause=Cause.INCOMPLETE, record=record.name, text=text, next_command=again)

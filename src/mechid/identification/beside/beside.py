@@ -1,0 +1,60 @@
+"""A mechanism with terms beside it, and the problem of its records: what is free, and how small it is wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.disturbance.disturbance import Disturbance, with_disturbances
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What a fit has beside the mechanism as written.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        With the terms free.
+    terms : tuple of str
+        Their names, as diagnosis calls them.
+    widths : mapping of str to float
+        Standard deviations of their small priors, by dotted name; those of a law that has no null have none.
+    new : frozenset of str
+        Dotted names of the free parameters that the mechanism as written has not.
+    """
+
+    mechanism: Mechanism
+    terms: tuple[str, ...]
+    widths: Mapping[str, float] = field(default_factory=dict)
+    new: frozenset[str] = frozenset()
+
+    def problem(self, plain: Problem, disturbances: Sequence[Disturbance] = ()) -> Problem:
+        """Return the problem of the same records with the terms free, and with some disturbances of the records."""
+        wider = replace(plain, space=SearchSpace(self.mechanism, plain.space.polar), shrinkage=self.widths)
+        return with_disturbances(wider, disturbances)
+
+
+def beside_of(plain: Mechanism, mechanism: Mechanism, terms: tuple[str, ...], widths: Mapping[str, float]) -> Beside:
+    """Return what stands beside a mechanism as written."""
+    new = frozenset(p.name for p in mechanism.free if p.name not in plain.parameters)
+    return Beside(mechanism, terms, widths, new)
+
+
+def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
+    """Return a point of a problem in one of the same records whose mechanism and records have more that is free.
+
+    What is new begins at its start: the null of a term, and the mechanism's value where a record has one of its own.
+    """
+    values = plain.space.values(plain.coordinates.of_mechanism(q))
+    owned = {c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own
+             if c.parameter.replaces in values}  # fmt: skip
+    return other.coordinates.point({**owned, **plain.coordinates.values(q)})

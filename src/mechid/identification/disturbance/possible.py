@@ -1,0 +1,95 @@
+"""Which disturbances a campaign may have: those that its files do not declare already, and that it does not exclude."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, record_parameter_name
+from mechid.campaign.identify_options import DISTURBANCES, MAINS
+from mechid.command import MeasuredCommand
+from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.disturbance.mains import mains
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.parameter import Declaration, Parameter, Role, Status
+
+FloatArray = NDArray[np.float64]
+CLOCK_PPM = 300.0
+"""Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
+DELAY_S = 1e-4
+SHARES: Mapping[Role, float] = {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.01}
+"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper."""
+REACH = 5.0
+"""Standard deviations to either bound."""
+
+
+def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
+    """Return the disturbances that records of a problem may have, none of which is declared or excluded.
+
+    Mains hum is one where the longest record shows it: in what the model at `q` leaves, or else before any model.
+    """
+    asked = campaign.options.disturbances
+    allowed = DISTURBANCES if asked == "auto" else () if asked == "none" else asked
+    stepped = tuple(t for t in problem.targets if not isinstance(t.command, MeasuredCommand))
+    found = (one for name in allowed if name != MAINS for one in _MADE[name](problem, stepped))
+    hum = mains(problem, q) if MAINS in allowed else None
+    return tuple(one for one in (*found, hum) if one and one.records)
+
+
+def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    if any(t.clock for t in stepped):
+        return
+    own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, CLOCK_PPM)
+    words = "the driver's clock and the recorder's do not run at the same rate"
+    yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
+
+
+def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    known = [t for t in stepped if not t.time_offset.is_free]
+    own = {t.name: (_free(t.time_offset.name, t.time_offset.declaration, t.time_offset.value, DELAY_S),) for t in known}
+    yield Disturbance("record.delay", "the records start earlier or later than their commands", own)
+
+
+def _of_role(role: Role, name: str, words: str) -> Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]:
+    """Return what makes the disturbance in which each record has its own value of the parameter of a role."""
+
+    def make(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+        mechanism = problem.space.mechanism
+        keys = {name: key for key, name in mechanism.plant.of_record.items()}
+        for parameter in (n for n in mechanism.plant.having(role) if n in keys):
+            declared = any(p.replaces == parameter for t in problem.targets for p in t.own)
+            if declared or len(problem.targets) < 2 or not mechanism.value(parameter):
+                continue
+            shared, sigma = mechanism.parameters[parameter], SHARES[role] * abs(mechanism.value(parameter))
+            made = _free("", shared.declaration, shared.value, sigma)
+            if shared.is_free:
+                made = replace(made, min=shared.min, max=shared.max)
+            names = {t.name: record_parameter_name(t.name, keys[parameter]) for t in problem.targets}
+            own = {t: (replace(made, name=own_name, replaces=parameter),) for t, own_name in names.items()}
+            yield Disturbance(name, words, own)
+
+    return make
+
+
+def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Parameter:
+    low, high = max(value - REACH * sigma, declaration.lower), min(value + REACH * sigma, declaration.upper)
+    return Parameter(
+        name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
+    )  # fmt: skip
+
+
+_MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
+    "clock": _clock,
+    "record.delay": _delay,
+    "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
+    "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),
+    "record.temperature": _of_role(
+        Role.WINDING_RESISTANCE, "record.temperature", "the winding's resistance, so its temperature, differs from "
+        "record to record",
+    ),
+}  # fmt: skip

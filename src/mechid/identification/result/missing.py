@@ -1,0 +1,128 @@
+"""What the files do not declare and the records ask for: one entry of ``missing`` in estimate.json."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+from scipy.stats import chi2
+
+from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
+from mechid.identification.disturbance.declared import declared_toml
+from mechid.identification.disturbance.disturbance import Disturbance, Found
+
+
+@dataclass(frozen=True, kw_only=True)
+class OwnValue:
+    """A parameter's value and standard error, None where it has none, in its unit."""
+
+    value: float
+    std_error: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Missing:
+    """What the files lack.
+
+    Attributes
+    ----------
+    name : str
+        As ``"clock"`` or ``"record.voltage"``.
+    words : str
+        What it is.
+    parameters : mapping of dotted name to OwnValue
+    chi_square : float
+        By how much the sum of squares falls with it, each record's samples counted for what they are worth.
+    dof : int
+    share : float
+        Of what the records hold beyond their noise.
+    p_value : float
+        Chance of such a fall, or a larger one, from noise.
+    records : tuple of str
+        Those it is in.
+    toml : str
+        What declares it, where it is written below all else in the campaign file.
+    block : str
+        The block that holds it; empty of what is none of the mechanism.
+    aliases : tuple of str
+        What explains the same as well.
+    """
+
+    name: str
+    words: str
+    parameters: Mapping[str, OwnValue]
+    chi_square: float
+    dof: int
+    share: float
+    p_value: float
+    records: tuple[str, ...]
+    toml: str
+    block: str = ""
+    aliases: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the entry of estimate.json."""
+        lists = {"records": list(self.records), "aliases": list(self.aliases)}
+        return {**asdict(self), **lists}
+
+    @classmethod
+    def from_dict(cls, own: Mapping[str, Any]) -> Missing:
+        """Return what `to_dict` wrote down."""
+        lists = {key: tuple(own[key]) for key in ("records", "aliases")}
+        parameters = {name: OwnValue(**p) for name, p in own["parameters"].items()}
+        return cls(**{**own, **lists, "parameters": parameters})
+
+
+class Hummed(Protocol):
+    """A record as it was fitted, of which lines were removed."""
+
+    @property
+    def lines(self) -> Mapping[float, OwnValue]:
+        """Amplitude of each line by its frequency in Hz."""
+
+
+def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[str, Hummed]) -> Missing:
+    """Return the entry of a disturbance that was put into a fit, with the values that the fit gives it.
+
+    Of mains hum these are the grid's frequency and the amplitude of each line in each record.
+    """
+    one = found.disturbance
+    own = {p.name: values[p.name] for p in one.parameters} | _hum(one, records)
+    return Missing(
+        name=one.name, words=one.words, parameters=own, chi_square=found.chi_square, dof=one.dof, share=found.share,
+        p_value=float(chi2.sf(found.chi_square, one.dof)), records=one.records,
+        toml=declared_toml(one, {name: p.value for name, p in own.items()}),
+    )  # fmt: skip
+
+
+def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:
+    """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
+    grid_hz = one.mains_hz
+    if grid_hz is None:
+        return {}
+    seen_hz = next(hz for lines in one.lines_hz.values() for hz in lines)
+    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz / round(seen_hz / grid_hz), std_error=None, unit="Hz")}
+    for name, lines in one.lines_hz.items():
+        for hz, amplitude in records[name].lines.items():
+            if any(math.isclose(hz, other) for other in lines):
+                own[record_parameter_name(name, f"mains_{round(hz / grid_hz)}")] = amplitude
+    return own
+
+
+def missing_warning(missing: Missing) -> str:
+    """Say what was put into a fit, and how to declare it or to keep it out."""
+    found = ", ".join(f"{name} = {_with_error(p)}" for name, p in missing.parameters.items())
+    return (
+        f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
+        f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "
+        f"estimated with the rest, {found}; what declares it is in missing of estimate.json, and "
+        '[identify] disturbances = "none" keeps it out'
+    )
+
+
+def _with_error(p: OwnValue) -> str:
+    error = f" +- {p.std_error:.2g}" if p.std_error is not None else ""
+    return f"{p.value:.6g}{error} {p.unit}"

@@ -1,0 +1,202 @@
+"""Growth with terms beside the mechanism as written, where it does not follow the records without them.
+
+While the branch is still wrong no single effect that is freed helps; many small freedoms together act as a model of
+what is missing, and lead to where each can be told. Terms that are nothing at a null value are all free at once, each
+with a small prior; a law that has no such value is a small model of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.identification.beside.beside import Beside, beside_of, lifted
+from mechid.identification.beside.groups import groups_of, needed
+from mechid.identification.disturbance.disturbance import Disturbance, Found, without
+from mechid.identification.disturbance.possible import possible
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.gates import Growth, floors, grow, horizons_at
+from mechid.identification.search.multistart import Candidate, candidates, multistart
+from mechid.identification.search.solve import solve
+from mechid.identification.stages.watch import Watch
+from mechid.plant.superset import Superset, rivals_of, superset_of
+
+FloatArray = NDArray[np.float64]
+PRUNINGS = 2
+NARROWER = 20.0
+"""By which the small prior of a term is narrower once it is not needed inside the gates."""
+RIVALS_GROWN = 3
+STEPS = 30
+"""Of the joint fit that shows which disturbances are needed."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Wide:
+    """A problem with terms and disturbances beside, and a growth of it."""
+
+    problem: Problem
+    beside: Beside
+    disturbances: tuple[Disturbance, ...]
+    growth: Growth
+
+    def at(self, growth: Growth) -> _Wide:
+        """Return it with another growth."""
+        return replace(self, growth=growth)
+
+
+def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[Disturbance, ...] = ()) -> _Wide:
+    """Return a problem before its growth."""
+    return _Wide(problem, beside, disturbances, Growth(q, {}, False, 0))
+
+
+def grown_beside(
+    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, seed: int
+) -> tuple[SearchState, Growth] | None:
+    """Return the growth with terms beside from the best start; None where that does not follow all records either."""
+    superset = superset_of(campaign.mechanism)
+    disturbances = possible(state.problem, campaign)
+    if superset is None and not disturbances:
+        return None
+    names = tuple(t.name for t in superset.terms) if superset else ()
+    mechanism = superset.freeing(names) if superset else campaign.mechanism
+    beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
+    problem = beside.problem(state.problem, disturbances)
+    begun = _begun(problem, lifted(state.problem, best.q, problem), beside, disturbances)
+    wide = _grown_wide(watch, begun, superset, seed)
+    return _settled(watch, state, wide) if wide.growth.complete else None
+
+
+def _grown_wide(watch: Watch, wide: _Wide, superset: Superset | None, seed: int) -> _Wide:
+    """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
+    whole, wide = wide.problem, wide.at(_grow(watch, wide.problem, wide.growth.q, seed))
+    for _ in range(PRUNINGS):
+        narrower = None if wide.growth.complete else _pruned(wide, superset)
+        if narrower is None:
+            break
+        growth = _grow(watch, narrower.problem, narrower.growth.q, seed)
+        if growth.reached(whole) <= wide.growth.reached(whole):
+            break
+        wide = narrower.at(growth)
+    return wide
+
+
+def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
+    total = sum(t.samples for t in problem.targets)
+
+    def told(_q: FloatArray, gates: Mapping[str, int]) -> None:
+        share = 100.0 * sum(gates.values()) / total
+        watch.tell("terms beside", f"{share:.1f} % of all samples followed")
+
+    return grow(problem, q, np.random.default_rng((seed, 0, 7)), told, journal=watch.journal)
+
+
+def _groups(wide: _Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
+    terms = {t.name: tuple(t.widths) for t in superset.terms} if superset else {}
+    return terms | {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
+
+
+def _pruned(wide: _Wide, superset: Superset | None) -> _Wide | None:
+    """Return the problem with what is not needed inside the gates held closer to none; None where all is needed."""
+    windows = {name: (0, n) for name, n in wide.growth.horizons.items()}
+    solution = solve(wide.problem, wide.growth.q, windows, steps=STEPS, tolerance=1e-6)
+    if not np.all(np.isfinite(solution.triangle.jacobian)):
+        return None
+    groups = groups_of(wide.problem, _groups(wide, superset))
+    away = _away(wide.problem, solution.q)
+    kept = needed(solution.triangle, away, groups, sum(wide.growth.horizons.values()))
+    if len(kept) == len(groups):
+        return None
+    terms = superset.terms if superset else ()
+    closer = {n: w / NARROWER for t in terms if t.name not in kept for n, w in t.widths.items()}
+    beside = replace(wide.beside, widths={**wide.beside.widths, **closer})
+    lost = [one for one in wide.disturbances if one.name not in kept]
+    q = solution.q - np.where([name in closer for name in wide.problem.coordinates.names], away, 0.0)
+    problem, q = without(replace(wide.problem, shrinkage=beside.widths), q, lost)
+    rest = tuple(one for one in wide.disturbances if one.name in kept)
+    return _Wide(problem, beside, rest, replace(wide.growth, q=q))
+
+
+def _away(problem: Problem, q: FloatArray) -> FloatArray:
+    """Return how far each coordinate of a term or a disturbance is from where it is none."""
+    values = problem.space.values(problem.coordinates.of_mechanism(q))
+    nulls = {c.parameter.name: values.get(c.parameter.replaces, c.parameter.value) for c in problem.coordinates.own}
+    own = problem.coordinates.of_records(q) - [nulls[c.parameter.name] for c in problem.coordinates.own]
+    return np.concatenate([problem.coordinates.of_mechanism(q), own])
+
+
+def _settled(watch: Watch, state: SearchState, wide: _Wide) -> tuple[SearchState, Growth]:
+    """Return the state that follows all records, without the disturbances that are not needed.
+
+    Where the mechanism as written follows them from here, it is without terms too.
+    """
+    found, problem, q = _needed_disturbances(wide)
+    whole = {t.name: t.samples for t in problem.targets}
+    own = [one.disturbance for one in found]
+    plain = Beside(state.problem.space.mechanism, ()).problem(state.problem, own)
+    values = problem.coordinates.values(q)
+    alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
+    at = replace(state, found=(*state.found, *found))
+    if horizons_at(plain, alone, whole, floors(plain)) == whole:
+        return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
+    at = replace(at.of(problem), beside=wide.beside)
+    return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
+
+
+def _needed_disturbances(wide: _Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
+    """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
+    if not wide.disturbances:
+        return (), wide.problem, wide.growth.q
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    if not np.all(np.isfinite(solution.triangle.jacobian)):
+        return tuple(Found(one, 0.0, 0.0) for one in wide.disturbances), wide.problem, wide.growth.q
+    named = {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
+    samples = sum(t.samples for t in wide.problem.targets)
+    groups = groups_of(wide.problem, named)
+    rises = needed(solution.triangle, _away(wide.problem, solution.q), groups, samples)
+    rises |= {one.name: _fall(wide.problem, solution.q, one) for one in wide.disturbances if not one.parameters}
+    lost = [one for one in wide.disturbances if one.name not in rises]
+    total = sum(rises.values())
+    found = tuple(
+        Found(one, rises[one.name], rises[one.name] / total) for one in wide.disturbances if one.name in rises
+    )
+    return found, *without(wide.problem, solution.q, lost)
+
+
+def _fall(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
+    """Return by how much the cost falls with lines that are projected out."""
+    with_them = problem.total_norm(q, problem.whole())
+    other, here = without(problem, q, [lines])
+    return other.total_norm(here, other.whole()) ** 2 - with_them**2
+
+
+def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int) -> tuple[SearchState, Growth] | None:
+    """Return the growth of the first law beside that follows all records; None where none does.
+
+    Each has a multi-start of its own: with another law of friction the best start is another one.
+    """
+    ranked = sorted(_rival_starts(watch, state, campaign, seed), key=lambda each: each[1].cost)
+    for beside, best in ranked[:RIVALS_GROWN]:
+        watch.tell("laws beside", f"{', '.join(beside.terms)}")
+        wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
+        if wide.growth.complete:
+            return _settled(watch, state, wide)
+    return None
+
+
+def _rival_starts(
+    watch: Watch, state: SearchState, campaign: Campaign, seed: int
+) -> Iterator[tuple[Beside, Candidate]]:
+    """Yield each law that may stand in place of one chosen, with its best start."""
+    for name, mechanism in rivals_of(campaign.mechanism):
+        beside = beside_of(campaign.mechanism, mechanism, (name,), {})
+        problem = beside.problem(state.problem)
+        watch.tell("laws beside", name)
+        starts = multistart(problem, seed, problem.workers, journal=watch.journal)
+        best = next(candidates(problem, starts, problem.workers, watch.journal), None)
+        if best is not None:
+            yield beside, best

@@ -1,0 +1,154 @@
+"""A mechanism with the terms beside that its blocks say a real one may have, each at its null value."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from mechid.parameter import Parameter, Status
+from mechid.plant.assembly import plant_of
+from mechid.plant.block import Extension, Rival
+from mechid.plant.layout import Layout
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.tables import LISTS, TABLES
+
+WIDEST = 10.0
+"""Widths that a term may reach: far from where its small prior lets it go."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """An extension in a mechanism.
+
+    Attributes
+    ----------
+    name : str
+        As diagnosis calls it, e.g. ``"stepper.detent:0.9deg"``.
+    widths : mapping of str to float
+        Its parameters that are free, by dotted name, and the standard deviation of each about its null value.
+    """
+
+    name: str
+    widths: Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Superset:
+    """A mechanism and all terms that its blocks may have beside.
+
+    One plant for all of them, whichever are free: those that are not stay at their null value, and nothing is compiled
+    anew.
+
+    Attributes
+    ----------
+    plain : Mechanism
+        As written.
+    mechanism : Mechanism
+        The same with all terms beside, at their null values and held there.
+    terms : tuple of Term
+    """
+
+    plain: Mechanism
+    mechanism: Mechanism
+    terms: tuple[Term, ...]
+
+    @cached_property
+    def widths(self) -> dict[str, float]:
+        """Standard deviations of all terms' free parameters, by dotted name."""
+        return {name: width for term in self.terms for name, width in term.widths.items()}
+
+    def freeing(self, names: Collection[str]) -> Mechanism:
+        """Return the mechanism with the terms of some names free from their null values."""
+        pairs = {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
+        freed: dict[str, Parameter] = {}
+        for term in self.terms:
+            if term.name in names:
+                for name, width in term.widths.items():
+                    freed |= dict(self._free(name, width, pairs.get(name)))
+        return self.mechanism.with_parameters(freed)
+
+    def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
+        known, most = self.mechanism.parameters, WIDEST * width
+        least = 0.0 if phase else max(-most, known[name].declaration.lower)
+        yield name, replace(known[name], status=Status.FREE, min=least, max=most)
+        if phase:
+            yield phase, replace(known[phase], status=Status.FREE, min=-180.0, max=180.0)
+
+
+def superset_of(mechanism: Mechanism) -> Superset | None:
+    """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out."""
+    layout = mechanism.plant.layout
+    if layout is None:
+        return None
+    extensions = [e for b in mechanism.plant.blocks for e in b.extensions if not (e.law and e.table in layout.own)]
+    if not extensions:
+        return None
+    orders, places = dict(layout.orders), []
+    for extension in extensions:
+        places.append(_place(orders, extension))
+    laws = {**layout.laws, **{e.table: e.law for e in extensions if e.law}}
+    wide = replace(layout, orders=orders, laws=laws, tables=layout.tables | _optional(extensions))
+    values = {
+        f"{place}.{key}": float(e.subs(mechanism.by_symbol))
+        for place, extension in zip(places, extensions, strict=True)
+        for key, e in extension.structure.items()
+    }
+    terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
+    return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
+
+
+def rivals_of(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
+    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it."""
+    layout = mechanism.plant.layout
+    for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
+        if layout is not None and rival.table not in layout.own and rival.table not in layout.tables:
+            other = _with_rival(mechanism, layout, rival)
+            if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
+                yield rival.name, other
+
+
+def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism:
+    laws = {**layout.laws, **({rival.table: rival.law} if rival.law else {})}
+    orders = {**layout.orders, **({rival.table: (rival.order,)} if rival.order else {})}
+    wide = replace(layout, laws=laws, orders=orders, tables=layout.tables | _optional([rival]))
+    known = {f"{rival.table}.{TABLES[rival.table].told_by}": float(rival.order)} if rival.order else {}
+    other = _laid_out(mechanism, wide, known)
+    freed = {}
+    for key, limits in rival.free.items():
+        name = f"{rival.table}.{key}"
+        value, least, most = (float(e.subs(mechanism.by_symbol)) for e in limits)
+        freed[name] = replace(other.parameters[name], value=value, min=least, max=most, status=Status.FREE)
+    return other.with_parameters(freed)
+
+
+def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
+    """Return the optional tables among those that terms or laws stand in."""
+    return frozenset(each.table for each in some if TABLES[each.table].optional)
+
+
+def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
+    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0."""
+    plant = plant_of(layout)
+    parameters = {
+        name: mechanism.parameters.get(name)
+        or Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
+        for name, d in plant.declarations.items()
+    }
+    return Mechanism(plant, parameters, mechanism.options)
+
+
+def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> str:
+    """Return the dotted name of the table that an extension stands in; an entry is appended to its list."""
+    if extension.table not in LISTS:
+        return extension.table
+    listed: Sequence[int | None] = orders.get(extension.table, ())
+    orders[extension.table] = (*listed, extension.order)
+    return f"{extension.table}.{len(listed)}"
+
+
+def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
+    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
+    period = f":{values['period_deg']:.3g}deg" if "period_deg" in values else ""
+    widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
+    return Term(f"{extension.name}{period}", widths)
