@@ -21,9 +21,11 @@ FULL = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), s
 MICRO = Command(stepping="micro", microsteps=16, rate=RateProfile.constant(40.0))
 COMMANDS = {"full": (FULL, 46.0), "micro": (MICRO, 40.0)}
 RIGID = {"housing": None}
+BENCH_ONLY = ("test stand", "unbalance", "three switches")
+"""Layouts of which something stays on the bench, or that the others hold already."""
 CASES = {
     "paper": RIGID,
-    **{name: {**changes, **RIGID} for name, changes in LAYOUTS.items() if name not in ("test stand", "three switches")},
+    **{name: {**changes, **RIGID} for name, changes in LAYOUTS.items() if name not in BENCH_ONLY},
     "detent of 7.2 deg": {**RIGID, "stepper": {"detent": [
         {"period_deg": 7.2, "amplitude": 0.004, "phase_deg": 10.0}, {"period_deg": 1.8, "amplitude": 0.0231}]}},
     "kinematic error of the input turn": {

@@ -6,9 +6,9 @@ Each is a mechanism file, so that a name here holds whatever becomes of the code
 from collections.abc import Mapping
 from pathlib import Path
 
-from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
+from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.campaign import read_mechanism
-from mechid.campaign.catalogue import CATALOGUE
+from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.plant.plant import Plant
 
 OWN_BLOCKS = Path(__file__).resolve().parents[1] / "examples" / "own_block" / "mechanism.toml"
@@ -38,6 +38,8 @@ VARIANTS: Mapping[str, Mapping] = {
     "stribeck_piecewise_gear": with_layouts("stribeck", "piecewise_linear", housing={"form": "unit_dc"}),
     "directional_backlash_output_friction": with_layouts("directional", "backlash", "output_friction"),
     "load_dependent_kinematic_error": with_layouts("load_dependent", "kinematic_error"),
+    "unbalance_cable": with_layouts("unbalance", "cable"),
+    "cable_spring_output_friction_flexible_load": with_layouts("cable spring", "output_friction", "flexible load"),
     "lugre_flexible_load": with_layouts(
         "lugre", "flexible load", stepper={"drive": "measured_voltage", "peak_voltage": None}
     ),
@@ -59,6 +61,12 @@ VARIANTS: Mapping[str, Mapping] = {
         "assembly": "direct_force_drive", "load": {"mass": 95.0}, "friction": FRICTION, "drive": {},
     },
     "two_mass_drive": TWO_MASSES,
+    "brushed_dc_drive": {"assembly": "brushed_dc_drive", **BRUSHED_DC},
+    "brushed_dc_drive_spring_housing": changed(
+        {"assembly": "brushed_dc_drive", **BRUSHED_DC},
+        {"spring": {"stiffness": 0.05}, "friction": STRIBECK, "transducer": {"gain": -1.0},
+         "housing": {"form": "unit_dc", "gain": 2.0, "frequency": 5000.0, "damping": 0.05}},
+    ),
     "two_mass_drive_backlash": changed(
         TWO_MASSES, {"gear": {"law": "backlash", "backlash": 1e-3}, "output_friction": {"coulomb": 0.01}}
     ),

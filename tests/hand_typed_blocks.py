@@ -68,6 +68,20 @@ def winding_rates(i, u, alpha, omega, q, harmonics=()):
     return *rates, torque
 
 
+def load_torques(law, alpha_gear, omega_gear, h, q):
+    """Return the torque of the cables, the rate of their hysteresis, and the torque of the load's weight."""
+    cable = q["K_c"] * (alpha_gear - q["alpha_c"]) if law.startswith("cable") else 0.0
+    if law == "cable":
+        cable += q["T_h"] * h
+        h_rate = omega_gear * (1 - np.sign(omega_gear) * h) / q["theta_h"]
+    else:
+        h_rate = 0.0
+    weight = 0.0
+    if law == "unbalance":
+        weight = np.hypot(q["W_c"], q["W_s"]) * np.sin(alpha_gear + np.arctan2(q["W_s"], q["W_c"]))
+    return cable, h_rate, weight
+
+
 def flexible_load(T_applied, x_modes, q):
     """Return the accelerations of hub and modes, from the equations of motion as one linear system.
 

@@ -13,6 +13,11 @@ SINGLE_STEPPER = {
     "friction": {"static": 0.008, "coulomb": 0.006, "viscous": 5e-4},
 }  # fmt: skip
 
+BRUSHED_DC = {
+    "motor": {"inertia": 4e-5, "resistance": 2.3, "inductance": 1.5e-3, "torque_constant": 0.045},
+    "friction": {"static": 6e-3, "coulomb": 5e-3, "viscous": 2e-5}, "drive": {"offset": 0.02},
+}  # fmt: skip
+
 
 def paper_table():
     """Return the paper's estimates as a mechanism file holds them."""
@@ -72,6 +77,12 @@ LAYOUTS = {
     "flexible load": {
         "load": {"mode": [{"frequency": 190.0, "damping": 0.01, "inertia": 0.003},
                           {"frequency": 700.0, "damping": 0.02, "inertia": 0.001}]}
+    },
+    "unbalance": {"load": {"unbalance": {"amplitude": 0.08, "phase_deg": 30.0}}},
+    "cable spring": {"load": {"cable": {"stiffness": 0.4, "rest_angle": 0.1}}},
+    "cable": {
+        "load": {"cable": {"law": "dahl", "stiffness": 0.4, "rest_angle": 0.1, "hysteresis": 0.03,
+                           "hysteresis_angle": 2e-3}}
     },
     "imbalance": {
         "stepper": {"imbalance": {"resistance": 0.02, "inductance": -0.03, "torque_constant": 0.04,

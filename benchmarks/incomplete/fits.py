@@ -35,6 +35,7 @@ def fitted(
         "consistency": fit.consistency.to_dict() if fit.consistency else None,
         "agrees": fit.consistency.agrees if fit.consistency else None,
         "records": _records(fit),
+        "missing": [one.to_dict() for one in fit.missing],
         "warnings": list(fit.warnings),
     }
 

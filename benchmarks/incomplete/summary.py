@@ -27,6 +27,7 @@ def told(line: Mapping) -> str:
         f"{name:34} {line['cpu_s']:5.1f} s CPU, {line['wall_s']:5.1f} s wall, of it {line['concluding_s']:4.1f} s "
         f"after the search  grade {line['grade']:6} "
         f"RMS z {rms(errors):7.2f}  gate {gate_of(line):6}  worst {worst[0]} {worst[1]:.1f} sigma"
+        f"  found {', '.join(one['name'] for one in line.get('missing', ())) or 'nothing'}"
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechid.campaign.catalogue import CATALOGUE
+from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.plant.mechanism import Mechanism
 

@@ -22,5 +22,5 @@ def unbalanced_load() -> Block:
         inputs=(T,),
         rates={a: v, v: (T - W * sin(a)) / J},
         initial={a: theta_0 / (p / 2) / G, v: 0},
-        outputs={"alpha_gear": a, "omega_gear": v, "T_load": T - W * sin(a)},
+        outputs={"alpha_gear": a, "omega_gear": v, "T_load": T},
     )

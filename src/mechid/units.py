@@ -26,6 +26,8 @@ SI_UNIT: Mapping[str, str] = {
     "output_rate": "rad/s",
     "position": "m",
     "velocity": "m/s",
+    "current": "A",
+    "voltage": "V",
     "current_phase_a": "A",
     "current_phase_b": "A",
     "voltage_phase_a": "V",

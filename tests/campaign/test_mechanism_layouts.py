@@ -2,7 +2,7 @@
 
 import pytest
 
-from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
+from layouts import BRUSHED_DC, LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table, paper_with
 from mechid.campaign import mechanism_text, read_mechanism
 from mechid.errors import InputFileError
 from mechid.plant.mechanisms import ASSEMBLIES
@@ -18,10 +18,12 @@ TABLES = {
         "motor": {"inertia": 1e-4}, "friction": FRICTION, "gear": {"ratio": 1, "stiffness": 50.0, "damping": 0.1},
         "load": {"inertia": 1e-3}, "output_friction": {"coulomb": 0.01}, "drive": {},
     },
+    "brushed_dc_drive": {**BRUSHED_DC, "spring": {"stiffness": 0.05, "rest_angle": 0.2}},
 }  # fmt: skip
 
 
 PAIRS = [("stepper_gear_mass", name) for name in LAYOUTS]
+PAIRS += [("two_mass_drive", name) for name in ("unbalance", "cable")]
 PAIRS += [(assembly, "stribeck") for assembly in ASSEMBLIES if assembly != "stepper_gear_mass"]
 """Every layout of the paper's assembly; of the others one law is enough."""
 
@@ -49,8 +51,11 @@ def test_a_law_that_is_the_default_is_the_paper_s_plant():
 def test_a_law_that_is_none_is_answered_with_the_nearest(table):
     wrong = list(CHOICES[table])[-1][:-1] + "x"
     key = "drive" if table == "stepper" else "law"
+    entry = {key: wrong}
+    for name in reversed(table.split(".")):
+        entry = {name: entry}
     with pytest.raises(InputFileError) as caught:
-        paper_with({table: {key: wrong}})
+        paper_with(entry)
     start = f'mechanism.toml: {table}.{key}: unknown {key} "{wrong}"; did you mean "{list(CHOICES[table])[-1]}"?'
     assert str(caught.value) == start
 
@@ -92,11 +97,23 @@ REFUSED = {
         {"load": {"mode": {"frequency": 190.0}}},
         "load.mode: found a table; write each mode as a table under [[load.mode]], in two brackets",
     ),
+    "key of another cable": (
+        {"load": {"cable": {"stiffness": 0.1, "hysteresis": 0.01}}},
+        'load.cable.hysteresis: unknown key; it belongs to law = "dahl"',
+    ),
+    "table that is a number": (
+        {"load": {"unbalance": {"value": 0.1, "min": 0.0, "max": 1.0}}},
+        "load.unbalance: unknown key; its own are in a table, [load.unbalance]",
+    ),
     "misspelt table": (
         {"output_frction": {"coulomb": 0.1}},
         'output_frction: unknown table; did you mean "output_friction"?',
     ),
     "law that is no text": ({"friction": {"law": 3}}, 'friction.law: found 3; write law = "coulomb", or leave it out'),
+    "misspelt table in a table": (
+        {"load": {"cabel": {"stiffness": 0.1}}},
+        'load.cabel: unknown key; did you mean "cable"?',
+    ),
     "law that the assembly has not": (
         {"assembly": "current_driven_stepper", "gear": None, "load": None, "friction": {"law": "load_dependent"}},
         'friction.law: unknown law "load_dependent"',

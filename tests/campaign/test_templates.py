@@ -11,6 +11,9 @@ from mechid.campaign.not_filled_in import EXAMPLE_COMMAND
 from mechid.campaign.record_entry import KEYS
 from mechid.command.stepping import KEYS as COMMAND_KEYS
 from mechid.errors import InputFileError, UsageError
+from mechid.plant.drive import measured_quantities
+from mechid.plant.mechanisms import ASSEMBLIES
+from mechid.records import Role
 
 
 @pytest.fixture
@@ -175,3 +178,26 @@ def test_a_campaign_of_drafts(folder):
     assert [record.use for record in campaign.records] == ["estimate", "validate"]
     assert campaign.record("full_46").command.steps_per_full_step == 2
     assert (folder / "campaign.toml").read_text().startswith("# synthetic\n\nmechanism = ")
+
+
+@pytest.mark.parametrize("assembly", ASSEMBLIES)
+def test_each_assembly_has_files_to_start_from(assembly, tmp_path):
+    """Truth: the assembly's own name and inputs: what is written is read once nothing is left to fill in."""
+    (tmp_path / "run.csv").write_text("time_s,torque_Nm\n0,0\n")
+    mechanism, campaign = new_campaign(tmp_path / "bench", [tmp_path / "run.csv"], assembly)
+    line = refusal(campaign)
+    assert "empty, as mechid new wrote it" in line
+    assert "mechanism.toml: template: nothing is filled in" in line
+    mechanism.write_text(re.sub(r"template = true.*\n", "", mechanism.read_text()))
+    assert read_mechanism(mechanism).plant.name == assembly
+    text = campaign.read_text().replace("command = {}", f"command = {EXAMPLE_COMMAND}")
+    campaign.write_text(re.sub(r"channels = \[\]  # write which column is what, as (.*)", r"channels = \1", text))
+    (record,) = load_campaign(campaign, read_records=False).records
+    inputs = {c.quantity for c in record.spec.channels if c.role is Role.INPUT}
+    assert inputs == set(measured_quantities(read_mechanism(mechanism).plant.inputs))
+
+
+def test_an_unknown_assembly_is_answered_with_the_nearest(tmp_path):
+    with pytest.raises(UsageError, match=r'assembly: unknown "brushed_dc"; did you mean "brushed_dc_drive"\?'):
+        new_campaign(tmp_path, (), "brushed_dc")
+    assert not list(tmp_path.iterdir())

@@ -81,6 +81,8 @@ FREE = {
     "stribeck": (LAYOUTS["stribeck"], ["friction.stribeck_rate"]),
     "backlash": (LAYOUTS["backlash"], ["gear.backlash"]),
     "current drive": (LAYOUTS["current drive"], ["stepper.peak_current"]),
+    "cable": (LAYOUTS["cable"], ["load.cable.hysteresis"]),
+    "unbalance": (LAYOUTS["unbalance"], ["load.unbalance.amplitude"]),
     "lugre": (LAYOUTS["lugre"], ["friction.bristle_stiffness"]),
     "load_dependent": (LAYOUTS["load_dependent"], ["friction.load_share"]),
     "directional": (LAYOUTS["directional"], ["friction.asymmetry"]),
@@ -99,7 +101,7 @@ def test_every_block_flies_with_what_is_free_of_it(run, tmp_path, name):
     assert result.exit_code == 0, result.stderr
     data = json.loads((tmp_path / "out" / "budget.json").read_text(encoding="utf-8"))
     shares = data["requirements"][0]["variance_shares"]
-    stays = {f"[{n.split('.')[0]}]" for n in free} <= data["flight"]["left_on_bench"].keys()
+    stays = {f"[{n.rpartition('.')[0]}]" for n in free} <= data["flight"]["left_on_bench"].keys()
     assert stays or set(free) <= shares.keys()
     said = " ".join(result.stdout.split())
     for what, why in data["flight"]["left_on_bench"].items():

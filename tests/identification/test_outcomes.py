@@ -9,7 +9,7 @@ import pytest
 
 from mechid.campaign import Stage
 from mechid.campaign.bench import TRUTH
-from mechid.campaign.catalogue import CATALOGUE
+from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.prediction import simulate
 from mechid.identification.conclude import ONE_RECORD

@@ -1,5 +1,7 @@
 """The library's blocks in the paper's mechanism, against right-hand sides typed by hand from their references."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sympy import Symbol
@@ -9,11 +11,12 @@ from hand_typed_blocks import (
     flexible_load,
     friction_torque,
     kinematics,
+    load_torques,
     output_torque,
     stand_response,
     winding_rates,
 )
-from layouts import LAYOUTS, mechanism_of, paper_with
+from layouts import BRUSHED_DC, LAYOUTS, mechanism_of, paper_with
 from mechid.kernel.equations import equations_of
 from mechid.plant.assembly import plant_of, stepper_gear_mass
 from mechid.plant.layout import Layout
@@ -30,7 +33,8 @@ def values(m):
 def random_state(m, seed):
     """Return states by name, of the size a run meets; the gear is twisted by up to 4e-4 rad."""
     r = np.random.default_rng(seed)
-    scale = {"i_A": 0.5, "i_B": 0.5, "omega": 8.0, "z_fr": 1e-3, "q_1": 1e-3, "q_2": 1e-4, "v_1": 0.2, "v_2": 0.1}
+    scale = {"i_A": 0.5, "i_B": 0.5, "omega": 8.0, "z_fr": 1e-3, "q_1": 1e-3, "q_2": 1e-4, "v_1": 0.2, "v_2": 0.1,
+             "h_cable": 0.5}  # fmt: skip
     x = {str(s): scale.get(str(s), 0.0) * r.normal() for s in m.plant.states}
     x["alpha"] = r.uniform(-3, 3)
     x["alpha_gear"] = x["alpha"] / 50 + r.uniform(-4e-4, 4e-4)
@@ -61,14 +65,17 @@ def by_hand(name, m, x, u):
     di_A, di_B, T_coils = winding_rates((x["i_A"], x["i_B"]), q["U"] * u, x["alpha"], x["omega"], q, harmonics)
     T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
-    a_gear, *a_modes = flexible_load(T_out, modes, q)
+    cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)
+    a_gear, *a_modes = flexible_load(T_out - cable - weight, modes, q)
     rates = {"i_A": di_A, "i_B": di_B, "alpha": x["omega"], "omega": (T_mot - T_fr - T_rg) / q["J_rot"],
              "alpha_gear": x["omega_gear"], "omega_gear": a_gear}  # fmt: skip
     if "z_fr" in x:
         rates["z_fr"] = slip
+    if "h_cable" in x:
+        rates["h_cable"] = h_rate
     for k, a in enumerate(a_modes, start=1):
         rates |= {f"q_{k}": x[f"v_{k}"], f"v_{k}": a}
-    return rates, -(q["J_rot"] * rates["omega"] + T_out)
+    return rates, -(q["J_rot"] * rates["omega"] + T_out - cable)  # what the weight pulls the base feels
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -194,3 +201,22 @@ def test_an_unbalanced_axis_is_a_pendulum_that_may_begin_in_motion():
     expected = (1.1 + 0.4 - 0.1 - 1.5 * np.sin(0.8) + 0.2 + 0.05 * 2.0) / 0.06
     np.testing.assert_allclose(rates, [0.0, -2.0, expected], rtol=1e-12)
     assert list(m.plant.initial) == [0, 0, Symbol("omega_start")]
+
+
+@pytest.mark.parametrize("spring", [{}, {"spring": {"stiffness": 0.05, "rest_angle": 0.3}}])
+def test_a_brushed_motor_is_a_winding_and_a_shaft(spring):
+    """Truth: L i' = u + u_0 - R i - k_e w, J w' = k_t i - T_c sign(w) - b w - K (a - a_0); the base feels -J w'."""
+    m = mechanism_of({"assembly": "brushed_dc_drive", **BRUSHED_DC, **spring})
+    assert m.parameters["motor.back_emf_constant"].tied_to == "motor.torque_constant"
+    m = replace(m, plant=m.plant.measuring(("rotor_angle", "rotor_rate", "current", "torque")))
+    equations, p = equations_of(m.plant), m.kernel_values()
+    states = {"voltage_ramp": 1.0, "i_mot": 0.7, "alpha": -0.4, "omega": -3.0}
+    x, u = [states[str(s)] for s in m.plant.states], [5.0, 0.0]
+    mode = entered(equations, x, u, p)
+    rate = dict(zip(map(str, m.plant.states), equations.rates(x, u, mode, p), strict=True))
+    pull = 0.05 * (-0.4 - 0.3) if spring else 0.0
+    torque = 0.045 * 0.7 + 5e-3 + 2e-5 * 3.0 - pull
+    assert rate["i_mot"] == pytest.approx((5.0 + 1.0 + 0.02 - 2.3 * 0.7 + 0.045 * 3.0) / 1.5e-3, rel=1e-12)
+    assert (rate["alpha"], rate["omega"]) == pytest.approx((-3.0, torque / 4e-5), rel=1e-12)
+    np.testing.assert_allclose(equations.outputs(x, u, mode, p), [-0.4, -3.0, 0.7, -torque], rtol=1e-12)
+    assert equations.initial([0.0], u, mode, p)[list(map(str, m.plant.states)).index("i_mot")] == 5.02 / 2.3

@@ -3,12 +3,17 @@
 Truth: the twin, whose equations tests/kernel/test_blocks.py holds against right-hand sides typed by hand.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.linalg import expm
 
-from layouts import LAYOUTS, mechanism_of, paper_with
+from layouts import BRUSHED_DC, LAYOUTS, changed, mechanism_of, paper_with
 from mechid.command import InputChannel, MeasuredCommand
+from mechid.kernel.equations import equations_of
+from mechid.kernel.equilibrium import equilibrium
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.block import Block
 from mechid.plant.drive import measured_drive
@@ -30,6 +35,10 @@ TOGETHER = {
         **LAYOUTS["load_dependent"],
         **LAYOUTS["kinematic_error"],
         **LAYOUTS["test stand"],
+    },
+    "cables, friction and weight on a load": {
+        "load": LAYOUTS["cable"]["load"] | LAYOUTS["unbalance"]["load"],
+        **LAYOUTS["output_friction"],
     },
     "LuGre on a current drive": {**LAYOUTS["lugre"], **LAYOUTS["current drive"]},
 }
@@ -198,3 +207,62 @@ def test_a_measured_input_is_held_or_runs_straight_between_its_samples(held):
     x = np.concatenate([[0.0], np.cumsum(v * h + (F * h**2 / 2 + slope * h**3 / 6) / 2e-3)[:-1]])
     kernel = run_kernel(m, command, time_base, substeps=1)
     np.testing.assert_allclose(kernel.measured, x, rtol=0, atol=1e-9 * np.abs(x).max())
+
+
+def test_a_load_at_rest_shows_its_weight_to_the_transducer():
+    """Truth: statics. It hangs in its gear, wound up by W sin(alpha_gear + phi)/K_s; the base carries the weight."""
+    m = paper_with({"housing": None, "load": {"unbalance": {"amplitude": 0.08, "phase_deg": 30.0}}})
+    plant, p = m.plant.measuring(("torque", "output_angle", "rotor_angle")), m.kernel_values()
+    held = np.array([-np.cos(0.7), np.sin(0.7)])
+    x, _ = equilibrium(plant, p, held, 0.7)
+    resting = [0.0, 0.0]  # friction holds
+    torque, output, rotor = equations_of(plant).outputs(x.tolist(), held.tolist(), resting, p.tolist())
+    weight = 0.08 * np.sin(output + np.pi / 6)
+    assert rotor / 50 - output == pytest.approx(weight / 913.47, rel=1e-6)
+    assert torque == pytest.approx(-weight, rel=1e-9)
+
+
+def test_a_stepper_on_measured_voltages_is_that_on_its_command():
+    """Truth: the same mechanism under the command whose voltages, held from sample to sample, are the channels."""
+    rigid = {"housing": None}
+    commanded = paper_with(rigid)
+    measured = paper_with({**rigid, "stepper": {"drive": "measured_voltage", "peak_voltage": None}})
+    time_base, command = base(0.1), constant(50.0)
+    theta = np.pi / 4 + np.pi / 2 * np.floor(time_base.times * 50.0 + 1e-9)
+    channels = tuple(
+        InputChannel(quantity=f"voltage_phase_{x}", held=True, samples=5.7 * wave)
+        for x, wave in (("a", -np.cos(theta)), ("b", np.sin(theta)))
+    )
+    driven = MeasuredCommand(start_angle_deg=45.0).driven_by(channels, 10_000.0, 0.0)
+    expected = run_kernel(commanded, command, time_base).torque
+    assert rms(run_kernel(measured, driven, time_base).torque - expected) <= 1e-5 * rms(expected)
+
+
+def test_a_brushed_motor_answers_a_voltage_as_its_linear_equations():
+    """Truth: the matrix exponential of winding, shaft and spring without dry friction; and the twin's sensitivities."""
+    table = changed({"assembly": "brushed_dc_drive", **BRUSHED_DC}, {
+        "friction": {"static": 0.0, "coulomb": 0.0, "viscous": 2e-4}, "spring": {"stiffness": 0.3},
+        "drive": {"offset": 0.0},
+    })  # fmt: skip
+    m = mechanism_of(table)
+    m = replace(m, plant=m.plant.measuring(("current", "rotor_rate")))
+    time_base = base(0.05)
+    voltage = np.where(time_base.times < 0.02, 0.0, 6.0)
+    command = MeasuredCommand().driven_by((InputChannel(quantity="voltage", held=True, samples=voltage),), 1e4, 0.0)
+    A = np.array([[-2.3 / 1.5e-3, 0.0, -0.045 / 1.5e-3], [0.0, 0.0, 1.0], [0.045 / 4e-5, -0.3 / 4e-5, -2e-4 / 4e-5]])
+    settled = np.linalg.solve(A, [-6.0 / 1.5e-3, 0.0, 0.0])
+    since = np.maximum(time_base.times - 0.02, 0.0)
+    expected = np.array([settled - expm(A * t) @ settled for t in since])
+    kernel = run_kernel(m, command, time_base, sensitive=range(5))
+    np.testing.assert_allclose(kernel.values["current"], expected[:, 0], rtol=0, atol=1e-6)
+    np.testing.assert_allclose(kernel.values["rotor_rate"], expected[:, 2], rtol=0, atol=1e-5)
+    twin = run_twin(m, command, time_base, sensitive=range(5))
+    for k, quantity in enumerate(("current", "rotor_rate")):
+        off = np.linalg.norm(kernel.jacobian[quantity] - twin.jacobian[:, k], axis=0)
+        assert np.all(off <= 1e-5 * np.linalg.norm(twin.jacobian[:, k], axis=0))
+    resting = MeasuredCommand(start="equilibrium").driven_by(
+        (InputChannel(quantity="voltage", held=True, samples=np.full_like(voltage, 6.0)),), 1e4, 0.0
+    )
+    still = run_kernel(m, resting, time_base)
+    np.testing.assert_allclose(still.values["current"], settled[0], rtol=1e-9)
+    np.testing.assert_allclose(still.values["rotor_rate"], 0.0, atol=1e-9)

@@ -10,6 +10,7 @@ from scipy.integrate import solve_ivp
 
 from layouts import changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile
+from mechid.kernel.equations import equations_of
 from mechid.plant.flight import in_flight, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
@@ -160,3 +161,30 @@ def test_a_heavy_base_is_a_bench():
         for m in (heavy, held)
     ]
     np.testing.assert_allclose(runs[0], runs[1], atol=1e-5 * np.abs(runs[1]).max())
+
+
+def test_cables_pull_between_the_load_and_its_moving_base():
+    """Truth: Newton in inertial space at random states: J_m (alpha_g'' + beta'') = T_applied - T_cable, typed by hand.
+
+    The base's own equation has minus all momentum that changes on it: cables between it and the load push it back.
+    """
+    cable = {"law": "dahl", "stiffness": 0.4, "rest_angle": 0.1, "hysteresis": 0.03, "hysteresis_angle": 2e-3}
+    mechanism = flying(BASE, [], {"load": {"cable": cable}})
+    equations, p, r = equations_of(mechanism.plant), mechanism.kernel_values().tolist(), np.random.default_rng(5)
+    names = list(map(str, mechanism.plant.states))
+    for _ in range(5):
+        x = dict(zip(names, r.normal(size=len(names)), strict=True)) | {"alpha": 0.4, "alpha_gear": 0.0081}
+        modes = [list(s.modes).index("forward" if x[w] > 0 else "backward")
+                 for s, w in zip(mechanism.plant.switches, ("omega", "omega_gear"), strict=True)]  # fmt: skip
+        at = ([x[n] for n in names], [0.1, -0.2], equations.mode_symbols(modes), p)
+        rate = dict(zip(names, equations.rates(*at), strict=True))
+        eta = [(x[f"eta_{k}"], x[f"eta_dot_{k}"], rate[f"eta_dot_{k}"]) for k in range(len(BASE))]
+        beta = sum(phi * a for (_, _, phi), (_, _, a) in zip(BASE, eta, strict=True))
+        twist, twist_rate = x["alpha"] / 50 - x["alpha_gear"], x["omega"] / 50 - x["omega_gear"]
+        applied = ESTIMATED["gear.stiffness"] * twist + ESTIMATED["gear.damping"] * twist_rate
+        pull = 0.4 * (x["alpha_gear"] - 0.1) + 0.03 * x["h_cable"]
+        load = ESTIMATED["load.inertia"] * (rate["omega_gear"] + beta)
+        assert load == pytest.approx(applied - pull, rel=1e-9)
+        on_base = -(ESTIMATED["stepper.rotor_inertia"] * (rate["omega"] + beta) + load)
+        for (w, z, phi), (q, v, a) in zip(BASE, eta, strict=True):
+            assert a + 2 * z * w * v + w**2 * q == pytest.approx(phi * on_base, rel=1e-6)

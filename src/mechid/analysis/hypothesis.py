@@ -37,7 +37,7 @@ class RecordEvidence:
     effective_samples, residual_rms, fit_percent : float
         NaN where the simulation failed; the RMS in N m.
     projected : int
-        How many of offset and drift were fitted.
+        How many of offset and drift, cosine and sine of lines were fitted.
     command : mapping
         How the driver was taken to step.
     """
@@ -199,9 +199,14 @@ def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:
         effective_samples=_number(channel["effective_samples"]),
         residual_rms=_number(channel["residual_rms"]),
         fit_percent=_number(channel["fit_percent"]),
-        projected=(r["offset"] is not None) + (r["drift"] is not None),
+        projected=(r["offset"] is not None) + (r["drift"] is not None) + 2 * _lines(r),
         command=r["validation"]["command"],
     )
+
+
+def _lines(r: Mapping[str, Any]) -> int:
+    """Return how many lines were removed of a record's leading channel."""
+    return max((len(channel.get("lines", ())) for channel in r.get("channels", {}).values()), default=0)
 
 
 def _number(value: float | None) -> float:

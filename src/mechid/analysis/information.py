@@ -87,16 +87,21 @@ class Part:
 
 
 def _problem(campaign: Campaign, fit: Fit) -> Problem:
-    """Return the fit's problem at its end: its values, its free parameters, residuals' RMS as noise."""
+    """Return the fit's problem at its end: its values, its free parameters, residuals' RMS as noise.
+
+    What every record has of its own is told by each of that one; the mechanism's, their mean, by none.
+    """
     free = tuple(name for name, p in fit.parameters.items() if p.status == Status.FREE)
     own = {q.name: q for q in campaign.mechanism.parameters.values()}
     values = {n: p.value for n, p in fit.parameters.items() if n in own and own[n].is_free}
-    mechanism = campaign.mechanism.with_values(values).with_free(free)
+    mechanism = campaign.mechanism.with_values(values)
     targets = []
     taken = [r for record in campaign.records if record.data and (r := as_fitted(record, fit)).use == "estimate"]
     for record in taken:
         target = _as_left(target_of(record), fit.records[record.name])
         targets.append(replace(target, own=tuple(_as_found(q, fit) for q in target.own)))
+    of_records = set.intersection(*({q.replaces for q in target.own} for target in targets)) if targets else set()
+    mechanism = mechanism.with_free(tuple(name for name in free if name not in of_records))
     substeps = fit.provenance.get("substeps")
     return Problem(
         SearchSpace(mechanism),

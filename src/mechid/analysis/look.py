@@ -15,10 +15,10 @@ from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
 from mechid.analysis.seen_lines import SeenLine, seen_line
 from mechid.analysis.step_lines import StepLine, summed_up
-from mechid.analysis.step_rate import SuggestedRate, suggested_rate
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
+from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
 from mechid.signal import Band, power_density, spectrogram, third_octaves
 from mechid.signal.clipping import clipped_runs
 from mechid.signal.density import rms_below
@@ -134,7 +134,7 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
     lines = [spectral_lines(spectrum) for spectrum in spectra]
     each = list(zip(record.channels, spectra, lines, strict=True))
-    suggestions = (_suggested(c, spectrum, found) for c, spectrum, found in each)
+    suggestions = (suggested_beside_hum(c.data, spectrum, found) for c, spectrum, found in each)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
     steps = _microsteps(declared, suggested)
@@ -147,17 +147,6 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
         base=base,
         channels=tuple(channels),
     )
-
-
-def _suggested(channel: Channel, spectrum: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
-    """Return the rate that a channel suggests without mains hum, or with it where that has the lines of full steps."""
-    hum = {round(one.line.frequency_hz / spectrum.bin_hz) for one in mains_lines(spectrum)}
-    y = channel.data - channel.data.mean()
-    own = suggested_rate(y, spectrum, [one for one in lines if round(one.frequency_hz / spectrum.bin_hz) not in hum])
-    if own or not hum:
-        return own
-    with_hum = suggested_rate(y, spectrum, lines)
-    return with_hum if with_hum and with_hum.stepping == "full" else None
 
 
 def _travel(declared: Drive | None, suggested: SuggestedRate | None, base: TimeBase) -> Travel | None:

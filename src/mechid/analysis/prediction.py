@@ -12,11 +12,11 @@ from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
-from mechid.identification.disturbance.declared import recalled_record
+from mechid.identification.disturbance.declared import Declared, recalled_record
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.output_error.declaration import taken_record
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
-from mechid.identification.result.fit import Fit, found_by
+from mechid.identification.result.fit import Fit
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import samples_of
 from mechid.signal.series import Series, is_finite, no_samples
@@ -94,9 +94,15 @@ class Prediction:
 def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
     """Return a record of the campaign as a fit took it: sign, command, use, and the disturbances that it found."""
     own = fit.records.get(record.name)
-    record = recalled_record(record, found_by(fit), fit.mechanism.plant)
+    record = recalled_record(record, _found_by(fit), fit.mechanism.plant)
     record = with_lines(record, own.lines if own else ())
     return taken_record(record, own.taken) if own else record
+
+
+def _found_by(fit: Fit) -> dict[str, Declared]:
+    """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
+    own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
+    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:

@@ -1,9 +1,11 @@
-"""The numbers of the paper's catalogue, as a mechanism file holds them."""
+"""Numbers to start a mechanism file from: the paper's catalogue, and an example of each other assembly."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
+
+from mechid.plant.layout import STEPPER_GEAR_MASS
 
 
 def _free(value: float, low: float, high: float) -> Mapping[str, float]:
@@ -37,3 +39,48 @@ CATALOGUE: Mapping[str, Any] = {
     },
 }
 """As a mechanism file: catalogue values of [Kornienko2013]_ (the peak voltage is not in it), with bounds."""
+
+_FRICTION: Mapping[str, Any] = {
+    "coulomb": _free(0.005, 0.0, 0.05), "viscous": _free(1e-4, 0.0, 0.01)
+}  # fmt: skip
+CATALOGUES: Mapping[str, Mapping[str, Any]] = {
+    STEPPER_GEAR_MASS: CATALOGUE,
+    "current_driven_stepper": {
+        "stepper": {
+            "poles": 100,
+            "peak_current": 0.6,
+            "rotor_inertia": 6e-5,
+            "torque_constant": _free(0.3, 0.1, 0.8),
+            "detent": [{"period_deg": 1.8, "amplitude": _free(0.01, 0.0, 0.1), "phase_deg": _free(0.0, -180.0, 180.0)}],
+        },
+        "friction": _FRICTION,
+    },
+    "direct_torque_drive": {
+        "load": {"inertia": _free(1e-3, 1e-4, 1e-2)},
+        "friction": _FRICTION,
+        "drive": {"offset": _free(0.0, -0.1, 0.1)},
+    },
+    "direct_force_drive": {
+        "load": {"mass": _free(100.0, 20.0, 300.0)},
+        "friction": {"coulomb": _free(15.0, 0.0, 50.0), "viscous": _free(100.0, 0.0, 1000.0)},
+        "drive": {"offset": _free(0.0, -20.0, 20.0)},
+    },
+    "two_mass_drive": {
+        "motor": {"inertia": _free(1e-4, 1e-5, 1e-3)},
+        "friction": _FRICTION,
+        "gear": {"ratio": 100, "stiffness": _free(2000.0, 300.0, 10000.0), "damping": _free(0.5, 0.02, 5.0)},
+        "load": {"inertia": _free(0.1, 0.01, 1.0)},
+        "drive": {"offset": _free(0.0, -0.1, 0.1)},
+    },
+    "brushed_dc_drive": {
+        "motor": {
+            "inertia": _free(4e-5, 1e-5, 2e-4),
+            "resistance": _free(2.3, 1.0, 5.0),
+            "inductance": _free(1.5e-3, 3e-4, 6e-3),
+            "torque_constant": _free(0.045, 0.02, 0.1),
+        },
+        "friction": _FRICTION,
+        "drive": {"offset": 0.0},
+    },
+}
+"""Of each assembly by its name; but for the first the numbers are made up, of the size of a small mechanism."""

@@ -15,7 +15,7 @@ Colour: TypeAlias = Literal["auto", "prefilter", "none"]
 Spikes: TypeAlias = Literal["keep", "reject"]
 Disturbances: TypeAlias = Literal["auto", "none"] | tuple[str, ...]
 CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
-MAINS = "mains"
+MAINS, WANDER = "mains", 0.01
 DISTURBANCES = (MAINS, "clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
 """What records may have beside the mechanism, as estimate.json names it."""
 LIMITS = ("max_relative_error", "max_correlation")
@@ -43,7 +43,8 @@ class IdentifyOptions:
     disturbances : "auto", "none" or tuple of str
         Which of `DISTURBANCES` may be added where the records ask for them: all, none, or those named.
     mains : float or None
-        Frequency of the mains, 50 or 60 Hz, whose hum is projected out of all records from the start.
+        Frequency of the mains in Hz, whose hum is projected out of all records from the start; 50 or 60 are nominal,
+        and what it was is seen in the records.
     """
 
     priors: Priors = "fit"
@@ -94,6 +95,7 @@ def _disturbances(entry: Any, place: Place) -> Disturbances:
 
 def _mains(entry: Any, place: Place) -> float:
     hz = above_zero(entry, place, "Hz")
-    if hz not in MAINS_HZ:
-        raise place.error(f"found {hz:.9g}; write {' or '.join(f'{grid:g}' for grid in MAINS_HZ)}, the mains' in Hz")
+    if min(abs(hz / grid - 1.0) for grid in MAINS_HZ) > WANDER:
+        grids = " or ".join(f"{grid:g}" for grid in MAINS_HZ)
+        raise place.error(f"found {hz:.9g}; write {grids}, or the mains' own frequency within 1 % of it, in Hz")
     return hz

@@ -132,6 +132,8 @@ def _dots(name: str) -> list[int]:
 def _nearest(name: str, known: tuple[str, ...], tables: set[str]) -> str:
     """Return the hint to the right name: near in the same table, the same in another, or near anywhere."""
     table, _, key = name.rpartition(".")
+    if name in OPTIONAL:
+        return f"; its own are in a table, [{name}]"
     names = [*known, *sorted(tables)]
     siblings = [other.rpartition(".")[2] for other in names if other.rpartition(".")[0] == table]
     elsewhere = [other for other in known if other.endswith(f".{key}")]

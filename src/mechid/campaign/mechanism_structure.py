@@ -20,7 +20,7 @@ from mechid.plant.block import Block
 from mechid.plant.layout import STEPPER_GEAR_MASS, Layout
 from mechid.plant.plant import Plant
 from mechid.plant.stepper import detent_order
-from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table
+from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, table_of
 
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
@@ -46,7 +46,7 @@ class Structure:
 
     def law_with(self, name: str) -> tuple[str, str] | None:
         """Return the option and the law by which a table would have the parameter `name`, None where none has."""
-        table = name.split(".", maxsplit=1)[0]
+        table = table_of(name)
         for law in CHOICES.get(table, ()):
             other = replace(self.layout, laws={**self.layout.laws, table: law}, own={})
             try:
@@ -72,7 +72,7 @@ def read_structure(table: Mapping[str, Any], place: Place, folder: Path) -> Stru
     if both := next((name for name in own if name in laws), None):
         key = TABLES[both].option
         raise place.key(f"{both}.{OWN_KEY}").error(f'stands beside {key} = "{laws[both]}"; keep one of them')
-    tables = frozenset(name for name in OPTIONAL if is_table(_at(table, name)))
+    tables = frozenset(name for name in OPTIONAL if is_table(entry := _at(table, name)) and "value" not in entry)
     orders = {name: tuple(_orders(table, TABLES[name], place)) for name in LISTS}
     orders |= {
         name: (_order(_at(table, name), place.key(name), TABLES[name].order),)
@@ -114,7 +114,7 @@ def _assembly(table: Mapping[str, Any], place: Place) -> str:
 def _laws(table: Mapping[str, Any], place: Place) -> Iterator[tuple[str, str]]:
     """Yield each table that chooses its block by a key, and what it chooses."""
     for name, choices in CHOICES.items():
-        entry, key = table.get(name), TABLES[name].option
+        entry, key = _at(table, name), TABLES[name].option
         if not isinstance(entry, Mapping):
             continue
         if key in entry or (TABLES[name].named and OWN_KEY not in entry):

@@ -7,43 +7,54 @@ the key `TEMPLATE` of the mechanism.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.catalogue_values import CATALOGUE
+from mechid.campaign.catalogue_values import CATALOGUE, CATALOGUES
 from mechid.campaign.place import Place, flag
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table
 from mechid.errors import InputFileError
 
 TEMPLATE = "template"
+EXAMPLE_CHANNELS = (
+    '[{ quantity = "rotor_rate", column = "..." }, { quantity = "voltage", column = "...", role = "input" }]'
+)
 EXAMPLE_COMMAND = '{ stepping = "full", rate = 46.0, start_angle_deg = 0.0 }'
 
 
 def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path: Path) -> None:
-    """Refuse a campaign in which records have no command yet; what is left of its mechanism is said with it.
+    """Refuse a campaign in which records have no command or channels yet, with what is left of its mechanism.
 
     Raises
     ------
     InputFileError
-        Commands are empty.
+        Commands or channels are empty.
     """
-    entries = table.get("record", [])
-    empty = [
-        str(place.key("record").item(index).key("command"))
-        for index, entry in enumerate(entries if isinstance(entries, list) else [])
-        if is_table(entry) and entry.get("command") == {} and "channels" not in entry
+    listed = table.get("record", [])
+    entries = [
+        (place.key("record").item(index), entry)
+        for index, entry in enumerate(listed if isinstance(listed, list) else [])
+        if is_table(entry)
     ]
-    if not empty:
+    commands = [at.key("command") for at, entry in entries if entry.get("command") == {} and "channels" not in entry]
+    channels = [at.key("channels") for at, entry in entries if entry.get("channels") == [] and "command" not in entry]
+    if not (commands or channels):
         return
-    places = ", ".join([empty[0], *(path.removeprefix(f"{place}: ") for path in empty[1:])])
-    said = [f"{places}: empty, as mechid new wrote it; write how the record was driven, as {EXAMPLE_COMMAND}"]
+    said = [_empty(commands, place, f"how the record was driven, as {EXAMPLE_COMMAND}")] if commands else []
+    said += [_empty(channels, place, f"which column is what, as {EXAMPLE_CHANNELS}")] if channels else []
     if mechanism_path.is_file():
         mechanism = read_toml(mechanism_path, "mechanism")
         if mechanism.get(TEMPLATE) is True:
             said.append(_left(mechanism, Place(mechanism_path.name)))
     raise InputFileError("; and ".join(said))
+
+
+def _empty(places: Sequence[Place], file: Place, what: str) -> str:
+    first, *others = map(str, places)
+    listed = ", ".join([first, *(path.removeprefix(f"{file}: ") for path in others)])
+    return f"{listed}: empty, as mechid new wrote it; write {what}"
 
 
 def without_template(table: Mapping[str, Any], place: Place) -> Mapping[str, Any]:
@@ -63,7 +74,7 @@ def without_template(table: Mapping[str, Any], place: Place) -> Mapping[str, Any
 
 def _left(table: Mapping[str, Any], place: Place) -> str:
     """Say what of a mechanism is still as ``mechid new`` wrote it, and what to do."""
-    example, found = dict(_entries(CATALOGUE)), dict(_entries(table))
+    example, found = dict(_entries(_example(table))), dict(_entries(table))
     same = [name for name, entry in example.items() if found.get(name) == entry]
     here = f"{place.key(TEMPLATE)}: "
     if not same:
@@ -77,6 +88,12 @@ def _left(table: Mapping[str, Any], place: Place) -> str:
         f"{here}still as mechid new wrote them: {', '.join(same)}; write your supplier's numbers in their place, and "
         "when those that are left are right as they are, delete this line"
     )
+
+
+def _example(table: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the example that ``mechid new`` wrote of the table's assembly."""
+    assembly = table.get("assembly")
+    return CATALOGUES.get(assembly, CATALOGUE) if isinstance(assembly, str) else CATALOGUE
 
 
 def _entries(entry: Any, name: str = "") -> Iterator[tuple[str, Any]]:

@@ -6,13 +6,15 @@ import os
 import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from mechid.campaign.campaign import INSTANTS, USES
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.catalogue import catalogue_mechanism
+from mechid.campaign.catalogue_values import CATALOGUES
 from mechid.campaign.channel_entry import QUANTITIES
+from mechid.campaign.mechanism_structure import ASSEMBLY
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.not_filled_in import EXAMPLE_COMMAND, TEMPLATE
 from mechid.campaign.place import in_unit
@@ -20,8 +22,11 @@ from mechid.campaign.toml_file import toml_text
 from mechid.command.entry import quoted
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
-from mechid.errors import UsageError
+from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration
+from mechid.plant.drive import measured_quantities
+from mechid.plant.layout import STEPPER_GEAR_MASS
+from mechid.plant.mechanism import Mechanism
 from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
@@ -29,10 +34,14 @@ NOT_IN_NAMES = re.compile(r"[^A-Za-z0-9_-]+")
 EMPTY = f"{{}}  # write how this record was driven, as {EXAMPLE_COMMAND}"
 TEMPLATE_LINE = f"{TEMPLATE} = true  # delete this line when the numbers below are those of your mechanism\n\n"
 
-MECHANISM_GUIDE = """\
-What is believed of the mechanism. The numbers are an example, the catalogue of the mechanism in
+PAPER = """the catalogue of the mechanism in
 Kornienko, Wuseni, Specht (IFAC ACA 2013): write your supplier's in their place. Until the line
-"template = true" is deleted the file is refused, and what is still the example's is named.
+"template = true" is deleted the file is refused, and what is still the example's is named."""
+MADE_UP = """made up,
+of the size of a small mechanism: write your supplier's in their place. Until the line
+"template = true" is deleted the file is refused, and what is still the example's is named."""
+MECHANISM_GUIDE = """\
+What is believed of the mechanism. The numbers are an example, WHOSE
 
 A bare number is known. A table { value, min, max } is to be estimated, starting at value; a start on
 a bound is legal. sigma = ... in the table is the standard deviation of a prior on the value.
@@ -60,15 +69,18 @@ class RecordDraft:
         The command as TOML writes it; the default is empty and refused until it is filled in.
     use : str
         One of `USES`.
+    channels : str
+        Where measured channels drive the record, in place of a command: as TOML writes them.
     """
 
     name: str
     file: str
     command: str = EMPTY
     use: str = "estimate"
+    channels: str = ""
 
 
-def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[Path]:
+def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly: str = STEPPER_GEAR_MASS) -> list[Path]:
     """Write a mechanism and a campaign file, commented, to be filled in.
 
     Parameters
@@ -77,6 +89,8 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[P
         Made with its parents where it is missing.
     files : sequence of Path
         Measured files; each becomes a record. Without any, an example stands there as a comment.
+    assembly : str
+        What the mechanism is made of, as the file's key of that name.
 
     Returns
     -------
@@ -86,10 +100,16 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[P
     Raises
     ------
     UsageError
-        One of the files is there already, or the folder cannot be written to.
+        The assembly is unknown, one of the files is there already, or the folder cannot be written to.
     """
-    folder = Path(folder)
-    texts = {folder / MECHANISM_NAME: new_mechanism_text(), folder / FILE_NAME: _new_text(folder, files)}
+    if assembly not in CATALOGUES:
+        hint = did_you_mean(assembly, CATALOGUES) or f"; known: {', '.join(CATALOGUES)}"
+        raise UsageError(f'assembly: unknown "{assembly}"{hint}')
+    folder, mechanism = Path(folder), catalogue_mechanism(assembly)
+    texts = {
+        folder / MECHANISM_NAME: new_mechanism_text(mechanism),
+        folder / FILE_NAME: _new_text(folder, files, mechanism),
+    }
     for path in texts:
         if path.exists():
             raise UsageError(f"{path}: is there already; give another folder, or move it away")
@@ -99,9 +119,10 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = ()) -> list[P
     return list(texts)
 
 
-def new_mechanism_text() -> str:
+def new_mechanism_text(mechanism: Mechanism) -> str:
     """Return a mechanism file to start from, refused as long as it says that it is one."""
-    guide, *rest = mechanism_text(catalogue_mechanism(), MECHANISM_GUIDE).partition("\n\n")
+    whose = PAPER if mechanism.options[ASSEMBLY] == STEPPER_GEAR_MASS else MADE_UP
+    guide, *rest = mechanism_text(mechanism, MECHANISM_GUIDE.replace("WHOSE", whose)).partition("\n\n")
     return "".join([guide, rest[0], TEMPLATE_LINE, *rest[1:]])
 
 
@@ -120,11 +141,23 @@ def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
     return [RecordDraft(name=_name(Path(file), taken), file=_relative(Path(file), folder)) for file in files]
 
 
-def _new_text(folder: Path, files: Sequence[Path | str]) -> str:
-    example = [] if files else [RecordDraft(name="full_46", file="full_46.csv", command=EXAMPLE_COMMAND)]
+def _new_text(folder: Path, files: Sequence[Path | str], mechanism: Mechanism) -> str:
+    inputs, given = measured_quantities(mechanism.plant.inputs), [*mechanism.plant.offered]
+    records, first = drafts(folder, files), RecordDraft(name="full_46", file="full_46.csv", command=EXAMPLE_COMMAND)
+    if inputs:
+        named = f"[{', '.join([_channel(given[0]), *(_channel(q, role='input') for q in inputs)])}]"
+        records = [replace(record, channels=f"[]  # write which column is what, as {named}") for record in records]
+        first = RecordDraft(name="run_1", file="run_1.csv", channels=named)
+    example = [] if files else [first]
     commented = [line for record in example for line in ("", *_comment("\n".join(_record(record))))]
     ending = "\n".join([*commented, "", *_comment(STAGE_GUIDE)])
-    return campaign_text(drafts(folder, files), _campaign_guide()) + ending + "\n"
+    return campaign_text(records, _campaign_guide()) + ending + "\n"
+
+
+def _channel(quantity: str, **more: str) -> str:
+    """Return a channel as TOML writes it, its column to be filled in."""
+    pairs = {"quantity": quantity, "column": "...", **more}
+    return f"{{ {', '.join(f'{key} = {toml_text(value)}' for key, value in pairs.items())} }}"
 
 
 def _campaign_guide() -> str:
@@ -153,7 +186,8 @@ and may have
   channels       [{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}]; without it
                  the torque is the second column, or the first where sample_rate_hz is given; quantities:
                  {", ".join(QUANTITIES[:6])},
-                 {", ".join(QUANTITIES[6:])};
+                 {", ".join(QUANTITIES[6:10])},
+                 {", ".join(QUANTITIES[10:])};
                  of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
   peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
@@ -177,7 +211,7 @@ def _record(record: RecordDraft) -> Iterator[str]:
     yield f"file = {toml_text(record.file)}"
     if record.use != USES[0]:
         yield f"use = {toml_text(record.use)}"
-    yield f"command = {record.command}"
+    yield f"channels = {record.channels}" if record.channels else f"command = {record.command}"
 
 
 def _comment(text: str) -> list[str]:

@@ -21,6 +21,7 @@ def check(
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.errors import UsageError
     from mechid.identification.identifiability.visibility import start_warnings
+    from mechid.identification.stages.first_seen import declaration_warnings
     from mechid.report import campaign_data, file_data, print_campaign, print_file
     from mechid.report.terminal import console_on, print_lines
 
@@ -31,7 +32,7 @@ def check(
         return
     loaded = load_campaign(campaign, need_files=False)
     prepare_kernels(loaded)
-    print_campaign(campaign_data(loaded, start_warnings(loaded)), console_on())
+    print_campaign(campaign_data(loaded, (*declaration_warnings(loaded), *start_warnings(loaded))), console_on())
     if out is not None:
         from mechid.report.record_figures import write_record_figures
 

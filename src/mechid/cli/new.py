@@ -13,11 +13,15 @@ def new(
     files: Annotated[
         list[Path] | None, typer.Argument(metavar="[FILES]...", help="Measured files, a record for each.")
     ] = None,
+    assembly: Annotated[
+        str,
+        typer.Option(metavar="NAME", help="What it is made of, as brushed_dc_drive; see docs/blocks/assemblies.md."),
+    ] = "stepper_gear_mass",
 ) -> None:
     """Write a commented mechanism.toml and campaign.toml to fill in."""
     from mechid.campaign import new_campaign
 
-    for path in new_campaign(folder, files or ()):
+    for path in new_campaign(folder, files or (), assembly):
         typer.echo(f"written: {path}")
     for file in files or ():
         if not file.is_file():

@@ -26,6 +26,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.confirmation import confirmed
 from mechid.identification.stages.disturbances import fit_with_disturbances
+from mechid.identification.stages.first_seen import first_seen
 from mechid.identification.stages.freeze import freeze_dependent
 from mechid.identification.stages.growth import horizon_warnings, searched, vouched
 from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit, threshold_warnings
@@ -77,8 +78,10 @@ def identify(
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     state = SearchState(problem, problem.start, problem.whole())
-    watch = Watch(state, listener, len(campaign.stages) or 4, journal)
     with one_core_algebra():
+        if near is None:
+            campaign, state = first_seen(campaign, state, seed)
+        watch = Watch(state, listener, len(campaign.stages) or 4, journal)
         try:
             if near is None:
                 state = watch.note(state.saying(*_told_before(watch, campaign)))

@@ -19,7 +19,8 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
     """Return states at rest without friction, (n,), and their derivative to the parameters, (n, n_p).
 
     Newton's method on the rates from the commanded start; by the implicit function theorem
-    dx/dp = -(df/dx)^-1 df/dp.
+    dx/dp = -(df/dx)^-1 df/dp. What a friction or a cable remembers, and how far a measured channel has risen, is
+    undetermined at rest: it stays as it starts.
 
     Raises
     ------
@@ -27,21 +28,35 @@ def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float)
         If there is no equilibrium within reach.
     """
     start, rates, to_states, to_parameters = _functions(plant)
+    moved = _moved(plant)
     x = np.asarray(start(*p, *inputs, theta_0), dtype=np.float64)
     for _ in range(50):
         f = np.asarray(rates(*x, *p, *inputs), dtype=np.float64)
         slopes = np.asarray(to_states(*x, *p, *inputs), dtype=np.float64)
         if not (np.isfinite(f).all() and np.isfinite(slopes).all()):
             break
-        move = np.linalg.lstsq(slopes, -f, rcond=None)[0]
-        x = x + move
+        move = np.linalg.lstsq(slopes[:, moved], -f, rcond=None)[0]
+        x[moved] += move
         if np.max(np.abs(move)) <= 1e-14 * max(1.0, float(np.max(np.abs(x)))):
             x[np.abs(x) < 1e-14 * np.max(np.abs(x))] = 0.0
             f_p = np.asarray(to_parameters(*x, *p, *inputs), dtype=np.float64)
-            return x, np.asarray(np.linalg.lstsq(slopes, -f_p, rcond=None)[0], dtype=np.float64)
+            x_p = np.zeros((x.size, p.size))
+            x_p[moved] = np.linalg.lstsq(slopes[:, moved], -f_p, rcond=None)[0]
+            return x, x_p
     raise FitError(
         f'no mechanical equilibrium near the start angle {np.degrees(theta_0):.6g} deg; use start = "commanded"'
     )
+
+
+def _moved(plant: Plant) -> list[int]:
+    """Return the places of the states that an equilibrium determines."""
+    remembered = {s for block in plant.blocks if block.switch for s in block.rates}
+    states = set(plant.states)
+    return [
+        k
+        for k, (s, rate) in enumerate(zip(plant.states, plant.rates, strict=True))
+        if s not in remembered and plant.expand(rate).free_symbols & states
+    ]
 
 
 @lru_cache(maxsize=16)

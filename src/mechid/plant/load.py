@@ -16,6 +16,7 @@ LOAD_ON_GEAR = "load on the gear"
 CRAIG_BAMPTON = "Craig, Bampton, AIAA J. 6 (1968) 1313-1319"
 J_m, T_applied, T_fr, free = symbols("J_m T_applied_in T_fr_out_in free_out_in")
 drive, T_load, a_gear = symbols("T_drive_out T_load a_gear")
+T_cable, T_unbalance = symbols("T_cable_in T_unbalance_in")
 beta_acc_held = Symbol("beta_acc_load_in")
 """Acceleration that the base would have if friction held the load, rad/s2."""
 INERTIA = Declaration(
@@ -31,48 +32,63 @@ STARTS = (
 SWINGING = {alpha_gear: LOAD_ON_GEAR, omega_gear: LOAD_ON_GEAR}
 
 
-def load(*, modes: int = 0, rubbed: bool = False, start: Expr = (COMMANDED + ANGLE) / G, turns: bool = False) -> Block:
+def load(
+    *,
+    modes: int = 0,
+    rubbed: bool = False,
+    cabled: bool = False,
+    unbalanced: bool = False,
+    start: Expr = (COMMANDED + ANGLE) / G,
+    turns: bool = False,
+) -> Block:
     """Load on the output, rigid or with flexible modes, free or with friction of its own.
 
     Rigid and free it is the paper's test mass, J_m alpha_g_ddot = T_applied, equation (10) of [Kornienko2013]_;
     kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring, q_k its deflection:
 
         q_k'' + 2 zeta_k omega_k q_k' + omega_k^2 q_k = -A
-        (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr
+        (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr - T_cable - T_unbalance
 
     (cantilever modes with effective inertias J_k; J_m is the inertia of the whole; A = alpha_g'' is the hub's
-    acceleration, on a base that turns alpha_g'' + beta''). The base feels T_load = T_applied - T_fr.
+    acceleration, on a base that turns alpha_g'' + beta''). The base feels T_load = T_applied - T_fr - T_cable: friction
+    and cables act between it and the load, the weight from outside.
 
     Parameters
     ----------
     modes : int
     rubbed : bool
         Whether a friction block acts on it.
+    cabled, unbalanced : bool
+        Whether cables pull at it, and its weight.
     start : Expr
         Its angle at the start of a record, rad; where the rotor begins off the commanded angle a function of that.
     turns : bool
         Whether its base turns.
     """
-    if not (modes or rubbed or turns):
+    if not (modes or rubbed or cabled or unbalanced or turns):
         return _test_mass(start)
     flexible = [_Mode(k) for k in range(1, modes + 1)]
     springs = sum((mode.spring for mode in flexible), Integer(0))
     hub = J_m - sum((mode.J for mode in flexible), Integer(0))
     held = hub * beta_acc_held if turns and rubbed else Integer(0)
+    cable, weight = T_cable if cabled else Integer(0), T_unbalance if unbalanced else Integer(0)
     moving: Expr = drive + held
     if rubbed:
         moving = free * (drive + held - T_fr) + ((1 - free) * hub * beta_acc if turns else 0)
-    on_base = {"T_free_load": T_applied - (T_fr if rubbed else 0), "T_held_load": -springs, "I_load": hub}
+    on_base = {"T_free_load": T_applied - cable - (T_fr if rubbed else 0), "T_held_load": -springs, "I_load": hub}
     return Block(
         name="load",
         table="load",
         declarations=(INERTIA, *(d for mode in flexible for d in mode.declarations)),
-        inputs=(T_applied, *([T_fr, free] if rubbed else []), *_base_inputs(rubbed=rubbed, turns=turns)),
+        inputs=(
+            T_applied, *([T_fr, free] if rubbed else []), *([T_cable] if cabled else []),
+            *([T_unbalance] if unbalanced else []), *_base_inputs(rubbed=rubbed, turns=turns),
+        ),
         terms={
             **{mode.spring: mode.torque for mode in flexible},
-            drive: T_applied + springs - held,
+            drive: T_applied + springs - cable - weight - held,
             a_gear: moving / hub,
-            T_load: moving - springs,
+            T_load: moving - springs + weight,
         },
         rates={
             alpha_gear: omega_gear,
@@ -83,7 +99,7 @@ def load(*, modes: int = 0, rubbed: bool = False, start: Expr = (COMMANDED + ANG
         starts=(*STARTS, *(d for mode in flexible for d in mode.own_starts)),
         outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
         swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
-    )
+    )  # fmt: skip
 
 
 def _test_mass(start: Expr) -> Block:

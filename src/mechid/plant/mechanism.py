@@ -32,12 +32,15 @@ class Harmonic:
         Angle of the rotor in which it has one period.
     of_phase : bool
         Whether it belongs to the motor's phases, and stays when the rotor's zero is put elsewhere.
+    of_rotor : bool
+        Whether it has a period in each turn of the rotor; the weight of a load on a gear has not.
     """
 
     name: str
     orders: float
     period_deg: float
     of_phase: bool
+    of_rotor: bool
 
     @property
     def words(self) -> str:
@@ -118,6 +121,7 @@ class Mechanism:
                 orders=turns / self.electrical_periods,
                 period_deg=360.0 / turns,
                 of_phase=pair.of_phase,
+                of_rotor=abs(turns) >= 1.0,
             )
             for pair, turns in cycles
         )

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 from sympy import Expr, Integer
 
+from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import friction, test_stand
+from mechid.plant import cable, dc_motor, friction, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -83,6 +84,24 @@ def _two_mass(layout: Layout) -> Parts:
     return blocks, wiring, {**MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **torques}
 
 
+def _brushed_dc(layout: Layout) -> Parts:
+    """Return a brushed DC motor under a measured voltage, its load on its own shaft, held by a spring or not."""
+    site = replace(ROTOR, holding=None, damping=dc_motor.DAMPING)
+    sprung = dc_motor.SPRING in layout.tables
+    stand, wiring, torques = _stand(layout, loaded=False)
+    laws = friction.UNGEARED_LAWS
+    blocks = [
+        measured_drive((("voltage", "u_mot"),), "drive", _offset("V")),
+        dc_motor.dc_winding(),
+        rotor(geared=sprung, start=Integer(0), inertia=dc_motor.INERTIA),
+        *([dc_motor.shaft_spring()] if sprung else []),
+        *laws[layout.law("friction", tuple(laws))](site),
+        *stand,
+    ]
+    wiring |= {"rotor.T_rg": "spring.T_spring"} if sprung else {}
+    return blocks, wiring, {**MOTOR_QUANTITIES, "current": "winding.i", **torques}
+
+
 def _direct(quantity: str) -> Callable[[Layout], Parts]:
     """Return a mass on friction under a measured torque, or a measured force: a turning or a sliding axis."""
     turning = quantity == "torque"
@@ -129,6 +148,7 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
     "direct_torque_drive": _direct("torque"),
     "direct_force_drive": _direct("force"),
     "two_mass_drive": _two_mass,
+    "brushed_dc_drive": _brushed_dc,
 }
 """By the name in mechanism.toml; the first is the default."""
 
@@ -154,11 +174,31 @@ def _site(drive: str) -> Site:
 
 
 def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
-    """Return the load behind a rotor that starts at an angle, and the friction on it where there is any."""
-    rubbed = OUTPUT.table in layout.tables
+    """Return the load behind a rotor that starts at an angle, and what acts on it beside the gear."""
+    rubbed, cabled, unbalanced = (name in layout.tables for name in (OUTPUT.table, cable.TABLE, unbalance.TABLE))
+    _refuse_own_load(layout)
     at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
-    body = load(modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, start=at, turns=layout.turns)
-    return [body, friction.dry_output(OUTPUT)] if rubbed else [body]
+    body = load(
+        modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, cabled=cabled, unbalanced=unbalanced,
+        start=at, turns=layout.turns,
+    )  # fmt: skip
+    laws = cable.LAWS
+    return [
+        body,
+        *([friction.dry_output(OUTPUT)] if rubbed else []),
+        *([laws[layout.law(cable.TABLE, tuple(laws))]()] if cabled else []),
+        *([unbalance.unbalance()] if unbalanced else []),
+    ]
+
+
+def _refuse_own_load(layout: Layout) -> None:
+    """Refuse what acts on the library's load beside a load of the user's own."""
+    beside = sorted({cable.TABLE, unbalance.TABLE} & layout.tables)
+    if beside and "load" in layout.own:
+        raise InputFileError(
+            f"{beside[0]}: stands beside a load of your own, which does not know of it; write its torque into your "
+            "block, or take the library's load"
+        )
 
 
 def _base(layout: Layout, bodies: Bodies) -> list[Block]:

@@ -14,6 +14,7 @@ from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
 from mechid.plant.filter_chain import NO_FILTER, joined_filter
 from mechid.plant.layout import Layout
 from mechid.plant.tables import MOTOR_OF_RECORD, OF_RECORD
+from mechid.plant.terms import at_start, in_order
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -248,7 +249,7 @@ def assemble(
     unmoved = {sp.Symbol(d.symbol): 0 for b in blocks for d in b.starts}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
     switches = tuple(links.switch(b) for b in blocks if b.switch)
-    ordered = _ordered(terms)
+    ordered = in_order(terms)
     system = joined_filter(links, blocks, [s for s, _ in ordered])
     offered = {quantity: links.output(target) for quantity, target in outputs.items()}
     out = {quantity: offered[quantity] for quantity in measured or [*outputs][:1]}
@@ -258,8 +259,8 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=tuple(_expand(begun[s].subs(unmoved), ordered) for s in rates),
-        begun={state: _expand(e, ordered) for state, e in begun.items()},
+        initial=at_start([begun[s].subs(unmoved) for s in rates], tuple(rates), ordered),
+        begun=dict(zip(begun, at_start(list(begun.values()), tuple(begun), ordered), strict=True)),
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -293,34 +294,6 @@ def _refuse_twice(symbols: Sequence[sp.Symbol]) -> None:
         if symbol in seen:
             raise ValueError(f"two blocks have a state or term {symbol}")
         seen.add(symbol)
-
-
-def _ordered(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
-    """Sort terms so that each comes after what it needs; a linear loop is solved for its terms."""
-    pending = dict(terms)
-    known: dict[sp.Symbol, sp.Expr] = {}
-    while pending:
-        ready = [s for s, e in pending.items() if not e.free_symbols & pending.keys()]
-        if not ready:
-            solution = _solve_loop(pending)
-            known |= solution
-            break
-        known |= {s: pending.pop(s) for s in ready}
-    return tuple(known.items())
-
-
-def _solve_loop(terms: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
-    try:
-        solution = sp.linsolve([s - e for s, e in terms.items()], list(terms))
-    except sp.solvers.solveset.NonlinearError as error:
-        raise ValueError(f"algebraic loop through {list(terms)} is not linear") from error
-    return dict(zip(terms, next(iter(solution)), strict=True))
-
-
-def _expand(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
-    for symbol, definition in reversed(terms):
-        expr = expr.subs(symbol, definition)
-    return expr
 
 
 def _parameters(

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechid.parameter import Role
-from mechid.plant import friction, gear, housing, test_stand
+from mechid.plant import cable, dc_motor, friction, gear, housing, test_stand
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
@@ -75,8 +75,13 @@ _ALL = (
           title="one harmonic of the gear's kinematic error over the input angle"),
     Table(name="load", title="test mass on the output", own=True),
     Table(name="load.mode", title="one flexible mode of the load", entry="mode"),
+    Table(name="load.unbalance", optional=True,
+          title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
+          bench="it is the load's weight, and in orbit nothing weighs"),
+    Table(name="load.cable", title="cables from the base to the load", choices=cable.LAWS, optional=True),
     Table(name="output_friction", title="dry and viscous friction of the load", optional=True, own=True),
     Table(name="motor", title="the motor's side"),
+    Table(name=dc_motor.SPRING, title="spring from the motor's shaft to its base", optional=True),
     Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
           choices=housing.FORMS, named=True, optional=True, own=True,
           bench="its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"),

@@ -30,8 +30,8 @@ KINDS: Mapping[str, str] = {
     "rate": "output_rate",
     "position": "position",
     "velocity": "velocity",
-    "current": "current_phase_a",
-    "voltage": "voltage_phase_a",
+    "current": "current",
+    "voltage": "voltage",
 }
 """What a unit tells, and a quantity of that unit."""
 LARGEST = 1e100

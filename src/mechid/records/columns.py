@@ -235,7 +235,7 @@ def _times(table: Table, taken: Sequence[int]) -> list[int]:
 def is_time(column: Column) -> bool:
     """Whether a column is called so."""
     name = column.bare_name.lower()
-    return name == "t" or name.startswith("time")
+    return name in ("t", "tout") or name.startswith("time")  # tout: of a Simulink run
 
 
 def _factor(table: Table, channel: ChannelSpec, index: int) -> tuple[float, str | None]:

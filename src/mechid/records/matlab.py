@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +12,17 @@ import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import parsing
-from mechid.records.matlab73 import is_matlab73, object_fault, open_matlab73
+from mechid.records.matlab73 import is_matlab73, open_matlab73
+from mechid.records.matlab_classes import object_fault, unpacked
+from mechid.records.mcos import Heap, Tree, referred
 from mechid.records.memory import refuse_larger_than_memory
 from mechid.records.table import Column, Fact
 
 KIND = "a MATLAB file"
-OPAQUE = "None"
-"""The key under which SciPy puts an object of a MATLAB class; the last one only, of several."""
+OPAQUE, WORKSPACE = "None", "__function_workspace__"
+"""The keys under which SciPy puts an object of a MATLAB class, of several the last, and what all objects hold."""
+HEAD, OFFSET = 128, slice(116, 124)
+"""Bytes of a file's head, and where in it the place of the objects stands."""
 
 
 def open_matlab(path: Path, label: str) -> ArrayTable:
@@ -31,13 +37,16 @@ def open_matlab(path: Path, label: str) -> ArrayTable:
     from scipy.io import loadmat
 
     refuse_larger_than_memory(path, label, KIND)
+    metadata: dict[str, Fact] = {}
     with parsing(label, KIND):
         content: dict[str, Any] = loadmat(path)
-    metadata: dict[str, Fact] = {}
     header = fact(content.get("__header__"))
     if header is not None:
         metadata["header"] = header
-    items = [item for name, value in content.items() if not name.startswith("__") for item in _items(name, value)]
+        objects = _Objects(path.read_bytes(), content[WORKSPACE]) if WORKSPACE in content else None
+        variables = [*content.items(), *(objects.variables() if objects else ())]
+        plain = [(name, value) for name, value in variables if not name.startswith("__") and name != OPAQUE]
+        items = [item for name, value in plain for item in _items(name, value, objects, metadata)]
     kept = []
     for item in items:
         single = fact(item.load(())) if _is_single(item) else None
@@ -53,21 +62,72 @@ def _is_single(item: Item) -> bool:
     return item.column.fault is None and item.dtype.kind in "fiubU" and int(np.prod(item.shape)) == 1
 
 
-def _items(path: str, value: Any) -> Iterator[Item]:
+class _Objects(Heap):
+    """The objects of a file. SciPy tells them by one name, so each variable is read as a file of its own."""
+
+    def __init__(self, raw: bytes, workspace: Any) -> None:
+        from scipy.io import loadmat
+        from scipy.io.matlab import varmats_from_mat
+
+        self.parts = [part for name, part in varmats_from_mat(BytesIO(raw)) if name == OPAQUE]
+        head = raw[: OFFSET.start] + bytes(8) + raw[OFFSET.stop : HEAD]
+        cells: list[Any] = []
+        with suppress(ValueError, IndexError, KeyError):
+            _, inner = varmats_from_mat(BytesIO(head + workspace.tobytes()[8:]))[0]
+            cells = [*loadmat(inner)[WORKSPACE]["MCOS"][0, 0].ravel()[0][-1].ravel()]
+        super().__init__(cells, lambda cell: bytes(cell.tobytes()))
+
+    def variables(self) -> Iterator[tuple[str, Any]]:
+        """Yield the variables that are objects, by their names."""
+        from scipy.io import loadmat
+
+        for part in self.parts:
+            value = loadmat(part)[OPAQUE]
+            yield _text(value.ravel()[0][0]), value
+
+    def tree(self, value: Any) -> Tree:
+        """Return what a value holds."""
+        if not isinstance(value, np.ndarray) or value.size == 0:
+            return None
+        if value.dtype.names:
+            if _is_object(value):
+                return self.tree(value.ravel()[0][-1])
+            trees = [{name: self.tree(one[name]) for name in value.dtype.names} for one in value.ravel()]
+            return trees[0] if len(trees) == 1 else trees
+        if value.dtype == object:
+            return [self.tree(one) for one in value.ravel(order="F")]
+        if value.dtype.kind == "U":
+            return str(value.ravel()[0])
+        if referred(value):
+            return self.one_or_all(value)
+        return Item(column=Column(), shape=value.shape, dtype=value.dtype, load=value.__getitem__)
+
+
+def _is_object(value: Any) -> bool:
+    return bool(value.dtype.names) and value.dtype.names[0] == "s0"
+
+
+def _items(path: str, value: Any, objects: _Objects | None, metadata: dict[str, Fact]) -> Iterator[Item]:
     """Yield what an entry holds, structs and cells taken apart."""
     column = Column(name=path.rpartition("/")[2], path=path)
-    if path == OPAQUE and isinstance(value, np.ndarray) and value.dtype.names:
-        name, _, kind, *_ = value.ravel()[0]
-        yield Item(column=Column(name=_text(name), fault=object_fault(_text(kind))))
+    if isinstance(value, np.ndarray) and _is_object(value):
+        _, _, kind, words = value.ravel()[0]
+        found = objects.instances(words) if objects else []
+        for number, instance in enumerate(found):
+            own = column if len(found) == 1 else Column(name=column.name, path=f"{path}/{number}")
+            yield from unpacked(own, instance, metadata)
+        if not found:
+            yield Item(column=Column(name=column.name, path=path, fault=object_fault(_text(kind))))
     elif not isinstance(value, np.ndarray):
         yield Item(column=Column(name=column.name, path=path, fault=f"no plain array ({type(value).__name__})"))
     elif value.dtype.names:
         for field in value.dtype.names:
             for number, entry in enumerate(value[field].ravel(order="F")):
-                yield from _items(f"{path}/{field}" if value.size == 1 else f"{path}/{field}/{number}", entry)
+                place = f"{path}/{field}" if value.size == 1 else f"{path}/{field}/{number}"
+                yield from _items(place, entry, objects, metadata)
     elif value.dtype == object:
         for number, entry in enumerate(value.ravel(order="F")):
-            yield from _items(f"{path}/{number}", entry)
+            yield from _items(f"{path}/{number}", entry, objects, metadata)
     else:
         yield Item(column=column, shape=value.shape, dtype=value.dtype, load=value.__getitem__)
 

@@ -37,7 +37,7 @@ def report_contents(data: Mapping[str, Any], campaign: Campaign, fit: Fit) -> di
         "information": information_data(record_information(campaign, fit), fit, campaign),
         "resonances": resonance_data(resonances(fit.mechanism)),
         "driven": driven_data(campaign, fit),
-        "meanings": meaning_data(campaign),
+        "meanings": meaning_data(campaign, fit),
         "record_table": _record_table(data),
         "origin": _origin(data["provenance"]),
     }

@@ -11,6 +11,7 @@ import numpy as np
 from mechid.analysis.information import Information
 from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import parameters_of
 from mechid.identification.result.fit import Fit
 from mechid.report.digits import digits
 from mechid.report.overview import command_words
@@ -78,9 +79,10 @@ def driven_data(campaign: Campaign, fit: Fit) -> dict[str, Any]:
     }
 
 
-def meaning_data(campaign: Campaign) -> dict[str, str]:
-    """Return what each parameter is, by name."""
-    return {name: q.declaration.meaning for name, q in campaign.parameters.items()}
+def meaning_data(campaign: Campaign, fit: Fit) -> dict[str, str]:
+    """Return what each parameter is, by name, those that the fit found its records to have among them."""
+    records = tuple(as_fitted(record, fit) for record in campaign.records)
+    return {name: q.declaration.meaning for name, q in parameters_of(campaign.mechanism, records).items()}
 
 
 def symbol_of(fit: Fit, name: str) -> str:

@@ -24,6 +24,7 @@ def report_markdown(data: Mapping[str, Any]) -> str:
         parts += [f"## {each['question']}", bullets(each["answers"])]
     parts += ["## Parameters", table(PARAMETER, map(_parameter, _estimated(data)))]
     parts += ["## Known values", table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+    parts += [part for one in data["missing"] for part in _missing(one)]
     parts += ["## Records", _records(data["record_table"])]
     if data["orders"]:
         parts += ["## Orders of the step rate", _orders(data["orders"])]
@@ -54,6 +55,16 @@ def cell(text: str) -> str:
     escaped = "".join(f"\\{c}" if c in "\\|<`*_[]" else c for c in str(text))
     line = " ".join(escaped.split())
     return f"**{line}**" if isinstance(text, Strong) else line
+
+
+def _missing(one: Mapping[str, Any]) -> list[str]:
+    """Return what the files do not declare and the fit has: a heading, its values, what declares it."""
+    rows = ((row["name"], *row["text"].values()) for row in one["rows"])
+    text = one["text"]
+    said = f"Not declared, and the records ask for it: chi-square {text['chi_square']} for {one['dof']}, "
+    said += f"{text['share_percent']} % of what they hold beyond noise. To declare it, at the end of `campaign.toml`:"
+    heading = f"## Not declared: {cell(one['words'])}"
+    return [heading, table(("name", "value", "standard error", "unit"), rows), said, f"```toml\n{one['toml']}```"]
 
 
 def _estimated(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -58,6 +58,12 @@ CHANNEL_LAYOUTS = (
 )
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
+MISSING_COLUMNS = (
+    Column("name", "name", words=True),
+    Column("value", "value"),
+    Column("std error", "std_error"),
+    Column("unit", "unit", words=True),
+)
 STAGE_COLUMNS = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -91,6 +97,7 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     say(console, f"Parameters{legend}", "bold")
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     _print_priors(data, console)
+    _print_missing(data, console)
     if torque_alone(data["channels"]):
         say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
         print_tables(console, RECORD_LAYOUTS, data["records"])
@@ -103,6 +110,19 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_missing(data: Mapping[str, Any], console: Console) -> None:
+    """Print what the files do not declare and the fit has, and what declares it."""
+    for one in data["missing"]:
+        text = one["text"]
+        said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
+        say(console, said, "bold")
+        print_table(console, MISSING_COLUMNS, one["rows"])
+        say(console, "To declare it, at the end of campaign.toml:")
+        for line in one["toml"].strip().splitlines():
+            say(console, f"    {line}" if line else "")
+        console.print()
 
 
 def _print_priors(data: Mapping[str, Any], console: Console) -> None:

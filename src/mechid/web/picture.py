@@ -15,7 +15,7 @@ from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
-from mechid.identification.output_error.coordinates import INSTANTS
+from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant

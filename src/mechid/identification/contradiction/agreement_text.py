@@ -5,11 +5,15 @@ from __future__ import annotations
 import math
 
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.command import Command
 from mechid.identification.contradiction.agreement import Agreement
 from mechid.identification.contradiction.alternatives import Judged, first_moments
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Taken, rate_entry
 from mechid.identification.output_error.target import target_of
-from mechid.units import unit_words
+from mechid.units import to_si_factor, unit_words
+
+SPELLED, SAME_UNIT = ("N*m", "mN*m", "N*cm"), 1e-6
+"""Units by which a torque is often wrong, and how near a factor is one."""
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
@@ -25,7 +29,7 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     target = target_of(record)
     samples = first_moments(target)
     seconds = (samples - 1) / target.base.sample_rate_hz
-    what, remedy = _words(record, found.taken)
+    what, remedy = reading_words(record, found.taken)
     unit = unit_words(record.leading)
     counted = samples * len(target.channels)
     before, after = (target.leading.sigma * math.sqrt(j.cost / counted) for j in (declared, found))
@@ -37,7 +41,7 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     )
 
 
-def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
+def reading_words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
     """Return what is taken and declared, and what to write."""
     said, remedies = [], []
     if taken.polarity < 0:
@@ -47,6 +51,16 @@ def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
     if taken.direction < 0:
         said.append("its commanded rate of the other sign")
         remedies.append("the other sign of its rate")
+    if taken.scale != 1.0:
+        said.append(f"torque times {taken.scale:g}")
+        remedies.append(unit_remedy(record, taken.scale))
+    if taken.stepping is not None:
+        said.append(f"{_steps(taken.stepping, taken.microsteps)} (declared {_steps_of(record.command)})")
+        remedies.append(_steps(taken.stepping, taken.microsteps))
+    if taken.rate is not None:
+        entry = ", ".join(f"{key} = {_rounded(value)}" for key, value in rate_entry(taken.rate).items())
+        said.append(f"{entry} full steps/s (declared {_declared_rate(record.command)})")
+        remedies.append(entry)
     if taken.start_angle_deg is not None:
         said.append(f"a start angle of {taken.start_angle_deg:g} deg (declared {record.command.start_angle_deg:g})")
         remedies.append(f"start_angle_deg = {taken.start_angle_deg:g}")
@@ -55,6 +69,35 @@ def _words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
         said.append(f"a time offset of about {value:.4g} s (declared {record.time_offset.value:g}), now estimated")
         remedies.append(f"time_offset_s = {{ value = {value:.4g}, min = {least:.4g}, max = {most:.4g} }}")
     return " and ".join(said), " and ".join(remedies)
+
+
+def unit_remedy(record: CampaignRecord, scale: float) -> str:
+    """Return what to write of a torque whose samples are to be multiplied by a scale."""
+    assert record.data is not None
+    factor = record.data.channel(record.leading).scale * scale
+    unit = next((u for u in SPELLED if abs(to_si_factor(u, "torque") / factor - 1.0) < SAME_UNIT), "")
+    return f'unit = "{unit}" in its torque channel' if unit else f"{scale:g} times the gain of its torque channel"
+
+
+def _steps(stepping: str, microsteps: int | None) -> str:
+    """Return a stepping as a campaign file writes it."""
+    own = f", microsteps = {microsteps}" if stepping == "micro" else ""
+    return f'stepping = "{stepping}"{own}'
+
+
+def _steps_of(command: Command) -> str:
+    return _steps(command.stepping, command.microsteps)
+
+
+def _declared_rate(command: Command) -> str:
+    return ", ".join(f"{value}" for value in rate_entry(command.rate).values())
+
+
+def _rounded(value: object) -> str:
+    """Return a rate, or the points of a profile, to five digits."""
+    if isinstance(value, list):
+        return "[" + ", ".join(_rounded(one) for one in value) + "]"
+    return f"{value:.5g}"
 
 
 def _left_out_line(name: str) -> str:

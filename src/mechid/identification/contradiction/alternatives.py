@@ -47,10 +47,10 @@ class Judged:
 def first_moments(target: Target) -> int:
     """Return the samples up to which a record is looked at: two full steps of travel, and 60 ms after them."""
     after = round(AFTER_S * target.base.sample_rate_hz)
-    return min(_samples_of(target, STEPS) + after, target.samples)
+    return min(samples_of(target, STEPS) + after, target.samples)
 
 
-def _samples_of(target: Target, steps: float) -> int:
+def samples_of(target: Target, steps: float) -> int:
     """Return the samples until the command has travelled so many full steps; all of them where it never has."""
     base = target.base
 
@@ -63,7 +63,7 @@ def _samples_of(target: Target, steps: float) -> int:
 
 def harmonic_orders(mechanism: Mechanism) -> tuple[float, ...]:
     """Return the periods of each harmonic of the rotor's angle in one electrical turn; none without a stepper."""
-    return tuple(h.orders for h in mechanism.harmonics)
+    return tuple(h.orders for h in mechanism.harmonics if h.of_rotor)
 
 
 def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
@@ -192,7 +192,7 @@ def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
 
 def _reach(target: Target) -> int:
     """Return how many samples of time offset cannot be told from another start angle, halved."""
-    return _samples_of(target, 1.0) // 2
+    return samples_of(target, 1.0) // 2
 
 
 def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> int:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, TIME_OFFSET, key_in_record
+from mechid.campaign.identify_options import MAINS
 from mechid.campaign.record_tables import OWN
 from mechid.campaign.test_stand_entry import KEY as TEST_STAND
 from mechid.identification.disturbance.disturbance import Disturbance, with_own
@@ -38,8 +39,8 @@ def declared_toml(one: Disturbance, values: Mapping[str, float]) -> str:
     shared = [p for p in one.parameters if p.name.startswith(f"{CAMPAIGN}.")]
     if shared:
         lines += [f"[[{CAMPAIGN}]]", *(f"{p.declaration.key} = {_entry(p, values[p.name])}" for p in shared), ""]
-    if one.mains_hz:
-        lines += [f"[[{CAMPAIGN}]]", f"mains = {one.mains_hz!r}", ""]
+    if one.seen_hz:
+        lines += [f"[[{CAMPAIGN}]]", f"{MAINS} = {one.seen_hz!r}", ""]
     for record, own in one.own.items():
         entries = [_line(key_in_record(p.name), _entry(p, values[p.name])) for p in own if p not in shared]
         lines += [f"[[{OWN}]]", f'record = "{record}"', *entries, ""] if entries else []

@@ -13,7 +13,7 @@ from mechid.campaign.campaign import CAMPAIGN
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, is_time_offset
-from mechid.parameter import Parameter, Status
+from mechid.parameter import Parameter
 
 FloatArray = NDArray[np.float64]
 SAME_LINE_HZ = 1e-6
@@ -46,6 +46,12 @@ class Disturbance:
         """Nominal frequency of the mains whose hum it is; None where it is something else."""
         grid = self.name.removeprefix(MAINS_PREFIX).removesuffix("Hz")
         return float(grid) if self.lines_hz and self.name.startswith(MAINS_PREFIX) else None
+
+    @property
+    def seen_hz(self) -> float | None:
+        """Frequency of the mains as it was seen; None where it is something else."""
+        hz, grid = next((hz for lines in self.lines_hz.values() for hz in lines), None), self.mains_hz
+        return hz / round(hz / grid) if hz and grid else None
 
     @property
     def records(self) -> tuple[str, ...]:
@@ -116,8 +122,11 @@ def _without_lines(target: Target, some: Sequence[Disturbance]) -> Target:
 
 def _kept(own: Sequence[Parameter], lost: Mapping[str, Parameter]) -> tuple[Parameter, ...]:
     """Return a record's parameters without those lost; a time offset, which every record has, is known again."""
-    back = (replace(p, value=lost[p.name].value, status=Status.KNOWN) if p.name in lost else p for p in own)
-    return tuple(p for p in back if p.name not in lost or is_time_offset(p))
+    kept = (p for p in own if p.name not in lost or is_time_offset(p))
+    return tuple(
+        Parameter(name=p.name, value=lost[p.name].value, declaration=p.declaration) if p.name in lost else p
+        for p in kept
+    )
 
 
 def carried(problem: Problem, q: FloatArray, other: Problem) -> FloatArray:

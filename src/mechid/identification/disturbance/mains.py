@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -12,11 +13,13 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.signal.lines import prominence
-from mechid.signal.mains import HIGHEST_HZ, MainsLine, mains_lines
+from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lines
 
 FloatArray = NDArray[np.float64]
+FEWEST = 64
+"""Samples in which lines are looked for."""
 USUAL = (1, 2, 3)
-"""Multiples of a grid that is declared and of which no line stands out."""
+"""Multiples of a grid that is declared, whether they stand out or not."""
 WORDS = "mains hum is in the records"
 
 
@@ -24,7 +27,8 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     """Return mains hum as the longest record shows it: in what the model leaves at a point, or before any model.
 
     Its frequency is that of all its lines together, each worth its amplitude times its multiple: what a record of T s
-    tells of a frequency is far below 1/T.
+    tells of a frequency is far below 1/T. A record whose rate varies shows it best: steps at 50 a second are lines of
+    50 Hz too, so that at a steady rate lines at quarters of it do not count.
 
     Parameters
     ----------
@@ -32,23 +36,42 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     q : (n,) or None
         Where the model is to be taken from the record.
     declared_hz : float or None
-        50 or 60, where it is known to be there; its usual multiples where the record shows none.
+        Its frequency where it is known to be there, with its usual multiples at least; 50 or 60 are the nominal ones.
     """
-    longest = max(problem.targets, key=lambda t: t.base.duration_s)
+    longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
     series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
-    if not np.all(np.isfinite(series)) or series.size < 16:
+    if not np.all(np.isfinite(series)) or series.size < FEWEST:
         return None
-    seen = mains_lines(prominence(series, longest.base.sample_rate_hz))
-    grids = {line.mains_hz for line in seen} if declared_hz is None else {declared_hz}
+    found = prominence(series, longest.base.sample_rate_hz)
+    seen = [one for one in mains_lines(found) if _varies(longest) or not _is_of_steps(one, longest, found.bin_hz)]
+    grids = {one.mains_hz for one in seen} if declared_hz is None else {_nominal(declared_hz)}
     if not grids:
         return None
     grid = max(grids, key=lambda hz: sum(one.line.ratio for one in seen if one.mains_hz == hz))
     own = [one for one in seen if one.mains_hz == grid]
     hz = _frequency(own) if own else grid
-    lines = tuple(hz * multiple for multiple in sorted({one.multiple for one in own} or USUAL))
+    if declared_hz is not None and declared_hz != grid:
+        hz = declared_hz
+    multiples = {one.multiple for one in own} | set(USUAL if declared_hz else ())
+    lines = tuple(hz * multiple for multiple in sorted(multiples))
     return Disturbance(
         f"{MAINS_PREFIX}{grid:g}Hz", WORDS, lines_hz={t.name: _within(lines, t) for t in problem.targets}
     )
+
+
+def _nominal(hz: float) -> float:
+    return min(MAINS_HZ, key=lambda grid: abs(grid - hz))
+
+
+def _varies(target: Target) -> bool:
+    """Tell whether the commanded rate of a record does."""
+    return len(set(target.command.rate.rates)) > 1
+
+
+def _is_of_steps(one: MainsLine, target: Target, bin_hz: float) -> bool:
+    """Tell whether a line is where a steady rate has its own: at quarters of it, one electrical turn."""
+    quarter_hz = 0.25 * abs(target.command.rate.rates[0])
+    return quarter_hz > 0.0 and abs(math.remainder(one.line.frequency_hz, quarter_hz)) < BINS * bin_hz
 
 
 def _whole(target: Target) -> tuple[int, int]:

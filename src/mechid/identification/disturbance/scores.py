@@ -21,6 +21,7 @@ from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.whiteness import effective_samples
 
 FloatArray = NDArray[np.float64]
+SMALLEST = 1e-300
 COLLINEAR = 1e-9
 """Relative size of a direction that others hold already."""
 
@@ -88,7 +89,8 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
         known = [_padded(t, free, len(columns)) for t in judged.prior_triangles(q)]
         both = combined([joined, *known])
         fall = max(rest - _least(both.fun, both.jacobian), 0.0)
-        found[one.name] = Score(fall, one.dof, fall / rest if rest > 0.0 else 0.0, worth)
+        left = max(rest - fall, SMALLEST)  # the noise is what is left with it, as in an F test
+        found[one.name] = Score(worth * fall / left, one.dof, fall / max(rest, SMALLEST), worth)
     return found
 
 

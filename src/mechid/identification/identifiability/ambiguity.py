@@ -89,7 +89,7 @@ def _frame(campaign: Campaign) -> str:
     """Say which turns, reversals and moves give the same records."""
     mechanism = campaign.mechanism
     turning = [h for h in mechanism.harmonics if not h.of_phase]
-    turned = " and ".join(f"{h.name} by -{h.orders:g} delta" for h in turning)
+    turned = " and ".join(f"{h.name} by {-h.orders:g} delta" for h in turning)
     phases = f" with the phases turned, of {turned}" if turning else ""
     stepped = "" if len(turning) == len(mechanism.harmonics) else "; with harmonics of the torque constant likewise"
     return (

@@ -11,7 +11,7 @@ bounds, values, priors and derivatives of all are worked out here.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import count
@@ -19,36 +19,18 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start
+from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
-from mechid.command.timing import PPM
+from mechid.identification.output_error.instants import INSTANTS
+from mechid.identification.output_error.means import Mean, means_of
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
 from mechid.simulation.simulator import Block, TimeBase
 
 FloatArray = NDArray[np.float64]
-Slope = Callable[[TimeBase, Block, int, int], FloatArray]
-"""dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
-MEAN_WITHIN = 1e-3
-"""Of the records' own prior, that the mean of their values is held to."""
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
-
-
-def _of_time_offset(_base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
-    """Return minus the rate: a time offset shifts the whole run to later times."""
-    return -block.rate[-n:, output]
-
-
-def _of_clock(base: TimeBase, block: Block, output: int, n: int) -> FloatArray:
-    """Return the rate times the record time's share: t (1 + c) runs ahead by t dc."""
-    record_s = base.start_s + np.arange(block.stop - n, block.stop) * base.interval_s
-    return PPM * record_s * block.rate[-n:, output]
-
-
-INSTANTS: Mapping[str, Slope] = {TIME_OFFSET.key: _of_time_offset, CLOCK.key: _of_clock}
-"""Parameters of a record's own that move the instants of its samples, by key."""
 
 
 @dataclass(frozen=True)
@@ -74,28 +56,6 @@ class RecordCoordinate:
         if self.lane is None:
             return INSTANTS[self.parameter.declaration.key](base, block, output, n)
         return block.jacobian[-n:, output, self.lane]
-
-
-@dataclass(frozen=True)
-class Mean:
-    """Values of one parameter of the mechanism that every record has of its own: their mean is the mechanism's.
-
-    Without it nothing would tell a supply that is higher in all records from a smaller torque constant, and the
-    mechanism's resistance would be unknown where every record has its own.
-
-    Attributes
-    ----------
-    of : str
-        The mechanism's parameter.
-    own : tuple of str
-        The records' values of it.
-    sigma : float
-        Standard deviation of the mean from it, in the file's unit: so small that it costs the mechanism nothing.
-    """
-
-    of: str
-    own: tuple[str, ...]
-    sigma: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -323,7 +283,7 @@ def coordinates_of(
     owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
     instants = [RecordCoordinate(owners[name], p, None) for name, p in moving.items()]
     carried = [c for target in targets for c in _carried(space, target)]
-    return Coordinates(space, (*instants, *carried), priors, tuple(_means(targets)), shrinkage)
+    return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
 def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
@@ -336,14 +296,3 @@ def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
     for p in (p for p in target.moved if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)
-
-
-def _means(targets: Sequence[Target]) -> Iterator[Mean]:
-    """Yield the means of what every record has of its own, free and with a prior."""
-    by_name: dict[str, list[Parameter]] = {}
-    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
-        by_name.setdefault(p.replaces, []).append(p)
-    for name, own in by_name.items():
-        if len(own) == len(targets) > 1:
-            sigma = MEAN_WITHIN * min(p.sigma for p in own if p.sigma)
-            yield Mean(name, tuple(p.name for p in own), sigma)

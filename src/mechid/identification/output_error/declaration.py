@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command, RateProfile
+from mechid.command.stepping import Stepping
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.parameter import Parameter, Status
 from mechid.simulation.simulator import excitation_over
 
+PLAIN = ("stepping", "microsteps", "swapped")
+"""What `Taken` holds of a command and estimate.json writes as it is."""
 LEFT_OUT = "left out"
 """The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
 
@@ -29,6 +32,14 @@ class Taken:
         -1 where the commanded rate has the other sign.
     start_angle_deg : float or None
         Electrical start angle in degrees.
+    rate : RateProfile or None
+        Commanded rate, before its direction.
+    stepping : str or None
+        With `microsteps`, steps a full step.
+    swapped : str or None
+        The record whose command it has, in exchange for its own.
+    scale : float
+        What the leading channel's samples are multiplied by.
     time_offset_s : (float, float, float) or None
         Value, lower and upper bound of a time offset that is to be estimated, s.
     left_out : bool
@@ -38,6 +49,11 @@ class Taken:
     polarity: int = 1
     direction: int = 1
     start_angle_deg: float | None = None
+    rate: RateProfile | None = None
+    stepping: Stepping | None = None
+    microsteps: int | None = None
+    swapped: str | None = None
+    scale: float = 1.0
     time_offset_s: tuple[float, float, float] | None = None
     left_out: bool = False
 
@@ -50,6 +66,11 @@ class Taken:
             own["direction"] = -1
         if self.start_angle_deg is not None:
             own["start_angle_deg"] = self.start_angle_deg
+        if self.rate is not None:
+            own |= rate_entry(self.rate)
+        own |= {key: getattr(self, key) for key in PLAIN if getattr(self, key) is not None}
+        if self.scale != 1.0:
+            own["scale"] = self.scale
         if self.time_offset_s is not None:
             own["time_offset_s"] = list(self.time_offset_s)
         if self.left_out:
@@ -64,6 +85,9 @@ class Taken:
             polarity=own.get("polarity", 1),
             direction=own.get("direction", 1),
             start_angle_deg=own.get("start_angle_deg"),
+            rate=_rate(own),
+            **{key: own.get(key) for key in PLAIN},
+            scale=own.get("scale", 1.0),
             time_offset_s=(delay[0], delay[1], delay[2]) if delay else None,
             left_out="use" in own,
         )
@@ -73,12 +97,40 @@ class Taken:
         """How many things differ from the declaration."""
         return len(self.to_dict())
 
+    @property
+    def factor(self) -> float:
+        """What the samples of the leading channel are multiplied by."""
+        return self.polarity * self.scale
+
+    def beside(self, further: Taken) -> Taken:
+        """Return it with what was found further, of a record that is taken so already."""
+        new = {f.name: getattr(further, f.name) for f in fields(Taken) if getattr(further, f.name) != f.default}
+        both = {"polarity": self.polarity * further.polarity, "direction": self.direction * further.direction}
+        return replace(self, **(new | both))
+
 
 DECLARED = Taken()
 
 
+def rate_entry(rate: RateProfile) -> dict[str, object]:
+    """Return a rate as a campaign file writes it."""
+    if len(rate.rates) == 1:
+        return {"rate": rate.rates[0]}
+    return {"rate_profile": [list(point) for point in zip(rate.times_s, rate.rates, strict=True)]}
+
+
+def _rate(own: Mapping[str, Any]) -> RateProfile | None:
+    if "rate" in own:
+        return RateProfile.constant(own["rate"])
+    return RateProfile.through(own["rate_profile"]) if "rate_profile" in own else None
+
+
 def taken_command(command: Command, taken: Taken) -> Command:
-    """Return a command in the direction and from the start angle that were taken."""
+    """Return a command at the rate, in the steps and direction, and from the start angle that were taken."""
+    if taken.rate is not None:
+        command = replace(command, rate=taken.rate)
+    if taken.stepping is not None and taken.microsteps is not None:
+        command = replace(command, stepping=taken.stepping, microsteps=taken.microsteps)
     if taken.direction < 0:
         backward = RateProfile(command.rate.times_s, tuple(-rate for rate in command.rate.rates))
         command = replace(command, rate=backward)
@@ -101,14 +153,19 @@ def taken_target(target: Target, taken: Taken) -> Target:
     own = target.with_time_offset(taken_offset(target.time_offset, taken)) if taken.time_offset_s else target
     return replace(
         own,
-        channels=target.channels if taken.polarity > 0 else (_reversed(target.leading), *target.channels[1:]),
+        channels=(_multiplied(target.leading, taken.factor), *target.channels[1:]),
         command=command,
         excitation=excitation_over(command, target.base, own.latest_s),
     )
 
 
-def _reversed(channel: TargetChannel) -> TargetChannel:
-    return replace(channel, measured=-channel.measured)
+def _multiplied(channel: TargetChannel, factor: float) -> TargetChannel:
+    if factor == 1.0:
+        return channel
+    size = abs(factor)
+    return replace(
+        channel, measured=factor * channel.measured, sigma=size * channel.sigma, rounding=size * channel.rounding
+    )
 
 
 def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
@@ -118,10 +175,11 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
     if taken.time_offset_s is not None:
         own = taken_offset(record.time_offset, taken)
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
-    if taken.polarity < 0 and record.data is not None:
+    if taken.factor != 1.0 and record.data is not None:
         channels = tuple(
-            replace(c, data=-c.data) if c.quantity == record.leading else c for c in record.data.channels
-        )  # fmt: skip
+            replace(c, data=taken.factor * c.data, scale=taken.factor * c.scale) if c.quantity == record.leading else c
+            for c in record.data.channels
+        )
         record = replace(record, data=replace(record.data, channels=channels))
     use = "validate" if taken.left_out else record.use
     return replace(record, command=taken_command(record.command, taken), use=use)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from mechid.identification.disturbance.declared import Declared
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
@@ -318,12 +317,6 @@ class Fit:
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
         }
-
-
-def found_by(fit: Fit) -> dict[str, Declared]:
-    """Return the parameters that a fit has because its records ask for them, as it began with them, by dotted name."""
-    own = (fit.parameters[name] for one in fit.missing for name in one.parameters if name in fit.parameters)
-    return {p.name: Declared.bounded(p.start, p.min, p.max, p.prior.sigma if p.prior else None) for p in own}
 
 
 def _parameter_dict(p: ParameterEstimate) -> dict[str, object]:

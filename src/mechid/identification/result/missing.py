@@ -7,11 +7,15 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
+import numpy as np
 from scipy.stats import chi2
 
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
 from mechid.identification.disturbance.disturbance import Disturbance, Found
+
+MOST_NAMED = 8
+"""Values that a warning names."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,11 +104,10 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
 
 def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:
     """Return what a fit gives of mains hum, by dotted name; nothing of other disturbances."""
-    grid_hz = one.mains_hz
-    if grid_hz is None:
+    grid_hz, seen_hz = one.mains_hz, one.seen_hz
+    if grid_hz is None or seen_hz is None:
         return {}
-    seen_hz = next(hz for lines in one.lines_hz.values() for hz in lines)
-    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz / round(seen_hz / grid_hz), std_error=None, unit="Hz")}
+    own = {f"{CAMPAIGN}.mains_hz": OwnValue(value=seen_hz, std_error=None, unit="Hz")}
     for name, lines in one.lines_hz.items():
         for hz, amplitude in records[name].lines.items():
             if any(math.isclose(hz, other) for other in lines):
@@ -114,12 +117,25 @@ def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]
 
 def missing_warning(missing: Missing) -> str:
     """Say what was put into a fit, and how to declare it or to keep it out."""
-    found = ", ".join(f"{name} = {_with_error(p)}" for name, p in missing.parameters.items())
+    values = [f"{name} = {_with_error(p)}" for name, p in missing.parameters.items()]
+    found = ", ".join([*values[:MOST_NAMED], "..."] if len(values) > MOST_NAMED else values)
     return (
         f"{missing.name}: {missing.words}, which the files do not say and the records ask for (chi-square "
         f"{missing.chi_square:.4g} for {missing.dof}, {100.0 * missing.share:.3g} % of what is beyond noise): it is "
-        f"estimated with the rest, {found}; what declares it is in missing of estimate.json, and "
+        f"estimated with the rest, {found}{_common(missing)}; what declares it is in missing of estimate.json, and "
         '[identify] disturbances = "none" keeps it out'
+    )
+
+
+def _common(missing: Missing) -> str:
+    """Say what a common part of values that have a mean would be, which no record shows."""
+    values = [p.value for p in missing.parameters.values()]
+    if len(values) - missing.dof != 1 or not np.mean(values):
+        return ""
+    scatter = 100.0 * float(np.std(values, ddof=1) / abs(np.mean(values)))
+    return (
+        f" (their mean counts as the mechanism's value: they scatter by {scatter:.2g} %, so that it may well be "
+        f"{scatter / math.sqrt(len(values)):.2g} % off, unseen)"
     )
 
 

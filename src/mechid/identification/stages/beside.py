@@ -55,9 +55,12 @@ def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[
 
 
 def grown_beside(
-    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, seed: int
+    watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, louder: Problem | None = None
 ) -> tuple[SearchState, Growth] | None:
-    """Return the growth with terms beside from the best start; None where that does not follow all records either."""
+    """Return the growth with terms beside from a start; None where that does not follow all records either.
+
+    `louder` is the problem at a raised noise level at which `q` follows all records: there all is fitted at once first.
+    """
     superset = superset_of(campaign.mechanism)
     disturbances = possible(state.problem, campaign)
     if superset is None and not disturbances:
@@ -66,7 +69,11 @@ def grown_beside(
     mechanism = superset.freeing(names) if superset else campaign.mechanism
     beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
     problem = beside.problem(state.problem, disturbances)
-    begun = _begun(problem, lifted(state.problem, best.q, problem), beside, disturbances)
+    start = lifted(state.problem, q, problem)
+    if louder is not None:
+        wider = beside.problem(louder, disturbances)
+        start = solve(wider, start, wider.whole(), steps=STEPS, tolerance=1e-6).q
+    begun = _begun(problem, start, beside, disturbances)
     wide = _grown_wide(watch, begun, superset, seed)
     return _settled(watch, state, wide) if wide.growth.complete else None
 

@@ -39,24 +39,35 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     explains most of what is beyond noise stays. The noise is then released anew, from where it is known.
     """
     plain = fit_with_noise_released(watch, state, campaign.options, names)
-    some = possible(plain.problem, campaign, plain.q)
-    if not some or not _asks(watch, plain):
-        return plain
-    watch.tell("disturbances", "what records have beside the mechanism is looked for")
+    at = _with_all_asked_for(watch, state, plain, campaign, names)
+    fitted = plain if at.found == state.found else _released(watch, at, campaign, names)
+    while doubted := [found for found in fitted.found if not _stands_out(fitted, found.disturbance)]:
+        at = _fitted_without(watch, at, doubted[-1], names)
+        fitted = plain if at.found == state.found else _released(watch, at, campaign, names)
+    return watch.note(fitted)
+
+
+def _with_all_asked_for(
+    watch: Watch, state: SearchState, plain: SearchState, campaign: Campaign, names: tuple[str, ...]
+) -> SearchState:
+    """Return the state, its noise as known, with the disturbances that explain what a fit without them leaves."""
     at = replace(state.of(_as_known(watch, state.problem)), q=plain.q)
+    if not _asks(watch, plain):
+        return at
+    watch.tell("disturbances", "what records have beside the mechanism is looked for")
+    some = possible(plain.problem, campaign, plain.q)
     while some:
         better = _with_one_more(watch, at, some, names)
         if better is None:
             break
         at = _each_needed(watch, better, names)
         some = tuple(one for one in some if one.name not in {found.disturbance.name for found in at.found})
-    while at.found:
-        fitted = fit_with_noise_released(watch, watch.note(at), campaign.options, names)
-        doubted = [found for found in at.found if not _stands_out(fitted, found.disturbance)]
-        if not doubted:
-            return fitted
-        at = _fitted_without(watch, at, doubted[-1], names)
-    return watch.note(plain)
+    return at
+
+
+def _released(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
+    own = [p.name for found in state.found for p in found.disturbance.parameters]
+    return fit_with_noise_released(watch, watch.note(state), campaign.options, tuple(dict.fromkeys((*names, *own))))
 
 
 def _stands_out(state: SearchState, one: Disturbance) -> bool:

@@ -17,6 +17,7 @@ from mechid.identification.contradiction.agreement_text import agreement_warning
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
+from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
@@ -26,7 +27,7 @@ from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.beside import grown_beside, grown_rivals
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import raised, raised_words
+from mechid.identification.uncertainty.raised_noise import explained_mostly, raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -67,16 +68,32 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
 def _grown(
     watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int
 ) -> tuple[SearchState, Growth]:
-    """Grow from the best start, failing that with terms beside the mechanism, then with other laws in it.
+    """Grow from the best start; failing that with terms beside the mechanism, at a raised noise level, with other laws.
 
-    Where all fail, see whether the records agree before the other starts are tried.
+    A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     growth = _grow_best(watch, state, iter([best]), seed)
     if growth.complete:
         return state, growth
-    beside = grown_beside(watch, state, campaign, best, seed) or grown_rivals(watch, state, campaign, seed)
+    beside = grown_beside(watch, state, campaign, best.q, seed)
     if beside is not None:
         return beside
+    louder = _grown_louder(watch, state, growth, seed)
+    if louder[1].complete:
+        beside = grown_beside(watch, state, campaign, louder[1].q, seed, louder[0].problem)
+    beside = beside or grown_rivals(watch, state, campaign, seed)
+    if beside is not None:
+        return beside
+    if louder[1].complete and explained_mostly(louder[0].problem, louder[1].q):
+        return louder
+    return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+
+
+def _grown_otherwise(
+    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
+    louder: tuple[SearchState, Growth], seed: int,
+) -> tuple[SearchState, Growth]:  # fmt: skip
+    """See whether the records agree, and try the other starts; `louder` is what a raised noise level comes to."""
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
     told = partial(watch.tell, "records compared")
@@ -96,7 +113,7 @@ def _grown(
     if rest and not said and not growth.complete:
         return watch.note(_taking(state, campaign, rest)), rest.growth
     if not any(reading.complete for reading in said):  # then it is no noise that stops the growth
-        state, growth = _grown_louder(watch, state, growth, seed)
+        state, growth = louder if louder[0] is not state else (state, growth)
     return (state if growth.complete else state.saying(*(reading.line for reading in said))), growth
 
 
@@ -125,7 +142,10 @@ def _grown_louder(watch: Watch, state: SearchState, known: Growth, seed: int) ->
 
 def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> SearchState:
     """Return the state with records that are taken otherwise than declared, and what is said of that."""
-    state = replace(state.of(agreed.problem), taken=agreed.taken).at(agreed.growth.q, agreed.growth.horizons)
+    taken = {name: state.taken.get(name, DECLARED).beside(further) for name, further in agreed.taken.items()}
+    state = replace(state.of(agreed.problem), taken={**state.taken, **taken}).at(
+        agreed.growth.q, agreed.growth.horizons
+    )
     return state.saying(*agreement_warnings(campaign, agreed))
 
 

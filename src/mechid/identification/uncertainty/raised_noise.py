@@ -12,19 +12,25 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import Growth, followed
+from mechid.identification.uncertainty.covariance import residual
 from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
+FloatArray = NDArray[np.float64]
 FACTOR = 4.0
 """By which a level is raised at a time."""
 MOST_SHARE = 0.3
 """Of the standard deviation of what moves in a channel, up to which its level is raised."""
+
+MOSTLY = 0.1
+"""Share of what moves in a channel that is left where a model explains most of it."""
 
 
 def raised(problem: Problem, growth: Growth) -> Problem:
@@ -72,6 +78,16 @@ def _raised_channel(channel: TargetChannel) -> TargetChannel:
     if channel.rests_on is NoiseSource.DECLARED or level <= channel.sigma:
         return channel
     return replace(channel, sigma=level, raised=level, rests_on=NoiseSource.RESIDUAL)
+
+
+def explained_mostly(problem: Problem, q: FloatArray) -> bool:
+    """Tell whether a point leaves less than a tenth of what moves in every channel: then no record contradicts."""
+
+    def share(target: Target) -> float:
+        series = residual(problem, target, q, (0, target.samples))
+        return max(float(np.std(r)) / max(moved(c), 1e-300) for c, r in zip(target.channels, series, strict=True))
+
+    return max(map(share, problem.targets)) < MOSTLY
 
 
 def moved(channel: TargetChannel) -> float:

@@ -14,7 +14,7 @@ from mechid.analysis.order_tracking import OrderLine
 from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import RESOLVED, StepLine
-from mechid.analysis.step_rate import RateReading, SuggestedRate, declared_rate
+from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
 from mechid.report.digits import digits, plain, with_sigma
 from mechid.report.look.words import (
     channel_words,

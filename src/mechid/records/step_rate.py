@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from mechid.command import RateProfile
 from mechid.signal import spectrogram
 from mechid.signal.lines import Line, Prominence
+from mechid.signal.mains import mains_lines
 from mechid.signal.series import Series
 
 FloatArray = NDArray[np.float64]
@@ -125,6 +126,27 @@ def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | No
     rate = nearest * suggested.repetition_hz
     sigma = rate * suggested.sigma / suggested.profile.rates[0]
     return RateReading(rate=rate, sigma=sigma, repeats=nearest)
+
+
+def suggested_beside_hum(data: FloatArray, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+    """Return the rate that samples suggest without mains hum, or with it where that has the lines of full steps.
+
+    Parameters
+    ----------
+    data : (N,)
+        In any unit.
+    found : Prominence
+        Of the same samples.
+    lines : sequence of Line
+        Of its spectrum.
+    """
+    hum = {round(one.line.frequency_hz / found.bin_hz) for one in mains_lines(found)}
+    y = data - data.mean()
+    own = suggested_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
+    if own or not hum:
+        return own
+    with_hum = suggested_rate(y, found, lines)
+    return with_hum if with_hum and with_hum.stepping == "full" else None
 
 
 def suggested_rate(y: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.analysis.step_rate import declared_rate, suggested_rate
 from mechid.campaign.campaign_file import load_records
+from mechid.records.step_rate import declared_rate, suggested_rate
 from mechid.signal.lines import prominence, spectral_lines
 
 RATE_HZ = 10_000.0

@@ -1,0 +1,202 @@
+"""What `mechid check` and `identify` say of declarations before any search: false alarms, and faults that were made.
+
+    python benchmarks/first_sight.py [--seeds 0:30] [--bench-seeds 0:2] [--campaigns FOLDER ...]    # as declared
+    python benchmarks/first_sight.py --faults [--seeds 0:4]                                  # one fault at a time
+
+The first line looks at the campaigns of the recovery benchmark, at the benches with one effect left out from the
+catalogue, at both with a model that lacks the housing, a detent or both detents, and at campaigns on disk. Nothing is
+fitted.
+"""
+
+import argparse
+import copy
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+from incomplete.benches import make_bench
+from incomplete.effects import EFFECTS
+from mechid.campaign import Campaign, CampaignRecord, load_campaign
+from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.command import Command, RateProfile
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.contradiction.first_sight import SCALES, FirstSight, first_sight
+from mechid.identification.output_error.declaration import Taken, taken_record
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.plant.mechanism import Mechanism
+from recovery.campaigns import campaign as recovery_campaign
+from recovery.mechanisms import FAMILIES, paper_table
+
+RATES = (0.25, 0.5, 0.8, 1.1, 1.5, 2.0, 4.0)
+
+
+def main() -> None:
+    """Look at campaigns as declared, or at those with a fault."""
+    arguments = _arguments()
+    if arguments.faults:
+        faults(range(*arguments.seeds))
+    else:
+        as_declared(arguments)
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=_range, default=(0, 30), metavar="A:B", help="of the recovery benchmark")
+    parser.add_argument("--bench-seeds", type=_range, default=(0, 2), metavar="A:B", help="of each effect left out")
+    parser.add_argument("--campaigns", type=Path, nargs="*", default=[], metavar="FOLDER", help="on disk")
+    parser.add_argument("--faults", action="store_true", help="one fault at a time, in the recovery benchmark's")
+    return parser.parse_args()
+
+
+def _range(text: str) -> tuple[int, int]:
+    first, _, last = text.partition(":")
+    return int(first), int(last)
+
+
+def sight_of(campaign: Campaign) -> FirstSight:
+    """Return the first sight of a campaign, on one core."""
+    with one_core_algebra():
+        return first_sight(Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated))))
+
+
+def as_declared(arguments: argparse.Namespace) -> None:
+    """Print what is said where all is right; anything is a false alarm."""
+    counted, alarms, seconds = Counter(), Counter(), []
+    for kind, name, campaign in _right(arguments):
+        began = time.process_time()
+        sight = sight_of(campaign)
+        seconds.append(time.process_time() - began)
+        counted[kind] += 1
+        if sight != FirstSight():
+            alarms[kind] += 1
+            print(f"{kind} {name}: {sight}", flush=True)
+    for kind, count in counted.items():
+        print(f"{kind}: {alarms[kind]} alarms in {count} campaigns")
+    print(f"CPU seconds: median {sorted(seconds)[len(seconds) // 2]:.2f}, worst {max(seconds):.2f}")
+
+
+def _right(arguments: argparse.Namespace) -> Iterator[tuple[str, str, Campaign]]:
+    """Yield kind, name and campaign."""
+    for number, family in FAMILIES.items():
+        for seed in range(*arguments.seeds):
+            made = recovery_campaign(family.catalogue(), family.truth(seed), seed, "all")
+            yield f"recovery, family {number}", str(seed), made
+            yield from _lacking(f"{seed}", made) if number == 1 and seed % 5 == 0 else ()
+    for effect in EFFECTS:
+        for seed in range(*arguments.bench_seeds):
+            with tempfile.TemporaryDirectory() as folder:
+                made = replace(load_campaign(make_bench(effect, seed, Path(folder)).folder),
+                               mechanism=FAMILIES[1].catalogue())  # fmt: skip
+            yield "one effect left out", f"{effect} {seed}", made
+            yield from _lacking(f"{effect} {seed}", made) if seed == 0 else ()
+    for folder in arguments.campaigns:
+        yield "on disk", str(folder), load_campaign(folder)
+
+
+def _lacking(name: str, campaign: Campaign) -> Iterator[tuple[str, str, Campaign]]:
+    for words, mechanism in _poorer():
+        yield f"model without {words}", name, replace(campaign, mechanism=mechanism)
+
+
+def _poorer() -> Iterator[tuple[str, Mechanism]]:
+    """Yield catalogues that lack something large."""
+    rigid, one, none = (paper_table() for _ in range(3))
+    del rigid["housing"]
+    del one["stepper"]["detent"][1]
+    none["stepper"]["detent"] = [{"period_deg": 1.8, "amplitude": 0.0, "phase_deg": 0.0}]
+    for words, table in (("housing", rigid), ("a detent", one), ("detents", none)):
+        yield words, mechanism_from_table(copy.deepcopy(table), "catalogue")
+
+
+def faults(seeds: range) -> None:
+    """Print how often each kind of fault is named rightly, wrongly, or not."""
+    found: dict[str, Counter[str]] = {}
+    for seed in seeds:
+        family = FAMILIES[1]
+        campaign = recovery_campaign(family.catalogue(), family.truth(seed), seed, "all")
+        for kind, names, made, right in _faulty(campaign):
+            sight = sight_of(made)
+            of = found.setdefault(kind, Counter())
+            of[_judged(sight, names, right)] += 1
+            others = set(sight.otherwise) - set(names)
+            of["another record named"] += bool(others)
+    for kind, counts in found.items():
+        print(f"{kind:32} " + ", ".join(f"{count} {words}" for words, count in sorted(counts.items()) if count))
+
+
+Right = Callable[[FirstSight, str], bool]
+
+
+def _judged(sight: FirstSight, names: tuple[str, ...], right: Right) -> str:
+    if not names:
+        return "named" if right(sight, "") else "not named"
+    if not set(names) & set(sight.otherwise):
+        return "not named"
+    sure = "" if set(names) <= set(sight.sure) else ", and not used"
+    return (
+        "named" if all(name in sight.otherwise and right(sight, name) for name in names) else "named otherwise"
+    ) + sure
+
+
+def _faulty(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], Campaign, Right]]:
+    """Yield kind of fault, records, campaign, and what tells whether it was named rightly."""
+    names = [record.name for record in campaign.records]
+    for scale in SCALES:
+        wrong = {name: Taken(scale=1.0 / scale) for name in names}
+        yield f"unit of all {scale:g}", (), _taken(campaign, wrong), lambda s, _, k=scale: s.common_scale == k
+        for name in names:
+            right = lambda s, n, k=scale: s.otherwise[n].scale == k  # noqa: E731
+            yield f"unit of one {scale:g}", (name,), _taken(campaign, {name: wrong[name]}), right
+    for name in names:
+        true = campaign.record(name).command
+        coarse = true.microsteps <= 2
+        other = {"stepping": "micro", "microsteps": 16} if coarse else {"stepping": "full", "microsteps": 1}
+        kind = f"{'full' if coarse else 'micro'} steps declared as {other['stepping']}"
+        yield kind, (name,), _commanded(campaign, name, **other), lambda s, n, c=coarse: _is_coarse(s, n) == c
+        for factor in RATES:
+            rate = RateProfile(true.rate.times_s, tuple(factor * one for one in true.rate.rates))
+            right = lambda s, n, was=true.rate: _near(s, n, max(was.rates))  # noqa: E731
+            yield f"rate times {factor:g}", (name,), _commanded(campaign, name, rate=rate), right
+    for one, other in combinations(names, 2):
+        swapped = lambda s, n, pair=(one, other): s.otherwise[n].swapped in pair  # noqa: E731
+        yield "two swapped", (one, other), _exchanged(campaign, one, other), swapped
+
+
+def _is_coarse(sight: FirstSight, name: str) -> bool | None:
+    steps = sight.otherwise[name].microsteps
+    return None if steps is None else steps <= 2
+
+
+def _near(sight: FirstSight, name: str, rate: float) -> bool:
+    found = sight.otherwise[name].rate
+    return found is not None and abs(max(found.rates) / rate - 1.0) < 0.02
+
+
+def _taken(campaign: Campaign, taken: dict[str, Taken]) -> Campaign:
+    return _with(campaign, {name: taken_record(campaign.record(name), one) for name, one in taken.items()})
+
+
+def _commanded(campaign: Campaign, name: str, **changes: Any) -> Campaign:
+    record = campaign.record(name)
+    command: Command = replace(record.command, **changes)
+    return _with(campaign, {name: replace(record, command=command)})
+
+
+def _exchanged(campaign: Campaign, one: str, other: str) -> Campaign:
+    a, b = campaign.record(one), campaign.record(other)
+    return _with(campaign, {one: replace(a, data=b.data), other: replace(b, data=a.data)})
+
+
+def _with(campaign: Campaign, records: dict[str, CampaignRecord]) -> Campaign:
+    return replace(campaign, records=tuple(records.get(r.name, r) for r in campaign.records))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,208 @@
+"""Records that are plainly not as declared, told before any search: rate, stepping, unit, two of them swapped.
+
+A record's spectrum says how its motor was stepped, whatever the mechanism's values: full steps fill it with lines,
+microsteps leave it nearly empty, and all lines are multiples of the step rate. So the model is run under the declared
+command at a few points of the box in which the search starts, and under what the record might be instead at those
+points that fit all records best. Spectra are compared in decades, where values that are wrong by factors of two or
+three count little, a unit that is wrong by a hundred or a thousand counts most, and phases and start angles nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import MeasuredCommand
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.contradiction.record_sight import (
+    COARSE,
+    FULL_STEPS,
+    RecordSight,
+    contradicts,
+    is_doubtful_rate,
+    is_driven_so,
+    own_rates,
+    sight_of,
+)
+from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.multistart import sample_box
+
+FloatArray = NDArray[np.float64]
+POINTS, BEST = 16, 4
+"""Points of the box at which the declared commands are run, and of these those at which others are."""
+SCALES = (1e-3, 1e-2, 1e2, 1e3)
+"""What a torque is to be multiplied by where its unit is a wrong one: mN m, N cm for N m, and the reverse."""
+USUAL_MICROSTEPS = 16
+COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 2.5, 1.15, 1.2, 1.2
+"""Times as far off as declared than as read otherwise, from which a record is plainly so."""
+RIVAL = 2.0
+"""Times as far off by a hundred as by a thousand, or the reverse, up to which it may be either."""
+GIVEN_UP = 2.5
+"""Times as far off as declared at the first point from which a reading is not looked at further."""
+AS_WELL = 1.15
+"""Times as far off as by causes of their own, up to which two records are rather swapped."""
+
+
+@dataclass(frozen=True)
+class FirstSight:
+    """What a first sight of records says.
+
+    Attributes
+    ----------
+    common_scale : float
+        What the torque of all records alike is plainly to be multiplied by; 1 where nothing is.
+    otherwise : mapping of record to Taken
+        What is plainly otherwise with single records.
+    doubtful : frozenset of str
+        Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
+    """
+
+    common_scale: float = 1.0
+    otherwise: Mapping[str, Taken] = field(default_factory=dict)
+    doubtful: frozenset[str] = frozenset()
+
+    @property
+    def sure(self) -> dict[str, Taken]:
+        """The readings that are no other ones as well."""
+        return {name: taken for name, taken in self.otherwise.items() if name not in self.doubtful}
+
+
+def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
+    """Return what is plainly otherwise than declared, by each record's own spectrum.
+
+    Parameters
+    ----------
+    problem : Problem
+        All records as declared. Looked at are those of which the torque leads, under a command.
+    seed : int
+        Of the points of the box.
+    """
+    sights = {t.name: sight_of(t) for t in problem.targets if _is_looked_at(t)}
+    own = problem.coordinates.of_records(problem.start)
+    points = [np.concatenate([q, own]) for q in sample_box(problem.space, POINTS, seed)]
+    scales = (1.0, *SCALES)
+    each = partial(_declared, problem, points, scales)
+    of = dict(zip(sights, mapped(each, list(sights.values()), problem.workers), strict=True))
+    of = {name: distances for name, distances in of.items() if np.isfinite(distances[:, 0]).any()}
+    if not of:
+        return FirstSight()
+    total = np.sum(np.sqrt(list(of.values())), axis=0)
+    least = np.min(total, axis=0)
+    common = int(np.argmin(least))
+    if common and least[0] > COMMON * least[common]:
+        return FirstSight(scales[common])
+    best = np.argsort(total[:, 0], kind="stable")[:BEST]
+    at = _Comparison(problem, [points[i] for i in best], {name: sights[name] for name in of})
+    return at.otherwise({name: distances[best] for name, distances in of.items()})
+
+
+def _is_looked_at(target: Target) -> bool:
+    return target.leading.quantity == "torque" and not isinstance(target.command, MeasuredCommand)
+
+
+def _declared(
+    problem: Problem, points: Sequence[FloatArray], scales: Sequence[float], sight: RecordSight
+) -> FloatArray:
+    """Return how far off a record is as declared, (points, scales)."""
+    return np.array([sight.distances(sight.modelled(problem, DECLARED, q), scales) for q in points])
+
+
+@dataclass(frozen=True)
+class _Comparison:
+    """Readings of the records beside their declarations, at points that fit all of them best as declared."""
+
+    problem: Problem
+    points: Sequence[FloatArray]
+    sights: Mapping[str, RecordSight]
+
+    def otherwise(self, distances: Mapping[str, FloatArray]) -> FirstSight:
+        """Return the readings that are plainly nearer; two records swapped are one cause for both.
+
+        `distances` are those as declared, (points, scales) by record.
+        """
+        declared = {name: float(some[:, 0].min()) for name, some in distances.items()}
+        singles = {name: self._single(self.sights[name], some) for name, some in distances.items()}
+        swapped = self._swapped(declared, {name: off for name, (off, _) in singles.items()})
+        otherwise = {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
+        doubtful = {name for name, taken in otherwise.items() if self._is_doubtful(name, taken, distances[name])}
+        partners = {name for name, taken in otherwise.items() if taken.swapped in doubtful}
+        return FirstSight(1.0, otherwise, frozenset(doubtful | partners))
+
+    def _is_doubtful(self, name: str, taken: Taken, distances: FloatArray) -> bool:
+        """Tell whether another reading of the same kind is as good: another unit, or half or twice the rate."""
+        if taken.scale == 1.0:
+            return is_doubtful_rate(self.sights[name], taken)
+        least = distances[:, 1:].min(axis=0)
+        rivals = (k for k, scale in enumerate(SCALES) if scale != taken.scale and (scale > 1.0) == (taken.scale > 1.0))
+        return any(least[k] < RIVAL * least[SCALES.index(taken.scale)] for k in rivals)
+
+    def _distance(self, sight: RecordSight, taken: Taken, declared: float) -> float:
+        """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
+        least = math.inf
+        for q in self.points:
+            least = min(least, *sight.distances(sight.modelled(self.problem, taken, q), [1.0]))
+            if least > GIVEN_UP * declared:
+                break
+        return least
+
+    def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Taken]:
+        """Return the two records that are nearer by each other's command, the clearest such pair.
+
+        None where each by itself is nearer still in another way, where its own lines are at another rate, or where no
+        own line speaks against what is declared.
+        """
+        found: list[tuple[float, dict[str, Taken]]] = []
+        spoken = {name for name in declared if contradicts(self.sights[name])}
+        for pair in combinations(declared, 2):
+            if spoken.isdisjoint(pair):
+                continue
+            taken = {name: _driven_as(self.sights[other].whole) for name, other in zip(pair, pair[::-1], strict=True)}
+            if all(taken_command(self.sights[name].command, taken[name]) == self.sights[name].command for name in pair):
+                continue
+            off = sum(self._distance(self.sights[name], taken[name], declared[name]) for name in pair)
+            before = sum(declared[name] for name in pair)
+            if before > SWAP * off and off <= AS_WELL * sum(singles[name] for name in pair):
+                found.append((before / off, taken))
+        _, best = max(found, key=lambda one: one[0], default=(0.0, {}))
+        agreed = all(is_driven_so(self.sights[name], taken, FULL_STEPS) for name, taken in best.items())
+        return best if agreed else {}
+
+    def _single(self, sight: RecordSight, distances: FloatArray) -> tuple[float, Taken]:
+        """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
+        declared = float(distances[:, 0].min())
+        units = [(float(distances[:, k].min()), UNIT, Taken(scale=scale)) for k, scale in enumerate(SCALES, 1)]
+        others = _other_commands(sight)
+        commands = [(self._distance(sight, taken, declared), limit, taken) for limit, taken in others]
+        plain = [(off, taken) for off, limit, taken in (*units, *commands) if declared > limit * off]
+        return min(plain, key=lambda one: one[0], default=(declared, DECLARED))
+
+
+def _driven_as(other: Target) -> Taken:
+    command = other.command
+    return Taken(
+        rate=command.rate, stepping=command.stepping, microsteps=command.microsteps,
+        start_angle_deg=command.start_angle_deg, swapped=other.name,
+    )  # fmt: skip
+
+
+def _other_commands(sight: RecordSight) -> list[tuple[float, Taken]]:
+    """Return what a record's command may be instead, each with how much nearer it has to be."""
+    command, own = sight.command, sight.own
+    full = own is not None and own.stepping == "full"
+    steppings = []
+    if command.microsteps <= COARSE and not full:
+        steppings = [Taken(stepping="micro", microsteps=USUAL_MICROSTEPS)]
+    elif command.microsteps > COARSE and full:
+        steppings = [Taken(stepping="full", microsteps=1), Taken(stepping="half", microsteps=2)]
+    return [
+        *((STEPPING, taken) for taken in steppings),
+        *((RATE, Taken(rate=rate)) for rate in own_rates(sight)),
+    ]

@@ -1,0 +1,62 @@
+"""What is said of records that are plainly not as declared, before any search."""
+
+from __future__ import annotations
+
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
+from mechid.identification.contradiction.first_sight import SCALES, FirstSight
+from mechid.identification.output_error.declaration import Taken
+
+
+def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> list[str]:
+    """Return a line for each record, or two, or all of them: what it plainly is, and what to write.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    sight : FirstSight
+    used : bool
+        Whether single records are read so in what follows.
+    """
+    lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
+    for name, taken in sight.otherwise.items():
+        doubtful = name in sight.doubtful
+        if taken.swapped is None:
+            lines.append(_single(campaign.record(name), taken, used=used and not doubtful, doubtful=doubtful))
+        elif name < taken.swapped:
+            lines.append(_swapped(name, taken.swapped, used=used and not doubtful))
+    return lines
+
+
+def _common(campaign: Campaign, scale: float) -> str:
+    record = next(r for r in campaign.estimated if r.leading == "torque")
+    return (
+        f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
+        f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong "
+        "unit in the mechanism file"
+    )
+
+
+def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool) -> str:
+    said, remedy = reading_words(record, taken)
+    then = ", and so used" if used else f", or of {_rival(taken)}" if doubtful else ""
+    return (
+        f"record {record.name}: its spectrum is not that of its declaration, but that of a record with {said}{then}; "
+        f"if that is right, write {remedy} for it in the campaign file"
+    )
+
+
+def _rival(taken: Taken) -> str:
+    """Return what a record may be as well."""
+    if taken.scale == 1.0:
+        return "half or twice that rate"
+    rival = next(s for s in SCALES if s != taken.scale and (s > 1.0) == (taken.scale > 1.0))
+    return f"torque times {rival:g}"
+
+
+def _swapped(one: str, other: str, *, used: bool) -> str:
+    then = ", and so used" if used else ""
+    return (
+        f"records {one} and {other} seem to be swapped: the spectrum of each is that of the other's "
+        f"command{then}; if that is right, exchange their files in the campaign file"
+    )

@@ -1,0 +1,185 @@
+"""A record by its spectrum: what it shows of its stepping, and how far a run of the model is from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import Command, RateProfile
+from mechid.identification.contradiction.alternatives import samples_of
+from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command, taken_target
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
+from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
+from mechid.signal.lines import prominence, spectral_lines
+
+FloatArray = NDArray[np.float64]
+COARSE = 2
+"""Steps a full step, at most, that fill a spectrum."""
+STEPS, LEAST_S, MOST_S, PIECE_S = 8.0, 0.25, 2.0, 0.5
+"""Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move."""
+HIGHEST_HZ = 1000.0
+OWN_LINES_S, OWN_RIDGE_S = 4.0, 8.0
+"""How much of a record is looked at for its own step rate, by its lines and over time."""
+SAME_RATE, SAME_END = 0.01, 0.1
+"""Of a rate, and of a swept rate's end: what is off by no more is no other one."""
+REPEATS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
+"""Full steps at the rate declared after which a record may repeat itself."""
+FULL_STEPS = (1.0, 2.0)
+"""Times the rate declared that the lines of full steps may suggest."""
+PARTS = (1.0, 2.0, 4.0)
+"""Times what its lines are multiples of that a step rate may be; of a ridge over time, the first two."""
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSight:
+    """A record's first steps, and all of it.
+
+    Attributes
+    ----------
+    target : Target
+        Its first steps.
+    whole : Target
+    pieces : int
+        Into which these steps are cut for their spectra.
+    """
+
+    target: Target
+    whole: Target
+    pieces: int
+
+    @cached_property
+    def bins(self) -> int:
+        """Frequencies that are compared."""
+        base, size = self.target.base, self.target.samples // self.pieces
+        return int(min(HIGHEST_HZ, 0.5 * base.sample_rate_hz) * size / base.sample_rate_hz)
+
+    @cached_property
+    def power(self) -> FloatArray:
+        """Measured power over frequency in each piece, (pieces, F)."""
+        return power_over_time(self.target.leading.measured, self.pieces)[:, : self.bins]
+
+    @cached_property
+    def noise(self) -> float:
+        """Power of the noise at each frequency."""
+        return noise_power(self.target.leading.sigma, self.target.samples // self.pieces)
+
+    @cached_property
+    def own(self) -> SuggestedRate | None:
+        """How the record seems to be driven by its own lines."""
+        fs = self.whole.base.sample_rate_hz
+        y = self.whole.leading.measured[: round(self.own_s * fs)]
+        found = prominence(y, fs)
+        return suggested_beside_hum(y, found, spectral_lines(found))
+
+    @property
+    def own_s(self) -> float:
+        """How much of it is looked at for that, s."""
+        return min(OWN_LINES_S if _is_constant(self.command) else OWN_RIDGE_S, self.whole.base.duration_s)
+
+    @property
+    def fastest(self) -> float:
+        """The largest rate that is declared within that, full steps/s."""
+        rate = self.command.rate
+        inside = [one for time, one in zip(rate.times_s, rate.rates, strict=True) if time < self.own_s]
+        return max(map(abs, (*inside, float(np.interp(self.own_s, rate.times_s, rate.rates)))))
+
+    @property
+    def command(self) -> Command:
+        """As declared."""
+        return self.whole.command
+
+    def modelled(self, problem: Problem, taken: Taken, q: FloatArray) -> FloatArray | None:
+        """Return the model's power under another command, or None where it cannot be run."""
+        own = self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+        y = problem.model.predict(own, q, own.samples)[0]
+        return power_over_time(y, self.pieces)[:, : self.bins] if np.all(np.isfinite(y)) else None
+
+    def distances(self, modelled: FloatArray | None, scales: Sequence[float]) -> list[float]:
+        """Return how far it is off if it were to be multiplied by each scale; inf where that cannot be said."""
+        if modelled is None:
+            return [math.inf] * len(scales)
+        return [spectral_distance(self.power, modelled / scale**2, self.noise) for scale in scales]
+
+
+def sight_of(target: Target) -> RecordSight:
+    """Return the first steps of a record, its own parameters at their values."""
+    rate = target.base.sample_rate_hz
+    steps = max(samples_of(target, STEPS), round(LEAST_S * rate))
+    samples = min(steps, round(MOST_S * rate), target.samples)
+    pieces = 1 if _is_constant(target.command) else max(round(samples / rate / PIECE_S), 1)
+    return RecordSight(target.beginning(samples), target, pieces)
+
+
+def _is_constant(command: Command) -> bool:
+    return len(set(command.rate.rates)) == 1
+
+
+def _times(rate: RateProfile, factor: float) -> RateProfile:
+    return RateProfile(rate.times_s, tuple(factor * one for one in rate.rates))
+
+
+def own_rates(sight: RecordSight) -> list[RateProfile]:
+    """Return the rates that a record's own lines tell where they are at no part of the one declared."""
+    own = sight.own
+    if own is None or is_part(own, sight):
+        return []
+    sign = math.copysign(1.0, max(sight.command.rate.rates, key=abs))
+    if own.is_constant and own.stepping == "full":
+        return [_times(own.profile, sign)]
+    factors = [part * own.repetition_hz / own.rate for part in PARTS] if own.is_constant else PARTS[:2]
+    return [_times(_to_the_end(own.profile, sight.whole.base.duration_s), sign * factor) for factor in factors]
+
+
+def _to_the_end(rate: RateProfile, seconds: float) -> RateProfile:
+    """Return a straight line of the rate from the start to the end of a record."""
+    if len(rate.rates) == 1:
+        return rate
+    (_, until), (first, last) = rate.times_s, rate.rates
+    return RateProfile.through([(0.0, first), (seconds, first + (last - first) * seconds / until)])
+
+
+def contradicts(sight: RecordSight) -> bool:
+    """Tell whether a record's own lines speak against its declaration: another rate, or full steps and microsteps."""
+    own, coarse = sight.own, sight.command.microsteps <= COARSE
+    if own is None:
+        return False
+    return not is_part(own, sight) or (own.stepping != "" and (own.stepping == "full") != coarse)
+
+
+def is_driven_so(sight: RecordSight, taken: Taken, multiples: Sequence[float]) -> bool:
+    """Tell whether a record whose own lines are those of full steps has them at such multiples of the rate read."""
+    own, command = sight.own, taken_command(sight.command, taken)
+    if own is None or own.stepping != "full" or command.microsteps > COARSE:
+        return True
+    rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
+    return own.is_constant and any(abs(own.rate / rate / one - 1.0) < SAME_RATE for one in multiples)
+
+
+def is_doubtful_rate(sight: RecordSight, taken: Taken) -> bool:
+    """Tell whether half or twice the rate that is read would explain the record's lines as well."""
+    if taken.rate is None:
+        return False
+    if taken.swapped is None:
+        return len(own_rates(sight)) > 1
+    declared, read = (max(abs(rate) for rate in rate.rates) for rate in (sight.command.rate, taken.rate))
+    same = taken_command(sight.command, taken).microsteps == sight.command.microsteps
+    related = any(abs(declared / read / one - 1.0) < SAME_RATE for one in REPEATS)
+    return same and related and not is_driven_so(sight, taken, FULL_STEPS[:1])
+
+
+def is_part(own: SuggestedRate, sight: RecordSight) -> bool:
+    """Tell whether a record may suggest what it does at the rate declared."""
+    command, declared = sight.command, sight.fastest
+    if own.is_constant != _is_constant(command):
+        return False
+    if command.microsteps == 1 and own.stepping == "full":
+        return any(abs(own.rate / declared / one - 1.0) < SAME_RATE for one in FULL_STEPS)
+    repeats = declared / (own.repetition_hz if own.is_constant else own.rate)
+    return any(abs(repeats / one - 1.0) < (SAME_RATE if own.is_constant else SAME_END) for one in REPEATS)

@@ -1,0 +1,45 @@
+"""What every record has of its own: the mean over the records is the mechanism's."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from mechid.identification.output_error.target import Target
+from mechid.parameter import Parameter
+
+MEAN_WITHIN = 1e-3
+"""Of the records' own prior, that the mean of their values is held to."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Values of one parameter of the mechanism that every record has of its own: their mean is the mechanism's.
+
+    Without it nothing would tell a supply that is higher in all records from a smaller torque constant, and the
+    mechanism's resistance would be unknown where every record has its own.
+
+    Attributes
+    ----------
+    of : str
+        The mechanism's parameter.
+    own : tuple of str
+        The records' values of it.
+    sigma : float
+        Standard deviation of the mean from it, in the file's unit: so small that it costs the mechanism nothing.
+    """
+
+    of: str
+    own: tuple[str, ...]
+    sigma: float
+
+
+def means_of(targets: Sequence[Target]) -> Iterator[Mean]:
+    """Yield the means of what every record has of its own, free and with a prior."""
+    by_name: dict[str, list[Parameter]] = {}
+    for p in (p for target in targets for p in target.moved if p.replaces and p.sigma):
+        by_name.setdefault(p.replaces, []).append(p)
+    for name, own in by_name.items():
+        if len(own) == len(targets) > 1:
+            sigma = MEAN_WITHIN * min(p.sigma for p in own if p.sigma)
+            yield Mean(name, tuple(p.name for p in own), sigma)

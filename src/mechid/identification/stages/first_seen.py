@@ -1,0 +1,40 @@
+"""What is plainly not as declared, before the first stage: said in the first lines, and read so where it is sure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from mechid.campaign import Campaign
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.contradiction.first_sight import first_sight
+from mechid.identification.contradiction.first_sight_text import first_sight_lines
+from mechid.identification.output_error.declaration import taken_problem
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.output_error.target import target_of
+from mechid.identification.result.search_state import SearchState
+
+
+def first_seen(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campaign, SearchState]:
+    """Return a campaign with what is to be said first, and a state with its records read as they plainly are.
+
+    With stages of the user's own records are taken as declared.
+    """
+    sight = first_sight(state.problem, seed)
+    taken = {} if campaign.stages else sight.sure
+    lines = first_sight_lines(campaign, sight, used=not campaign.stages)
+    if not lines:
+        return campaign, state
+    problem = taken_problem(state.problem, taken)
+    state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), taken=taken)
+    return replace(campaign, warnings=(*lines, *campaign.warnings)), state
+
+
+def declaration_warnings(campaign: Campaign) -> tuple[str, ...]:
+    """Return a line for each record, or all, that is plainly not as declared."""
+    targets = tuple(target_of(record) for record in campaign.estimated if record.data is not None)
+    if not campaign.mechanism.free or not targets:
+        return ()
+    with one_core_algebra():
+        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets))
+    return tuple(first_sight_lines(campaign, sight, used=False))

@@ -1,0 +1,81 @@
+"""Cables from the base to the load of a drive train: a spring about a rest angle, with Dahl's hysteresis or without."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from sympy import Expr, Integer, Symbol, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, Guard, Switch
+from mechid.plant.drive_train import alpha_gear, omega_gear
+
+TABLE = "load.cable"
+DAHL = "Dahl, AIAA J. 14 (1976) 1675-1682"
+K_c, alpha_c, T_cable = symbols("K_c alpha_c T_cable")
+SPRING = K_c * (alpha_gear - alpha_c)
+
+
+def spring() -> Block:
+    """Cables as a spring: T_cable = K_c (alpha_gear - alpha_c), from the load to the base; N m, rad."""
+    return _cable(SPRING)
+
+
+def dahl() -> Block:
+    """Cables whose strands rub: T_cable = K_c (alpha_gear - alpha_c) + T_h h, theta_h h' = omega_gear - |omega_gear| h.
+
+    Dahl (1976) with exponent 1, scaled: h within [-1, 1] is the share of the hysteresis torque T_h (N m) that the
+    strands have built up, theta_h (rad) the angle over which it builds up after a reversal, so that the stiffness
+    there is K_c + T_h/theta_h. Of the amplitude T_h the torque is a linear function. A record begins with h = 0. The
+    zeros of the speed, where |omega_gear| has its kink, are met exactly.
+    """
+    T_h, theta_h, h, direction = symbols("T_h theta_h h_cable direction_cable")
+    own = (
+        Declaration(key="hysteresis", symbol=T_h.name, unit="N m", lower=0.0, source=DAHL,
+                    meaning="half the width of the cables' hysteresis loop"),
+        Declaration(key="hysteresis_angle", symbol=theta_h.name, unit="rad", lower=0.0, source=DAHL,
+                    meaning="angle of the load over which the hysteresis builds up"),
+    )  # fmt: skip
+    switch = Switch(
+        name=TABLE,
+        modes={"forward": {direction: 1.0}, "backward": {direction: -1.0}},
+        guards={
+            "forward": (Guard(margin=omega_gear, target="backward"),),
+            "backward": (Guard(margin=-omega_gear, target="forward"),),
+        },
+        entry=((-omega_gear, "backward"),),
+        otherwise="forward",
+        ideal={direction: 0.0},
+    )
+    return _cable(SPRING + T_h * h, own, {h: omega_gear * (1 - direction * h) / theta_h}, switch)
+
+
+def _cable(
+    torque: Expr,
+    own: tuple[Declaration, ...] = (),
+    rates: Mapping[Symbol, Expr] | None = None,
+    switch: Switch | None = None,
+) -> Block:
+    rates = rates or {}
+    return Block(
+        name="cable",
+        table=TABLE,
+        declarations=(
+            Declaration(key="stiffness", symbol=K_c.name, unit="N m/rad", lower=0.0, source=DAHL,
+                        meaning="stiffness of the cables about the output axis"),
+            Declaration(key="rest_angle", symbol=alpha_c.name, unit="rad", default=0.0, source=DAHL,
+                        meaning="angle of the load at which the cables pull neither way"),
+            *own,
+        ),
+        terms={T_cable: torque},
+        rates=rates,
+        initial=dict.fromkeys(rates, Integer(0)),
+        outputs={T_cable.name: T_cable},
+        switch=switch,
+        swinging=dict.fromkeys(rates, ""),
+        reference=DAHL,
+    )  # fmt: skip
+
+
+LAWS: Mapping[str, Callable[[], Block]] = {"spring": spring, "dahl": dahl}
+"""Cables by the name in mechanism.toml; the first is the default."""

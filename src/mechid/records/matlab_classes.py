@@ -1,0 +1,234 @@
+"""What MATLAB's classes mean for a record: tables, timetables, time series, Simulink's Datasets, and any other.
+
+The properties of tables are as mat-io describes them; those of a time series and a Simulink Dataset are as they stand
+in files of others, written by R2024b.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.records.arrays import Index, Item, fact
+from mechid.records.mcos import Instance, Tree
+from mechid.records.table import Clock, Column, Fact
+
+MOST_LEVELS = 16
+EXPORT = {
+    "timeseries": "t = x.Time; y = x.Data",
+    "table": "t = x.t; y = x.y",
+    "timetable": "t = seconds(x.Time - x.Time(1)); y = x.y",
+    "Simulink.SimulationData.Dataset": "s = x{1}.Values; t = s.Time; y = s.Data",
+}
+"""MATLAB's line that makes plain arrays of an object."""
+
+
+def object_fault(kind: str) -> str:
+    """Return why an object of a MATLAB class cannot be read, and how MATLAB makes plain arrays of it."""
+    line = EXPORT.get(kind, "t = seconds(x.Time); y = x.y")
+    return (
+        f'an object of the MATLAB class "{kind}" in which no array of numbers is found; in MATLAB save plain '
+        f"arrays, as {line}; save('run.mat', 't', 'y')"
+    )
+
+
+def unpacked(column: Column, instance: Instance, metadata: dict[str, Fact]) -> list[Item]:
+    """Return the series that an object holds; those of one number or text become metadata."""
+    found: list[Item] = []
+    with suppress(KeyError, ValueError, TypeError, AttributeError):  # a class of that name with other properties
+        found = [item for item in READERS.get(instance.kind, _any)(column, instance.properties) if 0 not in item.shape]
+    kept = [item for item in found if not _is_fact(item, metadata)]
+    return kept if found else [Item(column=replace(column, fault=object_fault(instance.kind)))]
+
+
+def _is_fact(item: Item, metadata: dict[str, Fact]) -> bool:
+    if int(np.prod(item.shape)) != 1:
+        return False
+    single = fact(item.load(()))
+    if single is not None:
+        metadata[item.column.key] = single
+    return True
+
+
+def _table(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    extra = properties.get("props") or {}
+    yield from _variables(column, properties["data"], properties["varnames"], extra.get("VariableUnits"))
+
+
+def _timetable(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    saved = properties["any"]
+    rows = saved["rowTimes"]
+    clock, start = _regular(rows) if isinstance(rows, Mapping) else (None, None)
+    names = _texts(saved.get("dimNames"))
+    time = Column(name="Time", path=f"{column.key}/{names[0] if names else 'Time'}")
+    if clock is None:
+        yield from _times(time, rows)
+    for item in _variables(column, saved["data"], saved["varNames"], saved.get("varUnits")):
+        yield replace(item, column=replace(item.column, clock=clock, start_time=start))
+
+
+def _timeseries(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    """Yield the data, and the time where it is no regular clock: then TimeInfo has its start and increment."""
+    kept = _plain_names(properties)
+    told = _plain_names(_properties_of(kept.get("TimeInfo")))
+    time = next((part for part in (kept.get("Time"), told.get("Time")) if isinstance(part, Item)), None)
+    start, step = (told.get(name) for name in ("Start", "Increment"))
+    clock = None
+    if time is None and isinstance(step, Item) and _single(step) > 0.0:
+        clock = Clock(_single(start) if isinstance(start, Item) else 0.0, 1.0 / _single(step))
+    if time is not None:
+        yield replace(time, column=Column(name="Time", path=f"{column.key}/Time", unit=_unit(told)))
+    if isinstance(kept.get("Data"), Item):
+        unit = _unit(_plain_names(_properties_of(kept.get("DataInfo"))))
+        path = f"{column.key}/Data" if time is not None else column.key
+        yield replace(kept["Data"], column=replace(column, path=path, clock=clock, unit=unit))
+
+
+def _dataset(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    """Yield the signals of a Simulink Dataset under their names."""
+    elements = properties["any"]["Storage"].properties["any"]["Elements"]
+    elements = elements if isinstance(elements, list) else [elements]
+    names = [_name(element) or f"element_{place}" for place, element in enumerate(elements)]
+    for place, (name, element) in enumerate(zip(names, elements, strict=True)):
+        where = name if names.count(name) < 2 else f"{name}/{place}"
+        yield from _walked(f"{column.key}/{where}", element, 0, name)
+
+
+def _signal(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    yield from _walked(column.key, properties["Values"], 0, column.name)
+
+
+def _output(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    """Yield what a simulation's output has, without its metadata."""
+    for name, part in properties["Data"].items():
+        yield from _walked(f"{column.key}/{name}", part, 0)
+
+
+def _name(element: Tree) -> str:
+    """Return the name of a signal, of its values, or of the block that it comes from."""
+    properties = _properties_of(element)
+    blocks = _properties_of(properties.get("BlockPath")).get("path")
+    names = (properties.get("Name"), _properties_of(properties.get("Values")).get("Name"), *_texts(blocks))
+    return next((name.rpartition("/")[2] for name in names if isinstance(name, str) and name), "")
+
+
+def _plain_names(properties: Mapping[str, Tree]) -> dict[str, Tree]:
+    """Return properties by the names that MATLAB shows, without the ending of those that it hides."""
+    return {name.removesuffix("_"): value for name, value in properties.items() if value is not None}
+
+
+def _properties_of(tree: Tree) -> Mapping[str, Tree]:
+    found = tree.properties if isinstance(tree, Instance) else tree
+    return found if isinstance(found, Mapping) else {}
+
+
+def _any(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
+    yield from _walked(column.key, dict(properties), 0)
+
+
+def _walked(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]:
+    """Yield every array in a tree under its path; objects in it in the way of their classes."""
+    column = Column(name=name or path.rpartition("/")[2], path=path)
+    if level > MOST_LEVELS:
+        return
+    if isinstance(tree, Instance) and tree.kind in READERS:
+        yield from READERS[tree.kind](column, tree.properties)
+    elif isinstance(tree, Instance | Mapping):
+        for key, part in _properties_of(tree).items():
+            yield from _walked(f"{path}/{key.removesuffix('_')}", part, level + 1)
+    elif isinstance(tree, list):
+        for place, part in enumerate(tree):
+            yield from _walked(f"{path}/{place}", part, level + 1)
+    elif isinstance(tree, Item):
+        yield replace(tree, column=column)
+
+
+def _variables(column: Column, data: Tree, names: Tree, units: Tree) -> Iterator[Item]:
+    told = _texts(units)
+    for place, (name, values) in enumerate(zip(_texts(names), data, strict=True)):
+        own = Column(name=name, path=f"{column.key}/{name}", unit=(told[place] or None) if place < len(told) else None)
+        if isinstance(values, Item):
+            yield replace(values, column=own)
+        elif isinstance(values, Instance) and values.kind in TIMES:
+            yield from _times(own, values)
+
+
+def _times(column: Column, values: Tree) -> Iterator[Item]:
+    """Yield durations and dates in s, dates since the first."""
+    if isinstance(values, Item):
+        yield replace(values, column=column)
+    elif isinstance(values, Instance) and values.kind in TIMES:
+        item = values.properties.get(TIMES[values.kind])
+        if isinstance(item, Item) and 0 not in item.shape:
+            first = float(np.real(_numbers(item, ())).flat[0]) if values.kind == "datetime" else 0.0
+            start = str(np.datetime64(round(first), "ms")) if values.kind == "datetime" else None
+            told = replace(column, unit="s", start_time=start)
+            yield replace(item, column=told, dtype=np.dtype(float), load=_seconds(item, first))
+
+
+def _seconds(item: Item, first: float) -> Callable[[Index], Any]:
+    """Return what loads milliseconds as seconds since `first`; an imaginary part is what the real one leaves."""
+
+    def load(index: Index) -> NDArray[np.float64]:
+        values = _numbers(item, index)
+        return np.asarray(((np.real(values) - first) + np.imag(values)) * 1e-3)
+
+    return load
+
+
+def _numbers(item: Item, index: Index) -> NDArray[Any]:
+    """Return a part of an array; HDF5 keeps a complex number as two fields."""
+    values = np.asarray(item.load(index))
+    return values["real"] + 1j * values["imag"] if values.dtype.names else values
+
+
+def _regular(rows: Mapping[str, Tree]) -> tuple[Clock | None, str | None]:
+    """Return the clock of a timetable that was given by rate or step, and the date of its first row if there is one."""
+    rate, step, origin = rows.get("sampleRate"), rows.get("stepSize"), rows.get("origin")
+    if isinstance(step, Instance) and not _truth(rows.get("specifiedAsRate")):
+        millis = step.properties.get("millis")
+        hertz = 1e3 / _single(millis) if isinstance(millis, Item) else 0.0
+    else:
+        hertz = _single(rate) if isinstance(rate, Item) else 0.0
+    begun = next(_times(Column(), origin), None)
+    start = _single(begun) if begun else 0.0
+    return (Clock(start, hertz) if hertz else None), (begun.column.start_time if begun else None)
+
+
+def _single(item: Item) -> float:
+    return float(np.asarray(item.load(())).flat[0])
+
+
+def _truth(value: Tree) -> bool:
+    return isinstance(value, Item) and bool(_single(value))
+
+
+def _texts(tree: Tree) -> list[str]:
+    listed = tree if isinstance(tree, list) else [tree]
+    return [text if isinstance(text, str) else "" for text in listed]
+
+
+def _unit(told: Mapping[str, Tree]) -> str | None:
+    unit = told.get("Units")
+    return unit if isinstance(unit, str) and unit else None
+
+
+TIMES = {"duration": "millis", "datetime": "data"}
+"""Classes of times, and the property that has the milliseconds."""
+READERS: Mapping[str, Callable[[Column, Mapping[str, Tree]], Iterator[Item]]] = {
+    "table": _table,
+    "timetable": _timetable,
+    "timeseries": _timeseries,
+    "Simulink.SimulationData.Dataset": _dataset,
+    "Simulink.SimulationData.Signal": _signal,
+    "Simulink.SimulationOutput": _output,
+    "duration": lambda column, properties: _times(column, Instance("duration", properties)),
+    "string": lambda column, properties: iter(()),
+    "datetime": lambda column, properties: _times(column, Instance("datetime", properties)),
+}
+"""Classes whose properties mean something here; of others every array is a column under its property's path."""

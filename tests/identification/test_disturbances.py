@@ -1,0 +1,220 @@
+"""Disturbances that are no plant, found at the optimum. Truth: an independent simulator and what its recorder did."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from incomplete.benches import drawn
+from incomplete.recording import NOISE_NM, Run, recorded
+from mechid.analysis import validate
+from mechid.campaign import load_campaign, mechanism_text
+from mechid.campaign.identify_options import DISTURBANCES
+from mechid.errors import InputFileError
+from mechid.identification.disturbance.disturbance import carried, with_disturbances, without
+from mechid.identification.disturbance.possible import possible
+from mechid.identification.disturbance.scores import scores
+from mechid.identification.identify import identify, make_problem
+from mechid.identification.refit.reopened import reopened
+from mechid.identification.result.estimate_file import write_estimate
+from mechid.identification.result.fit_file import read_fit
+from mechid.report import report_data
+
+FULL = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
+HALF = {"stepping": "half", "rate": 31.0, "start_angle_deg": 45.0}
+MICRO = {"stepping": "micro", "microsteps": 16, "rate": 50.0}
+"""At the mains' frequency, which its steps must not be taken for."""
+RUNS = {"full": Run(FULL, 0.5), "half": Run(HALF, 0.5), "micro": Run(MICRO, 0.8)}
+HUM = {"mains_hz": 50.0, "mains_1": 3e-3, "mains_2": 1e-3, "mains_3": 1e-3}
+"""Of the record: 1.5 times its noise."""
+FREE = ("stepper.coil_resistance", "stepper.torque_constant", "friction.coulomb", "gear.stiffness", "gear.damping")
+
+
+def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS):
+    """Write a campaign of three records with what the size adds; returns it and the truth of what is free."""
+    mechanism, _ = drawn("clock", 1)
+    mechanism = mechanism.with_free(FREE)
+    (folder / "mechanism.toml").write_text(mechanism_text(mechanism))
+    lines, rng = ['mechanism = "mechanism.toml"'], np.random.default_rng(seed)
+    for (name, run), supply in zip(runs.items(), supplies, strict=True):
+        true = recorded(
+            mechanism.with_values({"stepper.peak_voltage": supply * mechanism.value("stepper.peak_voltage")}),
+            size, run, None,
+        )  # fmt: skip
+        y = true.torque_Nm + NOISE_NM * rng.standard_normal(true.time_s.size) + 0.01
+        np.savetxt(folder / f"{name}.csv", np.stack([true.time_s, y], axis=1), fmt="%.10g", delimiter=",",
+                   header="time_s,torque_Nm", comments="")  # fmt: skip
+        command = ", ".join(f"{key} = {value!r}" for key, value in run.command.items()).replace("'", '"')
+        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"command = {{ {command} }}"]
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+    return load_campaign(folder), {p.name: p.value for p in mechanism.free}
+
+
+def off(fit, truth):
+    """Return how far the mechanism's parameters are from the truth, in their standard errors."""
+    return [abs(fit.parameters[n].value - value) / fit.parameters[n].std_error for n, value in truth.items()]
+
+
+def without_option(one):
+    return replace(one, options=replace(one.options, disturbances="none"))
+
+
+@pytest.fixture(scope="module")
+def clock(tmp_path_factory):
+    """Return the folder of a bench whose recorder runs 400 ppm fast, its campaign, the truth and the fit."""
+    folder = tmp_path_factory.mktemp("clock")
+    one, truth = written(folder, {"clock_ppm": 400.0})
+    return folder, one, truth, identify(one, workers=1, near=truth)
+
+
+def test_a_clock_is_found_with_its_rate(clock):
+    """Truth: the recorder's 400 ppm, which is 399.84 less of command time."""
+    _, _, truth, fit = clock
+    (found,) = fit.missing
+    assert found.name == "clock"
+    assert found.records == tuple(RUNS)
+    assert found.p_value < 1e-9
+    rate = fit.parameters["campaign.clock_ppm"]
+    assert rate.value == pytest.approx(1e6 / 1.0004 - 1e6, abs=4.0 * rate.std_error)
+    assert 0.0 < rate.std_error < 3.0
+    assert max(off(fit, truth)) < 4.0
+    assert str(fit.grade) == "A"
+    assert max(r.residual_rms for r in fit.records.values()) < 1.05 * NOISE_NM
+    assert any(line.startswith("clock: ") and 'disturbances = "none"' in line for line in fit.warnings)
+    assert report_data(fit)["missing"][0]["rows"][0]["name"] == "campaign.clock_ppm"
+
+
+def test_what_is_switched_off_is_not_there(clock):
+    """Truth: the fit without, whose residual is beyond its noise."""
+    _, one, truth, _ = clock
+    plain = identify(without_option(one), workers=1, near=truth)
+    assert plain.missing == ()
+    assert "campaign.clock_ppm" not in plain.parameters
+    assert max(r.residual_rms for r in plain.records.values()) > 1.2 * NOISE_NM
+    assert str(plain.grade) != "A"
+
+
+def test_its_file_brings_it_back(clock, tmp_path):
+    """Truth: the fit itself; validation and what is refitted know of the clock."""
+    _, one, _, fit = clock
+    write_estimate(fit, tmp_path / "estimate.json")
+    back = read_fit(tmp_path / "estimate.json", one)
+    assert back.missing == fit.missing
+    assert back.parameters.keys() == fit.parameters.keys()
+    for found in validate(one, back).values():
+        assert max(v.residual_rms for v in found.channels.values()) < 1.05 * NOISE_NM
+    optimum = reopened(one, fit.to_dict())
+    np.testing.assert_allclose(
+        optimum.values(optimum.q)["campaign.clock_ppm"], fit.parameters["campaign.clock_ppm"].value, rtol=1e-3
+    )
+
+
+def test_what_it_says_to_declare_is_read(clock):
+    """Truth: a fit with the clock declared has the same values, and nothing is missing."""
+    folder, one, truth, fit = clock
+    (folder / "declared.toml").write_text(one.path.read_text() + "\n" + fit.missing[0].toml)
+    declared = load_campaign(folder / "declared.toml")
+    again = identify(declared, workers=1, near=truth)
+    assert again.missing == ()
+    for name, p in again.parameters.items():
+        if p.std_error:
+            assert p.value == pytest.approx(fit.parameters[name].value, abs=0.05 * p.std_error)
+
+
+def test_a_complete_campaign_stays_as_it_is(tmp_path):
+    """Truth: the same fit where none is allowed, to the last bit."""
+    one, truth = written(tmp_path, {})
+    with_all, plain = (identify(c, workers=1, near=truth) for c in (one, without_option(one)))
+    assert with_all.missing == ()
+    assert {n: (p.value, p.std_error) for n, p in with_all.parameters.items()} == {
+        n: (p.value, p.std_error) for n, p in plain.parameters.items()
+    }
+    np.testing.assert_array_equal(with_all.covariance, plain.covariance)
+
+
+def test_supplies_are_found_with_their_mean_as_the_files(tmp_path):
+    """Truth: the supplies of the simulator, whose mean is the file's."""
+    supplies = (1.010, 0.996, 0.994)
+    one, truth = written(tmp_path, {}, supplies=supplies)
+    fit = identify(one, workers=1, near=truth)
+    (found,) = fit.missing
+    assert (found.name, found.dof) == ("record.voltage", 2)
+    known = one.mechanism.value("stepper.peak_voltage")
+    for name, supply in zip(RUNS, supplies, strict=True):
+        own = fit.parameters[f"record.{name}.peak_voltage"]
+        assert own.value == pytest.approx(supply * known, abs=4.0 * own.std_error)
+        assert own.std_error < 1e-3 * known
+    assert max(off(fit, truth)) < 4.0
+    alone = identify(written(tmp_path, {})[0], workers=1, near=truth)
+    for name in truth:
+        assert fit.parameters[name].std_error < 1.6 * alone.parameters[name].std_error, name
+
+
+def test_hum_is_projected_out_and_listed(tmp_path):
+    """Truth: frequency and amplitudes of the simulator's hum."""
+    one, truth = written(tmp_path, HUM, runs={**RUNS, "micro": Run({**MICRO, "rate": 47.3}, 0.8)})
+    fit = identify(one, workers=1, near=truth)
+    (found,) = fit.missing
+    assert found.name == "mains:50Hz"
+    assert found.parameters["campaign.mains_hz"].value == pytest.approx(50.0, abs=0.02)
+    for name in RUNS:
+        for k in (1, 2, 3):
+            line = found.parameters[f"record.{name}.mains_{k}"]
+            assert line.value == pytest.approx(HUM[f"mains_{k}"], abs=5.0 * line.std_error)
+        assert fit.records[name].residual_rms == pytest.approx(NOISE_NM, rel=0.03)
+    assert max(off(fit, truth)) < 4.0
+    for prediction in validate(one, fit).values():
+        assert max(v.residual_rms for v in prediction.channels.values()) < 1.05 * NOISE_NM
+    (tmp_path / "declared.toml").write_text((tmp_path / "campaign.toml").read_text() + found.toml)
+    again = identify(load_campaign(tmp_path / "declared.toml"), workers=1, near=truth)
+    assert again.missing == ()
+    assert again.records["micro"].residual_rms == pytest.approx(fit.records["micro"].residual_rms, rel=1e-3)
+
+
+def test_a_disturbance_is_put_in_and_taken_out(clock):
+    """Truth: the problem and the point as they were."""
+    _, one, truth, _ = clock
+    plain = make_problem(one, 1)
+    all_of_them = possible(plain, one)
+    assert {d.name for d in all_of_them} == set(DISTURBANCES) - {"mains", "record.gain"}
+    q = plain.coordinates.point(truth)
+    wide = with_disturbances(plain, all_of_them)
+    assert wide.size == plain.size + 1 + 3 + 3 + 3
+    here = carried(plain, q, wide)
+    for target, own in zip(plain.targets, wide.targets, strict=True):
+        np.testing.assert_array_equal(plain.model.predict(target, q, 2000)[0], wide.model.predict(own, here, 2000)[0])
+    back, point = without(wide, here, all_of_them)
+    assert back.coordinates.names == plain.coordinates.names
+    assert back.targets[0].own == plain.targets[0].own
+    np.testing.assert_array_equal(point, q)
+
+
+def test_the_score_tells_which_it_is(clock):
+    """Truth: the recorder's clock, at the true values of all else; and that lines are not more than chance there."""
+    _, one, truth, _ = clock
+    plain = make_problem(one, 1)
+    q = plain.coordinates.point(truth)
+    found = scores(plain, q, plain.whole(), possible(plain, one, q))
+    assert max(found, key=lambda name: found[name].over) == "clock"
+    assert {name: score.dof for name, score in found.items()} == {
+        "clock": 1, "record.delay": 3, "record.voltage": 2, "record.temperature": 2,
+    }  # fmt: skip
+    assert found["clock"].share > 0.5
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        ('disturbances = "clocks"', 'identify.disturbances: found "clocks"'),
+        ('disturbances = ["clock", "supply"]', 'identify.disturbances[1]: found "supply"'),
+        ("mains = 55.0", "identify.mains: found 55; write 50 or 60"),
+    ],
+)
+def test_a_wrong_option_is_refused(tmp_path, entry, message):
+    """Truth: the place and the words."""
+    written(tmp_path, {})
+    text = (tmp_path / "campaign.toml").read_text()
+    (tmp_path / "wrong.toml").write_text(text.replace("[[record]]", f"[identify]\n{entry}\n[[record]]", 1))
+    with pytest.raises(InputFileError, match=re.escape(message)):
+        load_campaign(tmp_path / "wrong.toml")
