@@ -1,7 +1,7 @@
 """How far a motion can be followed at all: where runs that begin all but equal have come apart.
 
 A motion with sticking and slipping may multiply any difference, again and again. Then a model that is right to the
-ninth digit is soon as wrong as any, and no fit follows the record further.
+ninth digit is soon as wrong as any, and a fit of the whole record does not hold.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def chaos_words(apart_s: float) -> str:
     """Return what it means that runs come apart after some time, and what to write."""
     return (
         f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise after "
-        f"{apart_s:.3g} s, and no model follows it much further; write stretch_s = {_down(SAFE * apart_s):g} to have "
+        f"{apart_s:.3g} s, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} to have "
         "it followed in stretches, each from a start of its own"
     )
 
