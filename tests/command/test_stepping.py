@@ -207,7 +207,7 @@ WRONG = {
         {**GOOD, "waveform": ["cosine"]},
         '.waveform: found [\'cosine\']; write one of "cosine", "square"',
     ),
-    "start": ({**GOOD, "start": "rest"}, '.start: found "rest"; write one of "commanded", "equilibrium"'),
+    "start": ({**GOOD, "start": "rest"}, '.start: found "rest"; write one of "commanded", "equilibrium", "estimated"'),
     "profile of another type": (
         {**FULL, "rate_profile": 46.0},
         ".rate_profile: found 46.0; write [[time in s, full steps/s], ...]",
@@ -264,3 +264,21 @@ def test_a_missing_table_file_is_named(tmp_path):
 def test_a_command_made_in_python_is_checked_too():
     with pytest.raises(UsageError, match=r"^microsteps: found 16; half stepping has 2"):
         Command(stepping="half", microsteps=16, rate=RateProfile.constant(1.0))
+
+
+@pytest.mark.parametrize("begun_s", [0.05, 1.0 / 46.0, 0.7, 1.3])
+@pytest.mark.parametrize("points", [[(0.0, 46.0)], [(0.0, 0.0), (0.5, 60.0), (1.0, -60.0)]])
+def test_a_command_followed_from_later_on_is_the_rest_of_it(begun_s, points):
+    """Truth: the whole command, cut at that time; the angle there is that of the voltages held."""
+    whole = Command(stepping="micro", microsteps=4, rate=RateProfile.through(points), start_angle_deg=30.0)
+    later, edges = whole.begun_at(begun_s), whole.excitation(2.0)
+    rest, found = edges.times > begun_s, later.excitation(2.0 - begun_s)
+    np.testing.assert_allclose(found.times, edges.times[rest] - begun_s, rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(found.values, edges.values[rest])
+    held = edges.values[~rest][-1] if (~rest).any() else edges.initial
+    np.testing.assert_array_equal(found.initial, held)
+    angle = later.start_angle_rad
+    np.testing.assert_allclose([-np.cos(angle), np.sin(angle)], held, rtol=0, atol=1e-12)
+    assert later.start_rate == pytest.approx(np.interp(begun_s, *zip(*points, strict=True)))
+    assert later.origin_s == begun_s
+    assert whole.begun_at(-1.0).origin_s == 0.0

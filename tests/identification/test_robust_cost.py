@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.identification.search.multistart import ROBUST_SIGMAS, robust_cost
+from mechid.identification.search.first_moments import ROBUST_SIGMAS, robust_cost
 from mechid.identification.uncertainty.standard_errors import ParameterErrors, StandardErrors
 
 

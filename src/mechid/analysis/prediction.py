@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord
+from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.disturbance.declared import Declared, recalled_record
@@ -22,6 +23,7 @@ from mechid.signal.series import Series, is_finite, no_samples
 from mechid.signal.trend import Line
 from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.start import Start
 
 FloatArray = NDArray[np.float64]
 
@@ -109,7 +111,8 @@ def predict(record: CampaignRecord, fit: Fit) -> dict[str, Prediction]:
     target = target_of(record)
     values = {q.name: fit.parameters[q.name].value if q.name in fit.parameters else q.value for q in record.parameters}
     timing = Timing(values[record.time_offset.name], values[record.clock.name] if record.clock else 0.0)
-    simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation)
+    start = Start({key_in_record(q.name): values[q.name] for q in record.start})
+    simulator = Simulator(fit.mechanism.plant, record.command, target.base, known_edges=target.excitation, start=start)
     p = fit.mechanism.kernel_values({q.replaces: values[q.name] for q in record.replaced})
     y, _, _ = accurate_outputs(simulator, p, time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm)
     outputs = dict(zip(fit.mechanism.plant.outputs, y, strict=True))

@@ -25,6 +25,8 @@ TIME_OFFSET = Declaration(
     source="the test stand",
     default=0.0,
 )
+START = "start"
+"""What the states of a record's start are named by, ``record.<name>.start.<state>``."""
 CLOCK = Declaration(
     key="clock_ppm",
     symbol="c",
@@ -87,7 +89,12 @@ class CampaignRecord:
     matches : tuple of Match
         The channels that the model has to explain, the leading one first: the torque where it is among them.
     parameters : tuple of Parameter
-        Its time offset; its clock where it has one, or that of all records; values of the mechanism for it alone.
+        Its time offset; its clock where it has one, or that of all records; values of the mechanism for it alone; the
+        states of its start.
+    burn_in_s : float
+        Time at its beginning that is simulated and does not count.
+    stretch_s : float
+        Length of the stretches in which it is followed; 0 where it is followed as a whole.
     data : Record or None
         What the file holds, where it was read.
     """
@@ -99,6 +106,8 @@ class CampaignRecord:
     file: Path | None = None
     matches: tuple[Match, ...] = (Match(),)
     parameters: tuple[Parameter, ...] = ()
+    burn_in_s: float = 0.0
+    stretch_s: float = 0.0
     data: Record | None = None
 
     @property
@@ -115,6 +124,11 @@ class CampaignRecord:
     def replaced(self) -> tuple[Parameter, ...]:
         """Values of the mechanism for it alone, ``record.<name>.transducer.gain`` and the like."""
         return tuple(q for q in self.parameters if q.replaces)
+
+    @property
+    def start(self) -> tuple[Parameter, ...]:
+        """The states of its start, ``record.<name>.start.angle`` and the like; none where it starts at rest."""
+        return tuple(q for q in self.parameters if is_of_start(q))
 
     @property
     def time_offset(self) -> Parameter:
@@ -221,6 +235,22 @@ def key_in_record(record_parameter: str) -> str:
     'transducer.gain'
     """
     return record_parameter.split(".", 2)[2]
+
+
+def is_of_start(parameter: Parameter) -> bool:
+    """Tell whether a record's own parameter is a state of its start."""
+    return parameter.declaration.key.startswith(f"{START}.")
+
+
+def names_start(name: str) -> bool:
+    """Tell whether a dotted name is that of a state of a record's start.
+
+    Examples
+    --------
+    >>> names_start("record.full_46.start.angle"), names_start("load.start_rate")
+    (True, False)
+    """
+    return name.startswith("record.") and key_in_record(name).startswith(f"{START}.")
 
 
 def record_parameter_name(record: str, key: str) -> str:

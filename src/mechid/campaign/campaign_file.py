@@ -18,6 +18,8 @@ from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_tables import OWN, gathered
 from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
+from mechid.campaign.start_entry import ESTIMATED, with_starts
+from mechid.campaign.stretches import in_stretches
 from mechid.campaign.test_stand_entry import with_test_stands
 from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
@@ -70,9 +72,14 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     records = with_test_stands(
         with_motors(records, table["record"], mechanism, place), table["record"], mechanism, place
     )
+    places = [place.key("record").item(index) for index in range(len(records))]
+    records = with_starts(records, table["record"], places, mechanism)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time
-        records = tuple(_with_data(record, mechanism) for record in records)
+    read = (_with_data(r, mechanism) if read_records or _begins_anywhere(r) else r for r in records)
+    cut = in_stretches(tuple(read), table["record"], place, staged="stage" in table)
+    places = [at for _, _, at in cut]
+    records = with_starts([record for record, _, _ in cut], [entry for _, entry, _ in cut], places, mechanism)
     return Campaign(
         path=file,
         mechanism_path=mechanism_path,
@@ -80,7 +87,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
         records=records,
         stages=read_stages(table, place, mechanism, records),
         options=options,
-        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, place)),
+        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
     )
 
 
@@ -127,10 +134,11 @@ def _with_data(record: CampaignRecord, mechanism: Mechanism) -> CampaignRecord:
     return with_inputs(replace(record, data=data), data, mechanism)
 
 
-def _warnings(records: Iterable[CampaignRecord], place: Place) -> tuple[str, ...]:
-    each = [
-        line
-        for index, record in enumerate(records)
-        for line in record_warnings(record, place.key("record").item(index))
-    ]
+def _begins_anywhere(record: CampaignRecord) -> bool:
+    """Tell of a record that begins where its file alone says."""
+    return record.command.start == ESTIMATED and record.file is not None and record.file.is_file()
+
+
+def _warnings(records: Iterable[CampaignRecord], places: Iterable[Place]) -> tuple[str, ...]:
+    each = [line for record, at in zip(records, places, strict=True) for line in record_warnings(record, at)]
     return (*each, *same_file_warnings(tuple(records)))

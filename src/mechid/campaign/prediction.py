@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import Campaign, CampaignRecord, key_in_record
 from mechid.campaign.measured_input import with_inputs
 from mechid.campaign.planned_record import planned_duration_s, planned_rate_hz
 from mechid.command import MeasuredCommand
@@ -13,6 +13,7 @@ from mechid.errors import InputFileError, UsageError
 from mechid.records import Record, read_record
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.simulation.start import Start
 from mechid.simulation.trajectory import Trajectory
 
 MOST_SAMPLES = 200_000_000
@@ -65,7 +66,8 @@ def simulate(
     base = time_base(chosen, campaign, sample_rate_hz, duration_s)
     timing, end_s = chosen.timing, base.start_s + base.samples * base.interval_s
     latest_s = abs(timing.offset_s) + abs(timing.command_s(end_s) + timing.offset_s - end_s)
-    simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=latest_s)
+    start = Start({key_in_record(q.name): q.value for q in chosen.start})
+    simulator = Simulator(campaign.mechanism.plant, chosen.command, base, latest_s=latest_s, start=start)
     try:
         _ = simulator.excitation
     except UsageError as error:

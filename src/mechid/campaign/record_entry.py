@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from mechid.campaign.campaign import INSTANTS, TIME_OFFSET, USES, CampaignRecord, record_parameter_name
 from mechid.campaign.channel_entry import TORQUE, read_channels, read_matches, read_time
@@ -22,9 +22,13 @@ from mechid.campaign.place import (
     tables,
     text,
 )
+from mechid.campaign.start_entry import BURN_IN, read_burn_in
+from mechid.campaign.start_entry import KEY as START_STATE
+from mechid.campaign.stretches import KEY as STRETCH
+from mechid.campaign.stretches import read_stretch
 from mechid.command import Command, MeasuredCommand
 from mechid.command.entry import is_table
-from mechid.command.stepping import STARTS
+from mechid.command.stepping import STARTS, Start
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.tables import MOTOR_OF_RECORD
 from mechid.records import RecordSpec, Role
@@ -32,7 +36,8 @@ from mechid.records import RecordSpec, Role
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = (*(declaration.key for declaration in INSTANTS), *MOTOR_OF_RECORD)
 FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
-KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *OWN_KEYS)
+BEGIN_KEYS = (START_STATE, BURN_IN, STRETCH)
+KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *BEGIN_KEYS, *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
@@ -84,6 +89,8 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
         file=folder / file if file else None,
         matches=read_matches(table.get("channels"), place.key("channels"), own=taken_out),
         parameters=(_own_parameter(table, name, TIME_OFFSET, place),),
+        burn_in_s=read_burn_in(table, place),
+        stretch_s=read_stretch(table, place),
     )
 
 
@@ -101,7 +108,7 @@ def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: P
             raise at.key(key).error(f'the record is driven by its channels of role = "input" ({inputs}); leave one out')
     start = one_of(entry.get("start", STARTS[0]), STARTS, at.key("start"))
     angle = number(entry.get("start_angle_deg", 0.0), at.key("start_angle_deg"), "deg")
-    return MeasuredCommand(start_angle_deg=angle, start="equilibrium" if start == "equilibrium" else "commanded")
+    return MeasuredCommand(start_angle_deg=angle, start=cast(Start, start))
 
 
 def _refuse_unknown(table: Mapping[str, Any], place: Place) -> None:

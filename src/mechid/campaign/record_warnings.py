@@ -80,6 +80,8 @@ def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterato
 
 def _start(record: CampaignRecord, data: Record) -> Iterator[str]:
     """Warn where the command runs before the first sample: a recorder's own clock is often the reason."""
+    if record.start:
+        return
     offset = record.time_offset.value
     windowed = record.spec.conditioning.window_s is not None
     if not windowed and data.time_start_s - offset > SLACK_SAMPLES * data.sample_interval_s:

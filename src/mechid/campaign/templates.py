@@ -192,6 +192,10 @@ and may have
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
   peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
   test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone
+  start_state    {{ rate = {{ value = 0.0, min = -2.0, max = 2.0 }} }}: with start = "estimated" in command, how far
+                 off its start may be; without it of a size that the mechanism tells
+  burn_in_s      time at its beginning that is simulated and does not count
+  stretch_s      length of the stretches in which it is followed, each from a start of its own
   conditioning   {{ window_s = [0.5, 20.0], decimate = 5 }}: what is done to the samples first; also
                  time_stamps, limits, max_gap_s, quiet_s; see docs/records.md"""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -67,3 +68,17 @@ class RateProfile:
         """Return the profile through points (time in s, rate in full steps/s)."""
         pairs = list(points)
         return cls(times_s=tuple(time for time, _ in pairs), rates=tuple(rate for _, rate in pairs))
+
+    def at(self, time_s: float) -> float:
+        """Return the rate at an instant in s, in full steps/s; of a jump the rate after it.
+
+        Examples
+        --------
+        >>> RateProfile.through([(0.0, 0.0), (60.0, 120.0), (60.0, 0.0)]).at(30.0)
+        60.0
+        """
+        after = bisect_right(self.times_s, time_s)
+        if after in (0, len(self.times_s)):
+            return self.rates[min(after, len(self.times_s) - 1)]
+        (start, end), (rate, last) = self.times_s[after - 1 : after + 1], self.rates[after - 1 : after + 1]
+        return rate + (last - rate) * (time_s - start) / (end - start)

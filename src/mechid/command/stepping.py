@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
@@ -19,10 +20,10 @@ from mechid.command.waveform import WAVEFORMS, Waveform, phase_voltages
 from mechid.errors import InputFileError, UsageError
 
 Stepping: TypeAlias = Literal["full", "half", "micro"]
-Start: TypeAlias = Literal["commanded", "equilibrium"]
+Start: TypeAlias = Literal["commanded", "equilibrium", "estimated"]
 
 STEPPINGS: tuple[Stepping, ...] = ("full", "half", "micro")
-STARTS: tuple[Start, ...] = ("commanded", "equilibrium")
+STARTS: tuple[Start, ...] = ("commanded", "equilibrium", "estimated")
 FIXED_MICROSTEPS: Mapping[str, int] = {"full": 1, "half": 2}
 MOST_MICROSTEPS = 2**16
 KEYS = ("stepping", "microsteps", *RATE_KEYS, "start_angle_deg", "waveform", "start", "clock_tick_s")
@@ -44,11 +45,14 @@ class Command:
         Electrical angle theta_0 in degrees that the coils hold until the first step.
     waveform : {"cosine", "square"}
         Phase voltages over the electrical angle.
-    start : {"commanded", "equilibrium"}
-        Whether the rotor starts at the commanded angle or at the nearest equilibrium.
+    start : {"commanded", "equilibrium", "estimated"}
+        Whether the rotor starts at rest at the commanded angle, at the nearest equilibrium, or in a state that is found
+        from the record.
     clock_tick_s : float
         Period in s of the driver's step clock, which ticks at command time 0: a step comes at the first tick at or
         after its instant, and of several due at one tick the last holds. 0 for steps at their own instants.
+    begun_s : float
+        Command time from which a run follows it; what was before is not simulated.
 
     Raises
     ------
@@ -69,6 +73,7 @@ class Command:
     waveform: Waveform = "cosine"
     start: Start = "commanded"
     clock_tick_s: float = 0.0
+    begun_s: float = 0.0
 
     def __post_init__(self) -> None:
         chosen("stepping", self.stepping, STEPPINGS)
@@ -131,28 +136,46 @@ class Command:
 
     @property
     def start_angle_rad(self) -> float:
-        """Electrical angle theta_0 in rad."""
-        return math.radians(self.start_angle_deg)
+        """Electrical angle in rad that is commanded where a run begins: theta_0 and the steps until then."""
+        return math.radians(self.start_angle_deg) + 0.5 * math.pi * self._begun_index / self.microsteps
+
+    @property
+    def start_rate(self) -> float:
+        """Commanded rate where a run begins, full steps/s; 0 where the command begins."""
+        return self.rate.at(self.begun_s) if self.begun_s > 0.0 else 0.0
 
     @property
     def origin_s(self) -> float:
-        """Record time in s from which command time counts, before any time offset."""
-        return 0.0
+        """Record time in s from which a run's time counts, before any time offset."""
+        return self.begun_s
+
+    def begun_at(self, begun_s: float) -> Command:
+        """Return the command as a run follows it from some command time on, which is not before it begins."""
+        return replace(self, begun_s=max(begun_s, 0.0))
+
+    @cached_property
+    def _begun_index(self) -> int:
+        """Index of the step that is held where a run begins."""
+        _, index = self._edges(self.begun_s)
+        return int(index[-1]) if index.size else 0
 
     def excitation(self, duration_s: float) -> Excitation:
-        """Return the phase voltages over command time, from 0 to a duration in s.
+        """Return the phase voltages over a run's time, from 0 to a duration in s.
 
         Raises
         ------
         UsageError
             If the duration is negative or not finite, or there are too many steps to hold.
         """
-        times, index = self._edges(duration_s)
+        times, index = self._edges(self.begun_s + _checked_duration(duration_s))
+        if self.begun_s:
+            later = times > self.begun_s
+            times, index = times[later] - self.begun_s, index[later]
         values = np.empty((index.size, 2))
         for first in range(0, index.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
             values[part] = phase_voltages(index[part], self.microsteps, self.start_angle_deg, self.waveform)
-        start = np.zeros(1, dtype=np.int64)
+        start = np.array([self._begun_index])
         initial = phase_voltages(start, self.microsteps, self.start_angle_deg, self.waveform)[0]
         return Excitation(initial=initial, times=times, values=values)
 

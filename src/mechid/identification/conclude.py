@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import names_start
 from mechid.identification.as_written import as_written
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.disturbance.disturbance import disturbed_campaign, lines_of, with_lines
@@ -75,7 +76,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
-        notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ())),
+        notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
@@ -193,6 +194,16 @@ def _estimate(
     )
 
 
+def _start_notes(campaign: Campaign) -> tuple[str, ...]:
+    """Say of which records the start is estimated too."""
+    begun = {r.name: sum(q.is_free for q in r.start) for r in campaign.estimated if r.start}
+    if not begun:
+        return ()
+    names, count = f"record{'s' * (len(begun) > 1)} {', '.join(begun)}", sum(begun.values())
+    where = "the parameters record.<name>.start.<state> of estimate.json"
+    return (f"{names}: the start is estimated too, {count} numbers; they are {where}",)
+
+
 def _prior(before: Parameter, value: float, errors: StandardErrors) -> PriorShare | None:
     """Return what the file knows beforehand of a parameter to be estimated, and what the records alone tell."""
     if not before.is_free or before.sigma is None:
@@ -202,7 +213,11 @@ def _prior(before: Parameter, value: float, errors: StandardErrors) -> PriorShar
 
 
 def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
-    """Say which parameters have no uncertainty of their own, and which have mainly their prior's."""
+    """Say which parameters have no uncertainty of their own, and which have mainly their prior's.
+
+    Of the states of records' starts the table says it: nobody goes on with them.
+    """
+    parameters = {name: p for name, p in parameters.items() if not names_start(name)}
     said = (Status.FROZEN, Status.AT_BOUND)
     lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
              for p in parameters.values() if p.status in said]  # fmt: skip

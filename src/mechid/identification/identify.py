@@ -16,6 +16,7 @@ from mechid.identification.conclude import conclude
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.mains import mains
 from mechid.identification.identifiability.ambiguity import refuse_free_supply
+from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -82,6 +83,8 @@ def identify(
             campaign, state = first_seen(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)
         try:
+            if near is None:
+                state = watch.note(state.saying(*_told_before(watch, campaign)))
             if campaign.stages:
                 state = follow_stages(watch, state, campaign)
             else:
@@ -96,6 +99,14 @@ def identify(
             return conclude(campaign, state, seed, watch.seconds)
         except KeyboardInterrupt:  # what was found is not lost; an interrupted fit is not tested by draws
             return conclude(campaign, state.ending(FitOutcome.INTERRUPTED), seed, watch.seconds)
+
+
+def _told_before(watch: Watch, campaign: Campaign) -> tuple[str, ...]:
+    """Tell what is known before the search of how far the records can be followed, and return it."""
+    lines = chaos_warnings(campaign, points=1)
+    for line in lines:
+        watch.tell("before the search", line)
+    return lines
 
 
 def with_terms(campaign: Campaign, state: SearchState) -> Campaign:

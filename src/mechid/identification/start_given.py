@@ -15,6 +15,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import grow
+from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]
@@ -51,7 +52,8 @@ def identify_from(
     """
     planned = replace(campaign, stages=())
     problem = make_problem(planned, workers or os.cpu_count() or 1)
-    state = SearchState(problem, problem.coordinates.point(values), problem.whole())
+    point = run_up(problem, problem.coordinates.point(values), known=values)
+    state = SearchState(problem, point, problem.whole())
     watch = Watch(state, listener, 3)
     total = sum(t.samples for t in problem.targets)
 

@@ -173,7 +173,9 @@ class Block:
     rates : mapping of state to Expr
         Time derivatives.
     initial : mapping of state to Expr
-        States at the start of a record.
+        States at the start of a record, those of the filter too; states of the filter that are not there are 0.
+    starts : tuple of Declaration
+        What a record may have of its own there: symbols of `initial` that are zero where it has not (`plant.start`).
     outputs : mapping of str to Expr
         What other blocks may be wired to.
     switch : Switch or None
@@ -200,6 +202,7 @@ class Block:
     terms: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     rates: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     initial: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
+    starts: tuple[Declaration, ...] = ()
     outputs: Mapping[str, sp.Expr] = field(default_factory=dict)
     switch: Switch | None = None
     filter: LinearSystem | None = None

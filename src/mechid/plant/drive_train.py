@@ -10,6 +10,8 @@ from sympy import Expr, Integer, Symbol, sin, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block
+from mechid.plant.start import ANGLE, FULL_STEP, RATE
+from mechid.plant.start import start as own_start
 
 alpha, omega, alpha_gear, omega_gear = symbols("alpha omega alpha_gear omega_gear")
 p, theta_0, G = symbols("p theta_0 G")
@@ -18,6 +20,8 @@ COMMANDED = theta_0 / (p / 2)
 INERTIA = Declaration(key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0)
 beta_acc = Symbol("beta_acc_in")
 """Acceleration of the base, rad/s2."""
+SWING = f"{FULL_STEP}*sqrt(T_hold*p/(2*J_rot))"
+"""Rate of a rotor that swings by a full step about where one phase holds it, rad/s."""
 
 
 def rotor(
@@ -73,6 +77,10 @@ def rotor(
         inputs=inputs,
         terms=terms,
         rates={alpha: omega, omega: rate},
-        initial={alpha: start, omega: Symbol(start_rate.symbol) if start_rate else 0},
+        initial={alpha: start + ANGLE, omega: (Symbol(start_rate.symbol) if start_rate else 0) + RATE},
+        starts=(
+            own_start("angle", ANGLE, "rad", "angle of the rotor at the start, off the commanded one", FULL_STEP),
+            own_start("rate", RATE, "rad/s", "rate of the rotor at the start", SWING),
+        ),
         outputs=outputs,
     )

@@ -13,6 +13,7 @@ from sympy import Expr, Float, Symbol, exp
 
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Extension, Guard, Rival, Switch
+from mechid.plant.start import start as own_start
 
 ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
 LUGRE = "Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419-425"
@@ -273,7 +274,16 @@ def lugre(site: Site) -> Block:
             T_fr: s_0 * z + s_1 * slip + T_visc * omega,
         },
         rates={z: slip},
-        initial={z: 0},
+        initial={z: Symbol(f"{z}_start")},
+        starts=(
+            own_start(
+                "bristle",
+                Symbol(f"{z}_start"),
+                displacement,
+                "deflection of the bristles at the start",
+                f"{T_frs}/{s_0}",
+            ),
+        ),
         outputs={T_fr.name: T_fr, site.symbol("free").name: 1},
         switch=switch,
         reference=LUGRE,

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Float, Matrix, symbols
+from sympy import Expr, Float, Matrix, Symbol, symbols
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.parameter import Declaration
 from mechid.plant.block import Block, LinearSystem, Rival
+from mechid.plant.start import start as own_start
 
 FORMS = ("paper", "unit_dc")
 FAST = 1500.0
@@ -49,6 +50,13 @@ def housing(form: str) -> Block:
         ),
         inputs=(T_res,),
         outputs={"T_residual": seen},
+        initial={z: Symbol("z_start"), v_z: Symbol("v_z_start")},
+        starts=(
+            own_start("housing", Symbol("z_start"), "N m", "torque of the housing's mode at the start", "T_hold*K_res"),
+            own_start(
+                "housing_rate", Symbol("v_z_start"), "N m", "its rate at the start over its frequency", "T_hold*K_res"
+            ),
+        ),
         filter=LinearSystem(
             states=(z, v_z),
             inputs=(T_res,),

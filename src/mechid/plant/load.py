@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from sympy import Expr, Float, Integer, Symbol, symbols
+from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Rival
-from mechid.plant.drive_train import COMMANDED, G, alpha_gear, beta_acc, omega_gear
+from mechid.plant.drive_train import COMMANDED, SWING, G, alpha_gear, beta_acc, omega_gear
+from mechid.plant.start import ANGLE, OUTPUT_TORQUE, RATE, TWIST, TWIST_RATE
+from mechid.plant.start import start as own_start
 
 LOAD_ON_GEAR = "load on the gear"
 CRAIG_BAMPTON = "Craig, Bampton, AIAA J. 6 (1968) 1313-1319"
@@ -21,6 +23,12 @@ INERTIA = Declaration(
     key="inertia", symbol="J_m", unit="kg m2", meaning="test mass inertia", lower=0.0, role=Role.LOAD_INERTIA
 )
 MEASURED = {"alpha_gear": alpha_gear, "omega_gear": omega_gear}
+WIND_UP = f"{OUTPUT_TORQUE}/K_s"
+"""Of the gear under the motor held by one phase, rad at the output."""
+STARTS = (
+    own_start("twist", TWIST, "rad", "wind-up of the gear at the start, at the output", WIND_UP),
+    own_start("twist_rate", TWIST_RATE, "rad/s", "rate at which the gear winds up at the start", f"({SWING})/Abs(G)"),
+)
 SWINGING = {alpha_gear: LOAD_ON_GEAR, omega_gear: LOAD_ON_GEAR}
 
 
@@ -30,7 +38,7 @@ def load(
     rubbed: bool = False,
     cabled: bool = False,
     unbalanced: bool = False,
-    start: Expr = COMMANDED / G,
+    start: Expr = (COMMANDED + ANGLE) / G,
     turns: bool = False,
 ) -> Block:
     """Load on the output, rigid or with flexible modes, free or with friction of its own.
@@ -53,7 +61,7 @@ def load(
     cabled, unbalanced : bool
         Whether cables pull at it, and its weight.
     start : Expr
-        Its angle at the start of a record, rad.
+        Its angle at the start of a record, rad; where the rotor begins off the commanded angle a function of that.
     turns : bool
         Whether its base turns.
     """
@@ -87,7 +95,8 @@ def load(
             omega_gear: _relative(rubbed=rubbed) if turns else a_gear,
             **{state: rate for mode in flexible for state, rate in mode.rates.items()},
         },
-        initial={**_initial(start), **{state: 0 for mode in flexible for state in mode.rates}},
+        initial={**_initial(start), **{state: own for mode in flexible for state, own in mode.starts.items()}},
+        starts=(*STARTS, *(d for mode in flexible for d in mode.own_starts)),
         outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
         swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
     )  # fmt: skip
@@ -102,6 +111,7 @@ def _test_mass(start: Expr) -> Block:
         inputs=(T_applied,),
         rates={alpha_gear: omega_gear, omega_gear: T_applied / J_m},
         initial=_initial(start),
+        starts=STARTS,
         outputs={**MEASURED, "T_load": T_applied},
         swinging=SWINGING,
         rivals=(_rubbed(),),
@@ -119,7 +129,8 @@ def _rubbed() -> Rival:
 
 
 def _initial(start: Expr) -> dict[Symbol, Expr]:
-    return {alpha_gear: start, omega_gear: Integer(0)}
+    """Return where it starts behind the rotor, less what the gear is wound up by, and at which rate."""
+    return {alpha_gear: start - TWIST, omega_gear: diff(start, ANGLE) * RATE - TWIST_RATE}
 
 
 def _base_inputs(*, rubbed: bool, turns: bool) -> tuple[Symbol, ...]:
@@ -160,6 +171,20 @@ class _Mode:
     def rates(self) -> dict[Symbol, Expr]:
         _, _, q_k, v_k = self._symbols
         return {q_k: v_k, v_k: -self.spring / self.J - a_gear}
+
+    @property
+    def starts(self) -> dict[Symbol, Symbol]:
+        """What a record may have of its own of each state at its start."""
+        return {state: Symbol(f"{state.name}_start") for state in self.rates}
+
+    @property
+    def own_starts(self) -> tuple[Declaration, ...]:
+        deflection, rate = self.starts.values()
+        word = f"of flexible mode {self.k} at the start"
+        return (
+            own_start(f"mode_{self.k}", deflection, "rad", f"deflection {word}", WIND_UP),
+            own_start(f"mode_{self.k}_rate", rate, "rad/s", f"rate {word}", f"{WIND_UP}*omega_{self.k}"),
+        )
 
     @property
     def declarations(self) -> tuple[Declaration, ...]:

@@ -10,8 +10,10 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from mechid.parameter import Parameter, Status
+from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.plant import Plant
+from mechid.plant.start import HOLDING_TORQUE
+from mechid.plant.stepper import HOLDING
 
 FloatArray = NDArray[np.float64]
 
@@ -88,6 +90,19 @@ class Mechanism:
             if words in block.scales:
                 return float(block.scales[words].subs(self.by_symbol))
         return None
+
+    def size(self, declaration: Declaration) -> float | None:
+        """Return how large mostly is what is declared of a record's start; None where this mechanism does not tell."""
+        if declaration.typical is None:
+            return None
+        holding = next((b.scales[HOLDING] for b in self.plant.blocks if HOLDING in b.scales), HOLDING_TORQUE)
+        size = sp.sympify(declaration.typical[0], locals=self._locals).subs(HOLDING_TORQUE, holding)
+        return float(size.subs(self.by_symbol)) if size.free_symbols <= self.by_symbol.keys() else None
+
+    @cached_property
+    def _locals(self) -> dict[str, sp.Symbol]:
+        """Return the file's symbols by name: without them SymPy takes some names for its own."""
+        return {s.name: s for s in (*self.by_symbol, HOLDING_TORQUE)}
 
     @cached_property
     def by_symbol(self) -> dict[sp.Symbol, float]:

@@ -20,6 +20,7 @@ from mechid.plant.housing import FORMS, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
+from mechid.plant.start import ANGLE
 from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
@@ -176,7 +177,7 @@ def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     """Return the load behind a rotor that starts at an angle, and what acts on it beside the gear."""
     rubbed, cabled, unbalanced = (name in layout.tables for name in (OUTPUT.table, cable.TABLE, unbalance.TABLE))
     _refuse_own_load(layout)
-    at = unwound(start, layout.whole_orders("gear.kinematic_error"))
+    at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
     body = load(
         modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, cabled=cabled, unbalanced=unbalanced,
         start=at, turns=layout.turns,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import sympy as sp
@@ -14,6 +14,7 @@ from mechid.plant.block import Block, Guard, LinearSystem, PolarPair, Switch
 from mechid.plant.filter_chain import NO_FILTER, joined_filter
 from mechid.plant.layout import Layout
 from mechid.plant.tables import MOTOR_OF_RECORD, OF_RECORD
+from mechid.plant.terms import at_start, in_order
 from mechid.plant.wiring import Links
 
 START_ANGLE = sp.Symbol("theta_0")
@@ -33,7 +34,9 @@ class Plant:
         In an order in which each needs only states, parameters, inputs, mode symbols and earlier terms.
     rates : tuple of Expr, (n,)
     initial : tuple of Expr, (n,)
-        Functions of parameters, inputs and `START_ANGLE`.
+        At rest where the command begins: functions of parameters, inputs and `START_ANGLE`.
+    begun : mapping of Symbol to Expr
+        States and states of the filter where a record has its own start: functions of the symbols of `starts` too.
     inputs : tuple of Symbol
         Excitation, e.g. the normalised phase voltages.
     switches : tuple of Switch
@@ -63,6 +66,7 @@ class Plant:
     outputs: Mapping[str, sp.Expr]
     parameters: tuple[sp.Symbol, ...]
     offered: Mapping[str, sp.Expr]
+    begun: Mapping[sp.Symbol, sp.Expr] = field(default_factory=dict)
     behind: LinearSystem = NO_FILTER
     layout: Layout | None = None
 
@@ -81,6 +85,17 @@ class Plant:
     def declarations(self) -> dict[str, Declaration]:
         """Parameters as the mechanism file names them: {dotted name: declaration}."""
         return {dotted_name(block, d.key): d for block in self.blocks for d in block.declarations}
+
+    @cached_property
+    def starts(self) -> dict[str, Declaration]:
+        """What a record may have of its own at its start, by key, e.g. ``"start.angle"``."""
+        moved = set().union(*(self.begun.get(s, sp.Integer(0)).free_symbols for s in self.begun_states))
+        return {d.key: d for block in self.blocks for d in block.starts if sp.Symbol(d.symbol) in moved}
+
+    @property
+    def begun_states(self) -> tuple[sp.Symbol, ...]:
+        """States, and behind them those of the filter."""
+        return (*self.states, *self.filter.states)
 
     @cached_property
     def estimable(self) -> tuple[sp.Symbol, ...]:
@@ -230,10 +245,11 @@ def assemble(
     links = Links(blocks, wiring)
     terms = [(symbol, links.resolve(b, e)) for b in blocks for symbol, e in b.terms.items()]
     rates = {state: links.resolve(b, e) for b in blocks for state, e in b.rates.items()}
-    given = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    begun = {state: links.resolve(b, e) for b in blocks for state, e in b.initial.items()}
+    unmoved = {sp.Symbol(d.symbol): 0 for b in blocks for d in b.starts}
     _refuse_twice([s for b in blocks for s in (*b.terms, *b.rates, *(b.filter.states if b.filter else ()))])
     switches = tuple(links.switch(b) for b in blocks if b.switch)
-    ordered = _ordered(terms)
+    ordered = in_order(terms)
     system = joined_filter(links, blocks, [s for s, _ in ordered])
     offered = {quantity: links.output(target) for quantity, target in outputs.items()}
     out = {quantity: offered[quantity] for quantity in measured or [*outputs][:1]}
@@ -243,7 +259,8 @@ def assemble(
         states=tuple(rates),
         terms=ordered,
         rates=tuple(rates.values()),
-        initial=_initial([sp.sympify(given[s]) for s in rates], tuple(rates), ordered),
+        initial=at_start([begun[s].subs(unmoved) for s in rates], tuple(rates), ordered),
+        begun=dict(zip(begun, at_start(list(begun.values()), tuple(begun), ordered), strict=True)),
         inputs=tuple(links.free_inputs),
         switches=switches,
         filter=system,
@@ -265,7 +282,8 @@ def _refuse_unknown_symbols(plant: Plant, offered: Iterable[sp.Expr]) -> None:
     margins = [g.margin for s in plant.switches for gs in s.guards.values() for g in gs]
     entries = [e for s in plant.switches for e, _ in s.entry]
     system = [*plant.filter.A, *plant.filter.B, *plant.filter.inputs]
-    every = [*(e for _, e in plant.terms), *plant.rates, *plant.initial, *margins, *entries, *system, *offered]
+    known |= {sp.Symbol(d.symbol) for block in plant.blocks for d in block.starts}
+    every = [*(e for _, e in plant.terms), *plant.rates, *plant.begun.values(), *margins, *entries, *system, *offered]
     if strange := sorted(str(s) for e in every for s in sp.sympify(e).free_symbols - known):
         raise ValueError(f"{strange[0]} is no state, term, input or declared parameter")
 
@@ -276,45 +294,6 @@ def _refuse_twice(symbols: Sequence[sp.Symbol]) -> None:
         if symbol in seen:
             raise ValueError(f"two blocks have a state or term {symbol}")
         seen.add(symbol)
-
-
-def _ordered(terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> tuple[tuple[sp.Symbol, sp.Expr], ...]:
-    """Sort terms so that each comes after what it needs; a linear loop is solved for its terms."""
-    pending = dict(terms)
-    known: dict[sp.Symbol, sp.Expr] = {}
-    while pending:
-        ready = [s for s, e in pending.items() if not e.free_symbols & pending.keys()]
-        if not ready:
-            solution = _solve_loop(pending)
-            known |= solution
-            break
-        known |= {s: pending.pop(s) for s in ready}
-    return tuple(known.items())
-
-
-def _solve_loop(terms: Mapping[sp.Symbol, sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
-    try:
-        solution = sp.linsolve([s - e for s, e in terms.items()], list(terms))
-    except sp.solvers.solveset.NonlinearError as error:
-        raise ValueError(f"algebraic loop through {list(terms)} is not linear") from error
-    return dict(zip(terms, next(iter(solution)), strict=True))
-
-
-def _expand(expr: sp.Expr, terms: Sequence[tuple[sp.Symbol, sp.Expr]]) -> sp.Expr:
-    for symbol, definition in reversed(terms):
-        expr = expr.subs(symbol, definition)
-    return expr
-
-
-def _initial(
-    given: Sequence[sp.Expr], states: Sequence[sp.Symbol], terms: Sequence[tuple[sp.Symbol, sp.Expr]]
-) -> tuple[sp.Expr, ...]:
-    """Return the states at the start as functions of parameters, inputs and `START_ANGLE` alone.
-
-    What is settled at the start, as a current at a measured voltage, may be given by another state: by its own start.
-    """
-    expanded = [_expand(e, terms) for e in given]
-    return tuple(e.xreplace(dict(zip(states, expanded, strict=True))) for e in expanded)
 
 
 def _parameters(

@@ -10,6 +10,7 @@ from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Extension, PolarPair
+from mechid.plant.start import start as own_start
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
 alpha, omega = symbols("alpha omega")
@@ -53,16 +54,27 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
         / (L * share["L"][x])
         for x in PHASES
     }
-    own = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
+    unequal = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
+    own = {x: Symbol(f"i_{x}_start") for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
-        declarations=(*_electrical(), *own, *_harmonic_declarations(harmonics)),
+        declarations=(*_electrical(), *unequal, *_harmonic_declarations(harmonics)),
         coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
         polar=_harmonic_pairs(harmonics),
         inputs=(*u.values(), alpha, omega),
         rates=rates,
-        initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) for x in PHASES},
+        initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) + own[x] for x in PHASES},
+        starts=tuple(
+            own_start(
+                f"current_{x.lower()}",
+                own[x],
+                "A",
+                f"current of phase {x} at the start, off where it settles",
+                "T_hold/k_m",
+            )
+            for x in PHASES
+        ),
         outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
         extensions=_winding_extensions(harmonics, apart, ("resistance", "inductance", "torque_constant"), Symbol("U")),
     )

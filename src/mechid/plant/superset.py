@@ -129,7 +129,8 @@ def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
 
 def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
     """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0."""
-    plant = plant_of(layout)
+    plant, measured = plant_of(layout), tuple(mechanism.plant.outputs)
+    plant = plant if tuple(plant.outputs) == measured else plant.measuring(measured)
     parameters = {
         name: mechanism.parameters.get(name)
         or Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)

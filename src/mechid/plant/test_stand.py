@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from sympy import Expr, Float, Matrix, Symbol, pi, sin, sqrt, symbols
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.housing import FAST
+from mechid.plant.start import OUTPUT_TORQUE
+from mechid.plant.start import start as own_start
 
 GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
@@ -79,6 +82,7 @@ def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Sym
         coordinates=coordinates,
         inputs=(T,),
         outputs={"T": g * x},
+        **_from_start({"transducer": x, "transducer_rate": v}, "torque on the transducer"),
         filter=LinearSystem(
             states=(x, v), inputs=(T,), A=w * Matrix([[0, 1], [-1, -2 * zeta]]), B=w * Matrix([[0], [1]])
         ),
@@ -97,6 +101,7 @@ def charge_amplifier(name: str = "charge_amplifier") -> Block:
         declarations=(constant,),
         inputs=(T,),
         outputs={"T": T - x},
+        **_from_start({"charge_amplifier": x}, "torque that the charge amplifier has taken for its zero"),
         filter=LinearSystem(states=(x,), inputs=(T,), A=Matrix([[-1 / tau]]), B=Matrix([[1 / tau]])),
         reference=GAUTSCHI,
     )
@@ -133,6 +138,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
         declarations=declarations,
         inputs=(T,),
         outputs={"T": source if source is not None else T},
+        **_from_start({f"anti_alias_{k}": s for k, s in enumerate(x, 1)}, "torque within the anti-alias filter"),
         filter=LinearSystem(states=tuple(x), inputs=(T,), A=A, B=B),
         swinging=dict.fromkeys(x, ""),
         reference=BUTTERWORTH,
@@ -154,6 +160,22 @@ def _feed(A: Matrix, B: Matrix, row: int, source: Symbol | None, x: tuple[Symbol
         B[row, 0] = w
     else:
         A[row, x.index(source)] += w
+
+
+def _from_start(states: Mapping[str, Symbol], meaning: str) -> _Start:
+    """Return what a block says of its filter's states at the start: each may be a record's own."""
+    own = {key: Symbol(f"{state.name}_start") for key, state in states.items()}
+    return {
+        "initial": {state: own[key] for key, state in states.items()},
+        "starts": tuple(
+            own_start(key, symbol, "N m", f"{meaning} at the start", OUTPUT_TORQUE) for key, symbol in own.items()
+        ),
+    }
+
+
+class _Start(TypedDict):
+    initial: dict[Symbol, Expr]
+    starts: tuple[Declaration, ...]
 
 
 def _gain() -> Declaration:

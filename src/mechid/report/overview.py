@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.campaign.campaign import key_in_record
+from mechid.campaign.campaign import START, key_in_record, names_start
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand, RateProfile
 from mechid.parameter import Parameter
@@ -55,7 +55,11 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
         "records": [_record(record, campaign) for record in campaign.records],
         "channels": channel_rows(record.data for record in campaign.records),
         "parameters": [_parameter(q, campaign.mechanism) for q in campaign.mechanism.parameters.values()]
-        + [_parameter(q, None) for q in campaign.free if q.name not in campaign.mechanism.parameters],
+        + [
+            _parameter(q, None)
+            for q in campaign.free
+            if q.name not in campaign.mechanism.parameters and not names_start(q.name)
+        ],
         "stages": [{"records": list(s.records), "window_s": s.window_s, "free": list(s.free)} for s in campaign.stages],
         "warnings": [*campaign.warnings, *warnings],
     }
@@ -86,6 +90,9 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
     print_lines(console, "warning", data["warnings"], "yellow")
 
 
+START_WORDS = {"equilibrium": "start at equilibrium", "estimated": "start estimated"}
+
+
 def command_words(command: Command) -> str:
     """Return a command in words.
 
@@ -101,7 +108,7 @@ def command_words(command: Command) -> str:
         return f"measured {' and '.join(inputs)}, from {command.start_angle_deg:.9g} deg"
     count = f" ({command.microsteps})" if command.stepping == "micro" else ""
     odd: list[str] = [command.waveform] if command.waveform != "cosine" else []
-    odd += [f"start at {command.start}"] if command.start != "commanded" else []
+    odd += [START_WORDS[command.start]] if command.start in START_WORDS else []
     words = f"{STEPPING_WORDS[command.stepping]}{count} at {_rate_words(command.rate)}"
     return ", ".join([words, f"from {command.start_angle_deg:.9g} deg", *odd])
 
@@ -122,6 +129,9 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
         "file": record.spec.path or "no file",
         "command": command_words(record.command),
         "time_offset_s": record.time_offset.value,
+        "begun_s": record.command.begun_s,
+        "start": [key_in_record(q.name).removeprefix(f"{START}.") for q in record.start if q.is_free],
+        "burn_in_s": record.burn_in_s,
         "clock_ppm": record.timing.clock_ppm,
         "test_stand": {key_in_record(q.name): q.value for q in record.replaced if not q.is_free},
         **found,
@@ -131,7 +141,7 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
     torque = data.channel(record.leading).data
-    end = max(data.time_start_s + data.duration_s - record.time_offset.value, 0.0)
+    end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,
         "sample_rate_hz": data.sample_rate_hz,
@@ -165,6 +175,10 @@ def _planned(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
     }
 
 
+def _begins(begun_s: float) -> str:
+    return f"begins in motion, {begun_s:.9g} s after its command" if begun_s else "begins at rest"
+
+
 def _lines(data: Mapping[str, Any]) -> list[str]:
     edges = f": {data['edges']} step edges" if data["stepped"] else ""
     offset = f", {data['time_offset_s']:.9g} s late" if data["time_offset_s"] else ""
@@ -173,6 +187,10 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
     if data["test_stand"]:
         own = ", ".join(f"{name} = {value:.9g}" for name, value in data["test_stand"].items())
         lines.append(f"of its own: {own}")
+    if data["start"]:
+        lines.append(f"{_begins(data['begun_s'])}: its start is estimated ({', '.join(data['start'])})")
+    if data["burn_in_s"]:
+        lines.append(f"the first {data['burn_in_s']:.9g} s are simulated and do not count")
     if data["planned"]:
         as_if = f"for {data['duration_s']:.9g} s at {data['sample_rate_hz']:.9g} Hz by simulate and design"
         return [*lines, f"planned: it has no file, and counts {as_if}"]

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from mechid.analysis.validation import RecordValidation
+from mechid.campaign.campaign import names_start
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.missing import Missing
@@ -56,7 +57,7 @@ def report_data(
         "reasons": [_reason(reason) for reason in fit.reasons],
         "outcome": {"code": fit.outcome.code, "message": fit.outcome.value},
         "has_truth": bool(truth),
-        "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items()],
+        "parameters": [_parameter(p, truth.get(name)) for name, p in fit.parameters.items() if not names_start(name)],
         "records": with_use([_record(r) for r in fit.records.values()], left_out),
         "channels": with_use(channels, left_out),
         "validation": with_left_out(validation_rows(validation or {}), left_out),

@@ -15,6 +15,7 @@ from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
+from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 FloatArray = NDArray[np.float64]
@@ -105,6 +106,8 @@ class Simulator:
         Number of directions that runs may ask for beyond `sensitive`; all share one kernel.
     known_edges : Excitation or None
         What `excitation_over` gives, where it has been worked out already.
+    start : Start
+        Another one than at rest where the command begins.
     """
 
     plant: Plant
@@ -114,6 +117,7 @@ class Simulator:
     latest_s: float = 0.0
     capacity: int = 0
     known_edges: Excitation | None = None
+    start: Start = AT_REST
 
     @cached_property
     def kernel(self) -> Kernel:
@@ -152,7 +156,6 @@ class Simulator:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
 
         Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
-
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
         `samples` for the first ones alone, `block` for blocks of so many.
         """
@@ -160,7 +163,9 @@ class Simulator:
         block = block or (BLOCK if wanted.shape[1] else PLAIN_BLOCK)
         base = self.base if samples is None else self.base.first(samples)
         timing = Timing(time_offset_s, clock_ppm)
-        return Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
+        run = Run(self, base, np.ascontiguousarray(p, dtype=np.float64), timing, substeps, block, events, wanted)
+        begin_off_rest(self.kernel, run.buffers, run.p, self.excitation.initial, self.command, self.start)
+        return run
 
 
 class Run:
@@ -211,7 +216,7 @@ class Run:
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
         simulator = self.simulator
-        if simulator.command.start == "commanded":
+        if simulator.command.start != "equilibrium":
             return np.zeros(0), np.zeros(0)
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
         return x, np.ascontiguousarray(x_p).ravel()

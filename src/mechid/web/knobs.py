@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from mechid.campaign import Campaign
+from mechid.campaign.campaign import is_of_start
 from mechid.identification.output_error.space import SearchSpace
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
@@ -75,11 +76,14 @@ class Knob:
 
 
 def knobs(campaign: Campaign) -> dict[str, Knob]:
-    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and free time offsets."""
+    """Return the knobs of a campaign by dotted name: all of the mechanism that is no count, and what records have free.
+
+    The states of a record's start have none: they are estimated, and nobody knows one by hand.
+    """
     own = [_opened(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to]
     opened = campaign.mechanism.with_parameters({q.name: q for q in own})
     logarithms = _logarithms(opened)
-    offsets = [q for r in campaign.records for q in r.parameters if q.is_free]
+    offsets = [q for r in campaign.records for q in r.parameters if q.is_free and not is_of_start(q)]
     bounded = {q.name for q in campaign.free}
     return {
         q.name: Knob(parameter=q, is_log=q.name in logarithms, is_bounded=q.name in bounded) for q in (*own, *offsets)

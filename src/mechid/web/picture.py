@@ -14,6 +14,7 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
 from mechid.campaign import CampaignRecord, Match
+from mechid.campaign.campaign import key_in_record
 from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
 from mechid.plant.mechanism import Mechanism
@@ -25,6 +26,7 @@ from mechid.signal.series import no_samples
 from mechid.signal.trend import Line
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.start import Start
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
@@ -153,7 +155,10 @@ class Scene:
     def simulator(self) -> Simulator:
         """What simulates the record's command."""
         latest_s = latest_of(self.record.parameters, self.base)
-        return Simulator(self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s)
+        start = Start({key_in_record(q.name): q.value for q in self.record.start})
+        return Simulator(
+            self.plant, self.record.command, self.base, capacity=self.lanes, latest_s=latest_s, start=start
+        )
 
     @cached_property
     def largest_rate(self) -> float:

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from mechid.campaign import Campaign, CampaignRecord
+from mechid.campaign.campaign import is_of_start
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.errors import UsageError
 from mechid.identification.computation.progress import Listener, Progress
@@ -16,6 +17,7 @@ from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
 from mechid.identification.start_given import identify_from
+from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
@@ -279,4 +281,11 @@ class Session:
         Their use stays the file's: a record that one fit left out is one to estimate from for the next.
         """
         own = {r.name: r for r in estimate.records}
-        return tuple(replace(own.get(r.name, r), parameters=r.parameters, use=r.use) for r in self.campaign.records)
+
+        def begun(q: Parameter) -> Parameter:
+            return replace(q, value=estimate.values.get(q.name, q.value)) if is_of_start(q) else q
+
+        return tuple(
+            replace(own.get(r.name, r), parameters=tuple(map(begun, r.parameters)), use=r.use)
+            for r in self.campaign.records
+        )

@@ -21,19 +21,9 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.contradiction.alternatives import Judged, first_moments, judge
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_problem, taken_target
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.search.first_moments import WINDOW_S, first_residual, robust_cost
 from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import (
-    BATCH,
-    GOOD,
-    POINTS,
-    STEPS,
-    WINDOW_S,
-    Candidate,
-    first_residual,
-    refine,
-    robust_cost,
-    sample_box,
-)
+from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine, sample_box
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.prediction import simulate, time_base
+from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
@@ -32,19 +33,22 @@ def sensitivities(campaign: Campaign) -> int:
     """Return how many directions of the parameters a fit of this campaign asks for."""
     space = SearchSpace(campaign.mechanism)
     idle = {c.name for c in space.coordinates if space.stands_alone(c)}
-    further = (sum(q.is_free and q.replaces not in idle for q in record.replaced) for record in campaign.estimated)
+    further = (
+        sum(q.is_free and q.replaces not in idle for q in (*record.replaced, *record.start))
+        for record in campaign.estimated
+    )
     return space.size + max(further, default=0)
 
 
 def start_warnings(campaign: Campaign) -> tuple[str, ...]:
-    """Return what the mechanism as written does wrong, and what no record sees, one line each.
+    """Return what the mechanism as written does wrong, what no record sees, which motion is chaotic, one line each.
 
     While a record is planned, what the others do not see it may; what it would tell `mechid design` says.
     """
     lost = tuple(_lost(campaign, record) for record in campaign.records)
     planned = any(record.data is None for record in campaign.estimated)
     unseen = () if planned else tuple(f"{name}: {REMEDY}" for name in unseen_parameters(campaign))
-    return (*filter(None, lost), *unseen)
+    return (*filter(None, lost), *unseen, *chaos_warnings(campaign))
 
 
 def _lost(campaign: Campaign, record: CampaignRecord) -> str:

@@ -1,10 +1,11 @@
 """All that the optimiser moves: the mechanism's search coordinates, then those that belong to one record alone.
 
 This is the one place that knows which coordinate belongs to whom and how it acts on a record's run. A parameter of a
-record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel;
-or it moves the instants of its samples (`INSTANTS`), whose derivative follows from the rate of the output. One that
-several records have under the same name, as the clock of all, is one coordinate. A new one of either kind is one more
-entry: the names, bounds, values, priors and derivatives of all are worked out here.
+record's own is a value of the mechanism that holds for that record alone, whose derivative is a lane of the kernel; or
+a state of its start, whose lane moves no parameter and begins at the derivatives of the states there; or it moves the
+instants of its samples (`INSTANTS`), whose derivative follows from the rate of the output. One that several records
+have under the same name, as the clock of all, is one coordinate. A new one of any kind is one more entry: the names,
+bounds, values, priors and derivatives of all are worked out here.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from itertools import count
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
 from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.means import Mean, means_of
@@ -240,12 +242,11 @@ class Coordinates:
 
         Where instants alone are free the rate is wanted, which comes with sensitivities only.
         """
-        carried = [c for c in self.of(target) if c.lane is not None]
+        lanes = [c for c in self.of(target) if c.lane is not None]
+        carried = [c for c in lanes if c.parameter.replaces]
         names = [c.parameter.replaces for c in carried]
         found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), names)
-        if not found.size:
-            return np.zeros((found.shape[0], 1))
-        out = np.zeros((found.shape[0], max([self.space.size, *(c.lane + 1 for c in carried if c.lane is not None)])))
+        out = np.zeros((found.shape[0], max([1, self.space.size, *(1 + (c.lane or 0) for c in lanes)])))
         out[:, : self.space.size] = found[:, : self.space.size]
         for c, column in zip(carried, found[:, self.space.size :].T, strict=True):
             out[:, c.lane] = column
@@ -278,23 +279,20 @@ def coordinates_of(
     shrinkage: Mapping[str, float],
 ) -> Coordinates:
     """Return the coordinates of a mechanism and of what is free of its records' own."""
-    owners: dict[str, list[str]] = {}
-    for target in targets:
-        for p in target.moved:
-            owners.setdefault(p.name, []).append(target.name)
-    moving = {p.name: p for t in targets for p in t.moved if not p.replaces}
-    instants = [RecordCoordinate(tuple(owners[name]), p, None) for name, p in moving.items()]
+    moving = {p.name: p for t in targets for p in t.moved if not (p.replaces or is_of_start(p))}
+    owners = {name: tuple(t.name for t in targets if name in (p.name for p in t.moved)) for name in moving}
+    instants = [RecordCoordinate(owners[name], p, None) for name, p in moving.items()]
     carried = [c for target in targets for c in _carried(space, target)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
 
 
 def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:
-    """Yield a target's own values of the mechanism, each with its lane.
+    """Yield a target's own values of the mechanism and states of its start, each with its lane.
 
-    The lane of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
+    That of the coordinate that it takes the place of is idle in this record; where there is none, a further one.
     """
     idle = {c.name: j for j, c in enumerate(space.coordinates) if space.stands_alone(c)}
     further = count(space.size)
-    for p in (p for p in target.moved if p.replaces):
+    for p in (p for p in target.moved if p.replaces or is_of_start(p)):
         lane = idle.get(p.replaces)
         yield RecordCoordinate((target.name,), p, next(further) if lane is None else lane)

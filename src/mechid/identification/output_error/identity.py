@@ -29,7 +29,7 @@ def target_digest(target: Target) -> str:
     for array in (*samples, edges.initial, edges.times, edges.values):
         total.update(np.ascontiguousarray(array, dtype=np.float64).tobytes())
     base = target.base
-    command = [target.command.start_angle_deg, target.command.start]
+    command = [target.command.start_angle_deg, target.command.start, target.command.begun_s]
     channels = list(map(_weight, target.channels))
     own = [[p.name, p.value, p.min, p.max, str(p.status)] for p in target.own]
     known = [base.sample_rate_hz, base.start_s, channels, command, own]

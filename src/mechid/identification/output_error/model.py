@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.coordinates import Coordinates
 from mechid.identification.output_error.target import Target
 from mechid.simulation.simulator import Run, Simulator
+from mechid.simulation.start import Start
 
 FloatArray = NDArray[np.float64]
 
@@ -41,13 +43,21 @@ class Model:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
         at = self.coordinates
         simulator = Simulator(
-            at.space.mechanism.plant, target.command, target.base, capacity=at.lanes, known_edges=target.excitation
-        )
+            at.space.mechanism.plant, target.command, target.base, capacity=at.lanes, known_edges=target.excitation,
+            start=self._start(target, q, carried=jacobian),
+        )  # fmt: skip
         timing = at.timing(target, q)
         return simulator.run(
             at.kernel(target, q), time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps,
             directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
         )  # fmt: skip
+
+    def _start(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
+        """Return where the run of a target begins at `q`, with lanes of the states that are free where `carried`."""
+        values = {key_in_record(p.name): self.coordinates.value(p, q) for p in target.own if is_of_start(p)}
+        free = [c for c in self.coordinates.of(target) if is_of_start(c.parameter)]
+        lanes = {key_in_record(c.parameter.name): c.lane for c in free if c.lane is not None}
+        return Start(values, lanes if carried else {})
 
     def predict(self, target: Target, q: FloatArray, stop: int) -> tuple[FloatArray, ...]:
         """Return what the model gives of each channel over the first `stop` samples, (stop,); NaN where it failed."""

@@ -82,6 +82,22 @@ class Problem:
         """Return the problem with some targets alone; coordinates of the others' own are dropped."""
         return replace(self, targets=tuple(t for t in self.targets if t.name in names))
 
+    @property
+    def anchored(self) -> Problem:
+        """The problem of the records that do not begin in motion; itself where there are none, or all are such."""
+        names = [t.name for t in self.targets if not t.begins_in_motion]
+        return self.only(names) if 0 < len(names) < len(self.targets) else self
+
+    def lifted(self, part: Problem, q: FloatArray, at: FloatArray) -> FloatArray:
+        """Return `at`, (n,), with what a part of the problem moves as it is at the part's `q`."""
+        values = dict(zip(part.coordinates.own_names, part.coordinates.of_records(q), strict=True))
+        own = zip(self.coordinates.own_names, self.coordinates.of_records(at), strict=True)
+        return np.concatenate([part.coordinates.of_mechanism(q), [values.get(name, v) for name, v in own]])
+
+    def with_mechanism_held(self, q: FloatArray) -> Problem:
+        """Return the problem with the mechanism known at `q`: what is moved is the records' own."""
+        return replace(self, space=SearchSpace(self.space.at(self.coordinates.of_mechanism(q)).with_free(())))
+
     def with_sigmas(self, sigmas: Mapping[str, float]) -> Problem:
         """Return the problem with other noise levels of the leading channels, by record."""
         return replace(

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import CampaignRecord, Match
-from mechid.campaign.campaign import CLOCK, TIME_OFFSET, record_parameter_name
+from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start, record_parameter_name
 from mechid.command import Command, Excitation
 from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
@@ -44,7 +44,7 @@ class TargetChannel:
     rejected : (s,) of int
         Samples that do not count, ascending: those bridged, and spikes.
     bridged : (b,) of int
-        Those among them that were never measured.
+        Those among them that were never measured, or are burn-in.
     rounding : float
         Standard deviation of a uniform error of the resolution q that is declared, q/sqrt(12); 0 where none is.
     rests_on : NoiseSource
@@ -115,8 +115,10 @@ class Target:
     excitation : Excitation
         Its step edges, also for the largest time offset and clock in reach. They are large: worked out once, held once.
     own : tuple of Parameter
-        What is the record's own, known and free: its time offset, its clock, values of the mechanism. What several
-        targets have under one name is one parameter that they share.
+        What is the record's own, known and free: its time offset, its clock, values of the mechanism, states of its
+        start. What several targets have under one name is one parameter that they share.
+    burn_in : int
+        Samples at its beginning that do not count.
     """
 
     name: str
@@ -125,6 +127,7 @@ class Target:
     command: Command
     excitation: Excitation
     own: tuple[Parameter, ...] = ()
+    burn_in: int = 0
 
     @property
     def samples(self) -> int:
@@ -145,6 +148,11 @@ class Target:
     def moved(self) -> tuple[Parameter, ...]:
         """Its own parameters that are free."""
         return tuple(q for q in self.own if q.is_free)
+
+    @property
+    def begins_in_motion(self) -> bool:
+        """Whether its run begins within its command, in a state that is to be found."""
+        return self.command.begun_s > 0.0 and any(map(is_of_start, self.moved))
 
     @property
     def time_offset(self) -> Parameter:
@@ -206,7 +214,14 @@ def target_of(record: CampaignRecord) -> Target:
         command=record.command,
         excitation=excitation_over(record.command, base, latest_of(record.parameters, base)),
         own=record.parameters,
+        burn_in=burn_in_of(record),
     )
+
+
+def burn_in_of(record: CampaignRecord) -> int:
+    """Return how many samples at a record's beginning are simulated and do not count."""
+    assert record.data is not None
+    return math.ceil(record.burn_in_s * record.data.sample_rate_hz - 1e-6)
 
 
 def is_time_offset(parameter: Parameter) -> bool:
@@ -242,6 +257,7 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
     assert record.data is not None
     channel = record.data.channel(match.quantity)
     known = known_noise(record, match)
+    left_out = np.union1d(np.arange(burn_in_of(record)), channel.bridged)
     return TargetChannel(
         quantity=match.quantity,
         measured=channel.data,
@@ -250,6 +266,6 @@ def channel_of(record: CampaignRecord, match: Match) -> TargetChannel:
         linear=(2 if match.drift else 1) if match.offset else 0,
         turns=tuple(hz / record.data.sample_rate_hz for hz in match.lines_hz),
         rounding=rounding(record, match),
-        rejected=channel.bridged,
-        bridged=channel.bridged,
+        rejected=left_out,
+        bridged=left_out,
     )

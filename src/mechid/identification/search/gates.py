@@ -22,6 +22,7 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.identification.search.moving_starts import Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.trend import Line, fit_line
 
@@ -37,6 +38,8 @@ SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Widths of the escape's draws, in standard deviations of the present posterior."""
 DRAWS = 32
 WINNERS = 3
+START_ROUNDS = 12
+"""Rounds in which a start alone is refined."""
 PATIENCE = 4
 """Rounds without a new furthest reach after which something else is tried."""
 BLOCK, SHORT = 65536, 1024
@@ -58,22 +61,23 @@ class Growth:
 
 
 def floors(problem: Problem) -> Horizons:
-    """Return the least horizon of each record: 15 ms, or one window past the first motion."""
+    """Return the least horizon of each record, past its burn-in: 15 ms, or one window past the first motion."""
     return {t.name: _floor(t) for t in problem.targets}
 
 
 def _floor(target: Target) -> int:
     """Return the least horizon by the channel that moves first."""
-    rate = target.base.sample_rate_hz
+    rate, burn_in = target.base.sample_rate_hz, target.burn_in
     least, window = max(int(FLOOR_S * rate), 8), max(int(WINDOW_S * rate), 4)
-    return min(_first_motion(channel, least, window) for channel in target.channels)
+    return min(_first_motion(channel, burn_in, burn_in + least, window) for channel in target.channels)
 
 
-def _first_motion(channel: TargetChannel, least: int, window: int) -> int:
-    """Return the end of the window behind a channel's first motion, at least `least`, in samples."""
+def _first_motion(channel: TargetChannel, burn_in: int, least: int, window: int) -> int:
+    """Return the end of the window behind a channel's first motion past the burn-in, at least `least`, in samples."""
     samples = channel.measured.size
-    rest = float(np.median(channel.measured[:least]))
-    for start in range(0, samples, BLOCK):
+    least = min(least, samples)
+    rest = float(np.median(channel.measured[burn_in:least]))
+    for start in range(burn_in, samples, BLOCK):
         moving = np.abs(channel.measured[start : start + BLOCK] - rest) > 8.0 * channel.sigma
         if moving.any():
             return min(max(least, start + int(np.argmax(moving)) + window), samples)
@@ -206,6 +210,13 @@ def grow(
     journal: Journal | None = None,
 ) -> Growth:
     """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    if problem.anchored is not problem:
+
+        def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
+            found = grow(part, at, rng, lambda *moved: progress(*lifted(*moved)), most=most, journal=journal)
+            return found.q, dict(found.horizons)
+
+        q = after_those_at_rest(problem, q, floors(problem), grow_part, partial(_some_rounds, most=most))
     done, own = journal or Journal(), [identity(problem), most]
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
@@ -253,8 +264,11 @@ def _escape(
     by themselves are tried, refitted and as they are; then, while most of the records is still ahead, the one of
     least cost of each width, refitted.
     """
-    root = _posterior_root(problem, q, gates)
     open_targets = [t for t in problem.targets if gates[t.name] < t.samples]
+    begun = _begun_anew(problem, q, open_targets, gates, least, most)
+    if begun is not None:
+        return begun
+    root = _posterior_root(problem, q, gates)
     draws = [
         problem.coordinates.clip(q + scale * rng.standard_normal((DRAWS, problem.size)) @ root.T) for scale in SCALES
     ]
@@ -278,6 +292,28 @@ def _escape(
         if found:
             return found
     return None
+
+
+def _begun_anew(
+    problem: Problem, q: FloatArray, targets: list[Target], gates: Horizons, least: Horizons, most: float
+) -> tuple[FloatArray, Horizons] | None:
+    """Return where other starts of the records that begin in motion and are not followed lead; None where nowhere."""
+    moved = begun_anew(problem, q, gates, partial(_some_rounds, most=most), targets=targets)
+    if moved is q:
+        return None
+    found = horizons_at(problem, moved, gates, least, most=most)
+    return (moved, found) if sum(found.values()) > sum(gates.values()) else None
+
+
+def _some_rounds(problem: Problem, q: FloatArray, gates: Horizons, *, most: float) -> tuple[FloatArray, Horizons]:
+    """Return where some rounds lead as long as the horizons grow, and how far these are then."""
+    for _ in range(START_ROUNDS):
+        q = _some_steps(problem, q, gates).q
+        further = horizons_at(problem, q, gates, gates, most=most)
+        if further == gates:
+            break
+        gates = further
+    return q, gates
 
 
 def _refitted(problem: Problem, q: FloatArray, gates: Horizons, least: Horizons, most: float) -> FloatArray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import islice
 
@@ -22,17 +22,24 @@ from scipy.stats import qmc
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
-from mechid.identification.output_error.misfit import Misfit, misfit_series
+from mechid.identification.output_error.misfit import Misfit
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
 from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.first_moments import (
+    ROBUST_SIGMAS,
+    first_residual,
+    first_samples,
+    first_window,
+    robust_cost,
+)
+from mechid.identification.search.run_up import TRIES, run_up
 from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
 
-WINDOW_S = 0.06
 POINTS = 2048
 CHUNK = 64
 STARTS = 16
@@ -41,7 +48,6 @@ BATCH = 4
 STEPS, FURTHER_STEPS = 24, 48
 GOOD = 2.0
 """Robust cost a sample, in sigmas squared, at which the first window counts as explained."""
-ROBUST_SIGMAS = 20.0
 
 
 @dataclass(frozen=True)
@@ -120,34 +126,10 @@ def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[st
     return math.log(value) if c.kind == "log" else value
 
 
-def _first_samples(target: Target) -> int:
-    return min(target.samples, round(WINDOW_S * target.base.sample_rate_hz))
-
-
 def _first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
-    n = _first_samples(target)
-    return sum(float(np.var(c.measured[:n])) * n / c.sigma**2 for c in target.channels)
-
-
-def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
-    """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
-    stop = _first_samples(target)
-    series = misfit_series(problem.model, target, q, (0, stop))
-    for channel, r in zip(target.channels, series, strict=True):
-        np.divide(r, channel.sigma, out=r)
-        if channel.linear:
-            np.subtract(r, np.median(r), out=r)
-        r[channel.rejected_within((0, stop))] = 0.0
-    return series[0] if len(series) == 1 else np.concatenate(series)
-
-
-def robust_cost(residual: FloatArray) -> float:
-    """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
-    if not np.all(np.isfinite(residual)):
-        return math.inf
-    square = (residual / ROBUST_SIGMAS) ** 2
-    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
+    n, window = first_samples(target), slice(*first_window(target))
+    return sum(float(np.var(c.measured[window])) * n / c.sigma**2 for c in target.channels)
 
 
 def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
@@ -181,19 +163,20 @@ def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
 
 def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return residual and Jacobian of all channels over the first window as rows, (1 + n, samples), in sigmas."""
-    stop = _first_samples(target)
-    whole = np.empty((1 + problem.size, len(target.channels) * stop))
+    window = first_window(target)
+    whole = np.empty((1 + problem.size, len(target.channels) * (window[1] - window[0])))
     parts = np.split(whole, len(target.channels), axis=1)
-    for piece in Misfit(problem.model, target, q, (0, stop), jacobian=True):
+    for piece in Misfit(problem.model, target, q, window, jacobian=True):
+        here = slice(piece.first - window[0], piece.stop - window[0])
         for k, rows in enumerate(parts):
-            piece.write_residual(k, rows[0, piece.first : piece.stop])
-            piece.write_slopes(k, rows[1:, piece.first : piece.stop])
+            piece.write_residual(k, rows[0, here])
+            piece.write_slopes(k, rows[1:, here])
     for channel, rows in zip(target.channels, parts, strict=True):
         np.divide(rows, channel.sigma, out=rows)
         if channel.linear:
             rows[0] -= np.median(rows[0])
             rows[1:] -= rows[1:].mean(axis=1, keepdims=True)
-        rows[:, channel.rejected_within((0, stop))] = 0.0
+        rows[:, channel.rejected_within(window)] = 0.0
     return whole
 
 
@@ -210,14 +193,19 @@ def multistart(
     tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    cost = partial(capped_cost, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    cost = partial(_cost_run_up, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
         costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
         progress(first + len(some), POINTS)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
-    return list(islice(_ranked(drawn), STARTS))
+    best = islice(_ranked(drawn), STARTS)
+    return [replace(start, q=run_up(problem, start.q, tries=TRIES)) for start in best]
+
+
+def _cost_run_up(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float) -> float:
+    return capped_cost(problem, run_up(problem, q), targets=targets, cap=cap)
 
 
 def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:
@@ -241,7 +229,7 @@ def candidates(
     come last, refined further: most are on their way along the valley of coil resistance, inductance and
     torque constant, and growth from where they stop on it fails.
     """
-    enough = GOOD * sum(_first_samples(t) * len(t.channels) for t in problem.targets)
+    enough = GOOD * sum(first_samples(t) * len(t.channels) for t in problem.targets)
     noted = journal or Journal()
     seen: list[Candidate] = []
     left: list[Candidate] = []

@@ -16,11 +16,14 @@ from mechid.identification.contradiction.agreement import Agreement, agreement, 
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
+from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
+from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.beside import grown_beside, grown_rivals
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
@@ -56,7 +59,8 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     Who gives them vouches for them: what they leave of a record is its noise, also where that is coloured, so that
     the high-frequency floor is none.
     """
-    problem, q = state.problem, state.problem.coordinates.point(near)
+    problem = state.problem
+    q = run_up(problem, problem.coordinates.point(near), known=near)
     problem = replace(problem, targets=tuple(at_least_their_residuals(problem, t, q) for t in problem.targets))
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
@@ -147,13 +151,15 @@ def _taking(state: SearchState, campaign: Campaign, agreed: Agreement) -> Search
 
 def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candidate]:
     """Yield refined candidates, the best of all starts first."""
-    problem, journal = state.problem, watch.journal
+    whole, journal = state.problem, watch.journal
+    problem = whole.anchored
 
     def told(done: int, total: int) -> None:
         watch.tell("multi-start", f"{done} of {total} starts")
 
     starts = multistart(problem, seed, problem.workers, told, journal)
-    for number, candidate in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+    for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
+        candidate = replace(found, q=whole.lifted(problem, found.q, whole.start))
         if number == 1:
             watch.note(state.at(candidate.q))
             watch.tell("multi-start", f"{len(starts)} starts to be refined", candidate.cost)
@@ -191,8 +197,18 @@ def _note_growth(
 
 
 def horizon_warnings(problem: Problem, growth: Growth) -> list[str]:
-    """Name the records that are not followed to their ends, and what happens where they are left."""
-    return [f"record {name}: {words}" for name, words in _left(problem, growth).items()]
+    """Name the records that are not followed to their ends, what happens there, and whether any model could go on."""
+    targets = {t.name: t for t in problem.targets}
+    return [
+        f"record {name}: {words}{_chaos(problem, targets[name], growth)}"
+        for name, words in _left(problem, growth).items()
+    ]
+
+
+def _chaos(problem: Problem, target: Target, growth: Growth) -> str:
+    """Say of a record that is not followed to its end that its motion is chaotic there, where it is."""
+    apart_s = apart_at_s(problem, target, growth.q)
+    return "" if apart_s is None else f"; its motion is chaotic there: {chaos_words(apart_s)}"
 
 
 def _left(problem: Problem, growth: Growth) -> dict[str, str]:

@@ -7,11 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from mechid.campaign import Campaign, Stage
+from mechid.campaign.campaign import is_of_start
 from mechid.identification.output_error.accuracy import enough_substeps
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
+from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.joint_fit import joint_fit, threshold_warnings
 from mechid.identification.stages.release import with_noise_released, without_priors
 from mechid.identification.stages.watch import Watch
@@ -81,13 +83,17 @@ def begin(state: SearchState, campaign: Campaign, stages: Sequence[Stage], value
         own = [_window(target, stage) for stage in stages if target.name in stage.records]
         if own:
             windows[target.name] = min(w[0] for w in own), max(w[1] for w in own)
-    return replace(state, problem=problem, q=problem.start, windows=windows)
+    return replace(state, problem=problem, q=run_up(problem, problem.start, known=values), windows=windows)
 
 
 def _target(target: Target, campaign: Campaign, names: Sequence[str], values: Mapping[str, float]) -> Target:
-    """Return a target of whose own parameters those named alone are free."""
+    """Return a target of whose own parameters those named alone are free, and the states of its start."""
     own = tuple(
-        replace(q, value=values.get(q.name, q.value), status=q.status if q.name in names else Status.KNOWN)
+        replace(
+            q,
+            value=values.get(q.name, q.value),
+            status=q.status if q.name in names or is_of_start(q) else Status.KNOWN,
+        )
         for q in campaign.record(target.name).parameters
     )
     return replace(target, own=own)

@@ -1,0 +1,131 @@
+"""Where records that begin in motion may begin: what the model does when it is stepped from some time before.
+
+The states at the first sample are found by the fit; this is where the search for them begins. From rest at the
+commanded angle a fit inside the first moments goes astray: it bends the mechanism to a start that is far off.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign.campaign import is_of_start, key_in_record
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.target import Target
+from mechid.identification.search.first_moments import first_residual, robust_cost
+from mechid.kernel.start import off_rest
+from mechid.simulation.simulator import Run, Simulator, TimeBase
+from mechid.simulation.start import states_in
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+STEPS, SHORTEST_S = 8.0, 0.3
+"""Full steps before the first sample from which the model is stepped, and the shortest time that this may be."""
+ELECTRICAL = 4.0
+"""Full steps after which the coils are as they were."""
+TRIES = 32
+"""States that are tried where a motion does not come to repeat."""
+
+
+def run_up(
+    problem: Problem,
+    q: FloatArray,
+    known: Container[str] = (),
+    *,
+    targets: Sequence[Target] | None = None,
+    tries: int = 1,
+) -> FloatArray:
+    """Return a point whose records in motion begin as the model there does, stepped from before.
+
+    Records that begin at rest, those that are none of `targets`, and states whose names are `known` stay as they are.
+    Of several tries, each an electrical period earlier in the motion, the one is taken that explains a record's first
+    moments best.
+    """
+    for target in problem.targets if targets is None else targets:
+        found = [_at(problem, q, target, values, known) for values in _begun(problem, target, q, tries)]
+        if len(found) > 1:
+            costs = [robust_cost(first_residual(problem, target, point)) for point in found]
+            q = found[int(np.argmin(costs))]
+        elif found:
+            q = found[0]
+    return q
+
+
+def gone_on(problem: Problem, q: FloatArray, target: Target) -> FloatArray | None:
+    """Return a point whose target begins as the model comes out of the stretch before it; None where there is none."""
+    before = next((t for t in problem.targets if _leads_to(t, target)), None)
+    if before is None:
+        return None
+    longer = replace(before, base=replace(before.base, samples=before.samples + 1))
+    run = problem.model.run(longer, q, longer.samples)
+    for _ in run.blocks():
+        pass
+    if run.outcome is not SimulationOutcome.COMPLETE:
+        return None
+    at = target.excitation.initial, target.command.start_angle_rad
+    values = off_rest(
+        problem.space.mechanism.plant,
+        problem.coordinates.kernel(target, q),
+        *at,
+        _states(run),
+    )
+    return _at(problem, q, target, values, ())
+
+
+def _leads_to(one: Target, other: Target) -> bool:
+    """Tell whether one target ends where the other begins, under the same command."""
+    same = one.command.rate == other.command.rate and one.command.start_angle_deg == other.command.start_angle_deg
+    gap = other.base.start_s - one.base.start_s - one.samples * one.base.interval_s
+    return (
+        same and abs(gap) < 0.5 * one.base.interval_s and one.name.rpartition("_")[0] == other.name.rpartition("_")[0]
+    )
+
+
+def _at(
+    problem: Problem, q: FloatArray, target: Target, values: Mapping[str, float], known: Container[str]
+) -> FloatArray:
+    """Return a point with some states of a target's start."""
+    names = {p.name: values[key_in_record(p.name)] for p in target.moved if is_of_start(p) and p.name not in known}
+    at = problem.coordinates
+    own = zip(at.own_names, at.of_records(q), strict=True)
+    moved = np.concatenate([at.of_mechanism(q), [names.get(name, v) for name, v in own]])
+    return np.asarray(at.clip(moved))
+
+
+def _begun(problem: Problem, target: Target, q: FloatArray, tries: int) -> list[dict[str, float]]:
+    """Return states of a target's start that the model comes to, the last first; none where it begins at rest."""
+    command, step_s = target.command, 1.0 / max(abs(target.command.start_rate), 1e-9)
+    if command.begun_s <= 0.0 or not any(is_of_start(p) for p in target.moved):
+        return []
+    period_s = min(ELECTRICAL * step_s, command.begun_s)
+    first = max(math.ceil(max(SHORTEST_S, STEPS * step_s) / period_s), 1)
+    periods = min(first + tries - 1, math.floor(command.begun_s / period_s * (1.0 + 1e-9)))
+    n = max(math.ceil(period_s * target.base.sample_rate_hz), 1)
+    earlier = command.begun_at(command.begun_s - periods * period_s)
+    base = TimeBase(n / period_s, periods * n, command.begun_s - (periods * n - 1) * period_s / n)
+    plant, p = problem.space.mechanism.plant, problem.coordinates.kernel(target, q)
+    simulator = Simulator(plant, earlier, base, capacity=problem.coordinates.lanes)
+    run = simulator.run(p, substeps=problem.substeps, block=n, directions=np.zeros((p.size, 0)))
+    found: list[dict[str, float]] = []
+    for k, _ in enumerate(run.blocks(), 1):
+        if k >= min(first, periods) and run.outcome is SimulationOutcome.COMPLETE:
+            here = command.begun_at(command.begun_s - (periods - k) * period_s)
+            found.insert(
+                0,
+                off_rest(
+                    plant,
+                    p,
+                    here.excitation(0.0).initial,
+                    here.start_angle_rad,
+                    _states(run),
+                ),
+            )
+    return found[:tries]
+
+
+def _states(run: Run) -> FloatArray:
+    return states_in(run.simulator.kernel, run.buffers)

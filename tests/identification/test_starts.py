@@ -1,0 +1,168 @@
+"""Records whose start is found from them: cut out of longer ones, wound up, with a burn-in. Truth: what made them."""
+
+import json
+
+import numpy as np
+import pytest
+
+from complete_benches import Bench, catalogue, noisy
+from complete_fits import COULOMB, GEARED, table
+from layouts import mechanism_of
+from mechid.analysis import validate
+from mechid.campaign import load_campaign, mechanism_text
+from mechid.command import Command, InputChannel, MeasuredCommand, RateProfile
+from mechid.identification.identify import identify
+from mechid.identification.refit.reopened import reopened
+from mechid.identification.result.estimate_file import estimate_text
+from mechid.identification.start_given import identify_from
+from mechid.report import report_data
+from mechid.simulation.simulator import Simulator
+from mechid.simulation.start import Start
+from runs import base, run_kernel
+
+FULL, MICRO = 'stepping = "full", rate = {}, start_angle_deg = 45.0', 'stepping = "micro", microsteps = 16, rate = {}'
+CUTS = {"full_46": (FULL.format(46.0), 2.03, 0.57), "micro_46": (MICRO.format(46.0), 1.5, 0.5),
+        "full_5": (FULL.format(5.0), 1.013, 0.6)}  # fmt: skip
+"""Command, first instant and length of each record, s."""
+RECORD = 'mechanism = "mechanism.toml"\n[[record]]\nname = "run"\nfile = "run.csv"\n'
+
+
+def cut(folder, free, names=tuple(CUTS), shorter=1.0, seed=5):
+    """Write a campaign of records that are parts of longer ones, and read it; returns the truth too."""
+    bench, rng = Bench(seed=seed, table=table(), free=free), np.random.default_rng(seed)
+    lines = ['mechanism = "mechanism.toml"']
+    for name in names:
+        text, first_s, length_s = CUTS[name]
+        rate = float(text.partition("rate = ")[2].partition(",")[0])
+        command = Command(
+            stepping="micro" if "micro" in text else "full", microsteps=16 if "micro" in text else 1,
+            rate=RateProfile.constant(rate), start_angle_deg=45.0 if "45" in text else 0.0,
+        )  # fmt: skip
+        time_base = base(shorter * length_s, start_s=first_s)
+        run = run_kernel(bench.mechanism, command, time_base, substeps=8)
+        rows = np.stack([time_base.times, noisy(run.torque, "torque", rng)], axis=1)
+        np.savetxt(folder / f"{name}.csv", rows, delimiter=",", header="time_s,torque_Nm", comments="", fmt="%.12g")
+        lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"',
+                  f'command = {{ {text}, start = "estimated" }}']  # fmt: skip
+    (folder / "mechanism.toml").write_text(catalogue(bench))
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+    return load_campaign(folder), bench.truth
+
+
+def assert_within(fit, truth, sigmas=3.5):
+    for name, value in truth.items():
+        p = fit.parameters[name]
+        assert p.std_error is not None, (name, p.status, p.reason)
+        assert abs(p.value - value) < sigmas * p.std_error, name
+        assert p.std_error < 0.03 * abs(value), name
+
+
+@pytest.mark.slow
+def test_records_cut_out_of_longer_ones_are_identified_from_the_catalogue(tmp_path):
+    campaign, truth = cut(tmp_path, COULOMB)
+    fit = identify(campaign, workers=1)
+    assert fit.grade == "A"
+    assert_within(fit, truth)
+    again = reopened(campaign, json.loads(estimate_text(fit)))
+    for name, value in again.values(again.q).items():
+        assert value == pytest.approx(fit.parameters[name].value, abs=0.05 * (fit.parameters[name].std_error or 1.0))
+
+
+@pytest.fixture(scope="module")
+def one_cut(tmp_path_factory):
+    """Return a short part of one record and a fit of it, from values some tenth off."""
+    campaign, truth = cut(tmp_path_factory.mktemp("cut"), GEARED[2:], ("full_46",), shorter=0.5)
+    start = {name: 1.1 * value for name, value in truth.items()}
+    return campaign, truth, identify_from(campaign, start, workers=1)
+
+
+def test_a_part_of_a_record_is_identified_without_what_was_before(one_cut):
+    _, truth, fit = one_cut
+    assert fit.grade in {"A", "B"}
+    assert_within(fit, truth)
+    states = {name: p for name, p in fit.parameters.items() if ".start." in name}
+    assert len(states) == 8
+    assert any("the start is estimated too, 8 numbers" in note for note in fit.notes)
+
+
+def test_what_is_shown_of_it(one_cut):
+    """Truth: the fit's own residual; the table of parameters leaves the start to estimate.json."""
+    campaign, _, fit = one_cut
+    found = validate(campaign, fit)
+    data = report_data(fit, validation=found)
+    assert not any(".start." in row["name"] for row in data["parameters"])
+    assert not any(".start." in line for line in fit.warnings)
+    record = fit.records["full_46"]
+    assert record.fit_percent > 98.0
+    assert record.residual_rms == pytest.approx(2e-3, rel=0.05)
+    (shown,) = data["records"]
+    assert shown["residual_rms"] == pytest.approx(record.residual_rms, rel=1e-6)
+
+
+def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
+    """Truth: what made the record; its currents and its gear began otherwise than the model says."""
+    bench, rng = Bench(seed=7, table=table(), free=GEARED[2:]), np.random.default_rng(7)
+    m, time_base = bench.mechanism, base(0.3)
+    command = Command(stepping="full", microsteps=1, rate=RateProfile.constant(46.0), start_angle_deg=45.0)
+    off = {"start.current_a": 0.15, "start.current_b": -0.1, "start.twist": 3e-4}
+    made = Simulator(m.plant, command, time_base, capacity=32, start=Start(off))
+    run = made.run(m.kernel_values(), substeps=8, directions=np.zeros((m.kernel_values().size, 0)))
+    y = np.concatenate([b.y[:, 0].copy() for b in run.blocks()])
+    np.savetxt(tmp_path / "run.csv", np.stack([time_base.times, noisy(y, "torque", rng)], axis=1), delimiter=",",
+               header="time_s,torque_Nm", comments="")  # fmt: skip
+    (tmp_path / "mechanism.toml").write_text(catalogue(bench))
+
+    def campaign(start):
+        (tmp_path / "campaign.toml").write_text(f'{RECORD}command = {{ {CUTS["full_46"][0]}, start = "{start}" }}\n')
+        return load_campaign(tmp_path)
+
+    spoilt = identify_from(campaign("commanded"), {n: 1.05 * v for n, v in bench.truth.items()}, workers=1)
+    assert (spoilt.grade, spoilt.records["run"].residual_rms > 0.02) == ("C", True)
+    fit = identify(campaign("estimated"), workers=1)
+    assert fit.grade == "A"
+    assert fit.records["run"].residual_rms == pytest.approx(2e-3, rel=0.05)
+    assert_within(fit, bench.truth)
+    for key, value in off.items():
+        p = fit.parameters[f"record.run.{key}"]
+        assert abs(p.value - value) < 4.0 * p.std_error
+
+
+AXIS = {
+    "assembly": "direct_torque_drive", "load": {"inertia": 2e-3}, "drive": {},
+    "friction": {"coulomb": 0.02, "viscous": 0.01},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("way", ["estimated", "burn_in"])
+def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
+    """Truth: what made the record: its file begins in the middle of a swing; friction forgets the start in 0.2 s.
+
+    Its rate is estimated, or the first second does not count. Its angle is measured but for an offset.
+    """
+    rng, whole = np.random.default_rng(3), base(6.0, rate_hz=1000.0)
+    m = mechanism_of(AXIS)
+    t = whole.times
+    u = 0.06 * np.sin(2 * np.pi * 1.3 * t) + 0.05 * np.sin(2 * np.pi * 3.1 * t + 1.0)
+    command = MeasuredCommand().driven_by((InputChannel(quantity="torque", samples=u),), 1000.0, 0.0)
+    plant = m.plant.measuring(("output_rate",))
+    p = m.kernel_values()
+    made = Simulator(plant, command, whole, capacity=0).run(p, substeps=8, directions=np.zeros((p.size, 0)))
+    y = np.concatenate([b.y[:, 0].copy() for b in made.blocks()]) + rng.normal(0.0, 2e-3, whole.samples)
+    kept = t >= 2.2
+    np.savetxt(tmp_path / "run.csv", np.stack([t[kept], y[kept], u[kept]], axis=1), delimiter=",",
+               header="time_s,rate,torque", comments="", fmt="%.12g")  # fmt: skip
+    assert abs(y[kept][0]) > 0.1
+    text = mechanism_text(m).replace("viscous = 0.01", "viscous = { value = 0.013, min = 0.001, max = 0.1 }")
+    text = text.replace("inertia = 0.002", "inertia = { value = 0.0025, min = 0.0005, max = 0.01 }")
+    (tmp_path / "mechanism.toml").write_text(text)
+    own = {
+        "estimated": 'command.start = "estimated"\nstart_state = { rate = { value = 0.0, min = -9.0, max = 9.0 } }',
+        "burn_in": "burn_in_s = 1.0",
+    }
+    channels = """channels = [{ quantity = "output_rate", column = 1, unit = "rad/s" },
+                  { quantity = "torque", column = 2, unit = "N m", role = "input" }]"""
+    (tmp_path / "campaign.toml").write_text(f"{RECORD}{channels}\n{own[way]}\n")
+    fit = identify(load_campaign(tmp_path), workers=1)
+    assert_within(fit, {"friction.viscous": 0.01, "load.inertia": 2e-3})
+    assert fit.records["run"].residual_rms == pytest.approx(2e-3, rel=0.05)
+    assert fit.records["run"].rejected == (1000 if way == "burn_in" else 0)
