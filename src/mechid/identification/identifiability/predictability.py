@@ -58,8 +58,8 @@ def chaos_words(apart_s: float) -> str:
     """Return what it means that runs come apart after some time, and what to write."""
     return (
         f"parameters displaced by {DISPLACED:g} of their values change it by more than the noise after "
-        f"{apart_s:.3g} s, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} to have "
-        "it followed in stretches, each from a start of its own"
+        f"{apart_s:.3g} s, so that no fit of the whole record holds; write stretch_s = {_down(SAFE * apart_s):g} "
+        "to have it followed in stretches, each from a start of its own"
     )
 
 
