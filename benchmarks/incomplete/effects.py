@@ -54,6 +54,18 @@ def _torque_harmonic(rng: np.random.Generator) -> Size:
     return {"harmonic_order": order, "harmonic": _log(rng, 3e-3, 3e-2), "harmonic_phase": _phase(rng)}
 
 
+def _detent_between(rng: np.random.Generator) -> Size:
+    return {**_detent(rng), "detent_order_3": 360.0 / float(rng.choice([1.2, 1.44, 2.4]))}
+
+
+def _torque_harmonic_between(rng: np.random.Generator) -> Size:
+    return {**_torque_harmonic(rng), "harmonic_order": float(rng.choice([7, 9]))}
+
+
+def _kinematic_error_between(rng: np.random.Generator) -> Size:
+    return {**_kinematic_error(rng), "kinematic_order": float(rng.choice([3, 6]))}
+
+
 def _imbalance(rng: np.random.Generator) -> Size:
     return {str(rng.choice(["r_R", "r_L", "r_k"])): _signed(rng, 3e-3, 3e-2)}
 
@@ -121,6 +133,10 @@ EFFECTS: Mapping[str, Effect] = {
     "mains_hum": Effect("mains hum, 1 to 10 mN m at 50 or 60 Hz and two multiples", _mains, in_mechanism=False),
     "quantisation": Effect("resolution of 3 to 20 mN m, not declared",
                            lambda rng: {"resolution": _log(rng, 3e-3, 2e-2)}, in_mechanism=False),
+    "detent_between": Effect("third detent of 1.2, 1.44 or 2.4 deg, which no term has", _detent_between),
+    "torque_harmonic_between": Effect("harmonic 7 or 9 of the torque constant, which no term has",
+                                      _torque_harmonic_between),
+    "kinematic_error_between": Effect("kinematic error of order 3 or 6, which no term has", _kinematic_error_between),
     "gear_hysteresis": Effect("Dahl's hysteresis in the gear, 20 to 200 N m/rad, slipping at 3 to 30 mN m",
                               _gear_hysteresis, in_library=False),
     "torque_saturation": Effect("torque constant that falls with the current squared, by 0.5 to 5 % at U/R",

@@ -12,6 +12,7 @@ from mechid.identification.disturbance.disturbance import Disturbance, with_dist
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import rivals_of, superset_of
 
 FloatArray = NDArray[np.float64]
 
@@ -47,6 +48,26 @@ def beside_of(plain: Mechanism, mechanism: Mechanism, terms: tuple[str, ...], wi
     """Return what stands beside a mechanism as written."""
     new = frozenset(p.name for p in mechanism.free if p.name not in plain.parameters)
     return Beside(mechanism, terms, widths, new)
+
+
+def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, float | None]) -> Beside:
+    """Return what stood beside a mechanism in an earlier fit.
+
+    Parameters
+    ----------
+    plain : Mechanism
+        As written.
+    names : sequence of str
+        Of the terms, or of the one law.
+    widths : mapping of str to (float or None)
+        Of the small priors as the fit ended with them, by dotted name of all that was free; None: there was none.
+    """
+    known = {name: width for name, width in widths.items() if width is not None}
+    superset = superset_of(plain)
+    if known and superset is not None:
+        return beside_of(plain, superset.freeing(names), tuple(names), known)
+    rivals = (mechanism for name, mechanism in rivals_of(plain) if name in names)
+    return beside_of(plain, next(rivals), tuple(names), {})
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
+from mechid.identification.beside.beside import beside_again
 from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
@@ -88,8 +89,11 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
     campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
-    problem, q, windows = _at(campaign, at_levels_of(make_problem(campaign, workers), estimate["records"]), values)
-    problem, q = _as_moved(problem, q, parameters, values)
+    terms = estimate["beside"]["parameters"] if estimate.get("beside") else {}
+    values |= {name: p["value"] for name, p in terms.items()}
+    problem = _with_terms(campaign, make_problem(campaign, workers), estimate)
+    problem, q, windows = _at(campaign, at_levels_of(problem, estimate["records"]), values)
+    problem, q = _as_moved(problem, q, {**_as_free(terms), **parameters}, values)
     problem = replace(problem, substeps=int(estimate["provenance"]["substeps"]))
     options = replace(campaign.options, colour="none") if campaign.stages else campaign.options
     if options.spikes == "reject" and not campaign.stages:
@@ -101,6 +105,19 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
+
+
+def _as_free(names: Iterable[str]) -> dict[str, Any]:
+    return {name: {"status": Status.FREE} for name in names}
+
+
+def _with_terms(campaign: Campaign, problem: Problem, estimate: Mapping[str, Any]) -> Problem:
+    """Return the problem with the terms that the fit had beside the mechanism as written."""
+    found = estimate.get("beside")
+    if not found:
+        return problem
+    widths = {name: p["width"] for name, p in found["parameters"].items()}
+    return beside_again(campaign.mechanism, found["names"], widths).problem(problem)
 
 
 def _found(estimate: Mapping[str, Any]) -> dict[str, Declared]:

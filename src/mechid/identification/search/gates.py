@@ -207,9 +207,13 @@ def grow(
     progress: Callable[[FloatArray, Horizons], None] = lambda q, gates: None,
     *,
     most: float = DIVERGED_AT,
+    escapes: float = math.inf,
     journal: Journal | None = None,
 ) -> Growth:
-    """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more."""
+    """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more.
+
+    That is also where so many escapes are not enough.
+    """
     if problem.anchored is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
@@ -220,7 +224,7 @@ def grow(
     done, own = journal or Journal(), [identity(problem), most]
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
-    furthest, stalled = 0, 0
+    furthest, stalled, escaped_times = 0, 0, 0
     for rounds in range(1, ROUNDS + 1):
         before = gates
         q, gates, settled = done.step("growth round", [own, q, gates], partial(_round, problem, q, gates, least, most))
@@ -230,6 +234,9 @@ def grow(
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
         if stalled >= PATIENCE or (settled and gates == before):
+            escaped_times += 1
+            if escaped_times > escapes:
+                return Growth(q, gates, False, rounds)
             escaped = done.step("escape", [own, q, gates], partial(_escape, problem, q, gates, least, rng, most), rng)
             if escaped is None or sum(escaped[1].values()) <= furthest:
                 return Growth(q, gates, False, rounds)

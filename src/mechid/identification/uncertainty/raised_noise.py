@@ -29,7 +29,7 @@ FACTOR = 4.0
 MOST_SHARE = 0.3
 """Of the standard deviation of what moves in a channel, up to which its level is raised."""
 
-MOSTLY = 0.1
+MOSTLY = 0.05
 """Share of what moves in a channel that is left where a model explains most of it."""
 
 
@@ -81,7 +81,7 @@ def _raised_channel(channel: TargetChannel) -> TargetChannel:
 
 
 def explained_mostly(problem: Problem, q: FloatArray) -> bool:
-    """Tell whether a point leaves less than a tenth of what moves in every channel: then no record contradicts."""
+    """Tell whether a point leaves less than a twentieth of what moves in every channel: then no record contradicts."""
 
     def share(target: Target) -> float:
         series = residual(problem, target, q, (0, target.samples))
