@@ -81,8 +81,10 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         consistency=errors.consistency,
         missing=missing,
     )
-    fit = graded(fit, evidence)
-    return as_written(fit, written, state, state.beside) if state.beside else fit
+    if state.beside is None:
+        return graded(fit, evidence)
+    judged = graded(replace(fit, parameters={n: p for n, p in parameters.items() if n not in terms}), evidence)
+    return as_written(replace(judged, parameters=parameters), written, state, state.beside)
 
 
 def _evidence(campaign: Campaign, state: SearchState, seed: int, triangle: Triangle, verdict: Verdict) -> Evidence:

@@ -24,10 +24,13 @@ from mechid.identification.search.gates import Growth, floors, grow, horizons_at
 from mechid.identification.search.multistart import Candidate, candidates, multistart
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.watch import Watch
+from mechid.identification.uncertainty.raised_noise import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
 
 FloatArray = NDArray[np.float64]
-PRUNINGS = 2
+PRUNINGS = 1
+ESCAPES = 3
+"""Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
 NARROWER = 20.0
 """By which the small prior of a term is narrower once it is not needed inside the gates."""
 RIVALS = 4
@@ -37,7 +40,7 @@ STEPS = 30
 
 
 @dataclass(frozen=True, eq=False)
-class _Wide:
+class Wide:
     """A problem with terms and disturbances beside, and a growth of it."""
 
     problem: Problem
@@ -45,41 +48,66 @@ class _Wide:
     disturbances: tuple[Disturbance, ...]
     growth: Growth
 
-    def at(self, growth: Growth) -> _Wide:
+    def at(self, growth: Growth) -> Wide:
         """Return it with another growth."""
         return replace(self, growth=growth)
 
 
-def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[Disturbance, ...] = ()) -> _Wide:
+def _begun(problem: Problem, q: FloatArray, beside: Beside, disturbances: tuple[Disturbance, ...] = ()) -> Wide:
     """Return a problem before its growth."""
-    return _Wide(problem, beside, disturbances, Growth(q, {}, False, 0))
+    return Wide(problem, beside, disturbances, Growth(q, {}, False, 0))
 
 
 def grown_beside(
-    watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, louder: Problem | None = None
+    watch: Watch, state: SearchState, campaign: Campaign, q: FloatArray, seed: int, fitted: Wide | None = None
 ) -> tuple[SearchState, Growth] | None:
     """Return the growth with terms beside from a start; None where that does not follow all records either.
 
-    `louder` is the problem at a raised noise level at which `q` follows all records: there all is fitted at once first.
+    `fitted` is where all terms have been fitted at once at a raised noise level: growth then begins there.
     """
-    superset = superset_of(campaign.mechanism)
-    disturbances = possible(state.problem, campaign)
-    if superset is None and not disturbances:
+    wide, superset = _all_beside(state.problem, campaign, q)
+    if wide is None:
         return None
-    names = tuple(t.name for t in superset.terms) if superset else ()
-    mechanism = superset.freeing(names) if superset else campaign.mechanism
-    beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
-    problem = beside.problem(state.problem, disturbances)
-    start = lifted(state.problem, q, problem)
-    if louder is not None:
-        wider = beside.problem(louder, disturbances)
-        start = solve(wider, start, wider.whole(), steps=STEPS, tolerance=1e-6).q
-    begun = _begun(problem, start, beside, disturbances)
-    wide = _grown_wide(watch, begun, superset, seed)
+    if fitted is not None:
+        wide = wide.at(replace(wide.growth, q=fitted.growth.q))
+    wide = _grown_wide(watch, wide, superset, seed)
     return _settled(watch, state, wide) if wide.growth.complete else None
 
 
-def _grown_wide(watch: Watch, wide: _Wide, superset: Superset | None, seed: int) -> _Wide:
+def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wide | None:
+    """Return all terms fitted at once to whole records, at a raised noise level at which `q` follows them."""
+    wide, _ = _all_beside(louder.problem, campaign, q)
+    if wide is None:
+        return None
+    solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
+    whole = {t.name: t.samples for t in wide.problem.targets}
+    follows = horizons_at(wide.problem, solution.q, whole, floors(wide.problem)) == whole
+    return wide.at(Growth(solution.q, whole, follows, 0))
+
+
+def settled_louder(watch: Watch, louder: SearchState, fitted: Wide | None) -> tuple[SearchState, Growth] | None:
+    """Return the state with terms beside at a raised noise level; None where that does not explain most of a record."""
+    if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
+        return None
+    found, problem, q = _needed_disturbances(fitted)
+    state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
+    return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
+
+
+def _all_beside(plain: Problem, campaign: Campaign, q: FloatArray) -> tuple[Wide | None, Superset | None]:
+    """Return a problem with all terms and disturbances beside, from a start of the one without; and the terms."""
+    superset = superset_of(campaign.mechanism)
+    disturbances = possible(plain, campaign)
+    if superset is None and not disturbances:
+        return None, None
+    names = tuple(t.name for t in superset.terms) if superset else ()
+    mechanism = superset.freeing(names) if superset else campaign.mechanism
+    beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
+    problem = beside.problem(plain, disturbances)
+    return _begun(problem, lifted(plain, q, problem), beside, disturbances), superset
+
+
+def _grown_wide(watch: Watch, wide: Wide, superset: Superset | None, seed: int) -> Wide:
     """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
     whole, wide = wide.problem, wide.at(_grow(watch, wide.problem, wide.growth.q, seed))
     for _ in range(PRUNINGS):
@@ -100,15 +128,15 @@ def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
         share = 100.0 * sum(gates.values()) / total
         watch.tell("terms beside", f"{share:.1f} % of all samples followed")
 
-    return grow(problem, q, np.random.default_rng((seed, 0, 7)), told, journal=watch.journal)
+    return grow(problem, q, np.random.default_rng((seed, 0, 7)), told, escapes=ESCAPES, journal=watch.journal)
 
 
-def _groups(wide: _Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
+def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:
     terms = {t.name: tuple(t.widths) for t in superset.terms} if superset else {}
     return terms | {one.name: tuple(p.name for p in one.parameters) for one in wide.disturbances}
 
 
-def _pruned(wide: _Wide, superset: Superset | None) -> _Wide | None:
+def _pruned(wide: Wide, superset: Superset | None) -> Wide | None:
     """Return the problem with what is not needed inside the gates held closer to none; None where all is needed."""
     windows = {name: (0, n) for name, n in wide.growth.horizons.items()}
     solution = solve(wide.problem, wide.growth.q, windows, steps=STEPS, tolerance=1e-6)
@@ -126,7 +154,7 @@ def _pruned(wide: _Wide, superset: Superset | None) -> _Wide | None:
     q = solution.q - np.where([name in closer for name in wide.problem.coordinates.names], away, 0.0)
     problem, q = without(replace(wide.problem, shrinkage=beside.widths), q, lost)
     rest = tuple(one for one in wide.disturbances if one.name in kept)
-    return _Wide(problem, beside, rest, replace(wide.growth, q=q))
+    return Wide(problem, beside, rest, replace(wide.growth, q=q))
 
 
 def _away(problem: Problem, q: FloatArray) -> FloatArray:
@@ -137,7 +165,7 @@ def _away(problem: Problem, q: FloatArray) -> FloatArray:
     return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
-def _settled(watch: Watch, state: SearchState, wide: _Wide) -> tuple[SearchState, Growth]:
+def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState, Growth]:
     """Return the state that follows all records, without the disturbances that are not needed.
 
     Where the mechanism as written follows them from here, it is without terms too.
@@ -155,7 +183,7 @@ def _settled(watch: Watch, state: SearchState, wide: _Wide) -> tuple[SearchState
     return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
 
 
-def _needed_disturbances(wide: _Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
+def _needed_disturbances(wide: Wide) -> tuple[tuple[Found, ...], Problem, FloatArray]:
     """Return the disturbances that the joint optimum needs, the problem without the others, and its point."""
     if not wide.disturbances:
         return (), wide.problem, wide.growth.q

@@ -24,10 +24,10 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import POINTS, Candidate, candidates, multistart
 from mechid.identification.search.run_up import run_up
-from mechid.identification.stages.beside import grown_beside, grown_rivals
+from mechid.identification.stages.beside import fitted_beside, grown_beside, grown_rivals, settled_louder
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
-from mechid.identification.uncertainty.raised_noise import explained_mostly, raised, raised_words
+from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
@@ -81,13 +81,11 @@ def _grown(
     if beside is not None:
         return beside
     louder = _grown_louder(watch, state, growth, seed)
-    if louder[1].complete:
-        beside = grown_beside(watch, state, campaign, louder[1].q, seed, louder[0].problem)
-    beside = beside or grown_rivals(watch, state, campaign, seed)
+    fitted = fitted_beside(louder[0], campaign, louder[1].q) if louder[1].complete else None
+    beside = grown_beside(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
+    beside = beside or grown_rivals(watch, state, campaign, seed) or settled_louder(watch, louder[0], fitted)
     if beside is not None:
         return beside
-    if louder[1].complete and explained_mostly(louder[0].problem, louder[1].q):
-        return louder
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
 
 
