@@ -42,6 +42,8 @@ class IdentifyOptions:
         Magnitude of a correlation above which two parameters count as dependent.
     disturbances : "auto", "none" or tuple of str
         Which of `DISTURBANCES` may be added where the records ask for them: all, none, or those named.
+    terms : bool
+        Whether terms and laws may be put beside the mechanism where it does not follow the records as written.
     mains : float or None
         Frequency of the mains in Hz, whose hum is projected out of all records from the start; 50 or 60 are nominal,
         and what it was is seen in the records.
@@ -54,6 +56,7 @@ class IdentifyOptions:
     max_relative_error: float | None = None
     max_correlation: float | None = None
     disturbances: Disturbances = "auto"
+    terms: bool = True
     mains: float | None = None
 
 

@@ -96,7 +96,7 @@ def settled_louder(watch: Watch, louder: SearchState, fitted: Wide | None) -> tu
 
 def _all_beside(plain: Problem, campaign: Campaign, q: FloatArray) -> tuple[Wide | None, Superset | None]:
     """Return a problem with all terms and disturbances beside, from a start of the one without; and the terms."""
-    superset = superset_of(campaign.mechanism)
+    superset = superset_of(campaign.mechanism) if campaign.options.terms else None
     disturbances = possible(plain, campaign)
     if superset is None and not disturbances:
         return None, None
@@ -230,7 +230,7 @@ def _rival_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
 ) -> Iterator[tuple[Beside, list[Candidate]]]:
     """Yield each law that may stand in place of one chosen, with its starts that can be simulated, the best first."""
-    for name, mechanism in rivals_of(campaign.mechanism):
+    for name, mechanism in rivals_of(campaign.mechanism) if campaign.options.terms else ():
         beside = beside_of(campaign.mechanism, mechanism, (name,), {})
         problem = beside.problem(state.problem)
         watch.tell("laws beside", name)
