@@ -23,7 +23,7 @@ from incomplete.benches import drawn, make_bench
 from incomplete.complete import KINDS, Complete
 from incomplete.effects import EFFECTS
 from incomplete.fits import fitted, half
-from incomplete.summary import complete_table, incomplete_table, told
+from incomplete.summary import catalogue_table, complete_table, incomplete_table, told
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import TRUTH
 from recovery.mechanisms import FAMILIES
@@ -46,8 +46,11 @@ def main() -> None:
     if arguments.complete:
         completes(out / COMPLETE, range(arguments.complete))
     lines = list(read(out / BENCHES))
-    if lines and not arguments.complete:
-        print(incomplete_table(lines))
+    searched, near = ([line for line in lines if (line["part"] == CATALOGUE) is chosen] for chosen in (True, False))
+    if searched and not arguments.complete:
+        print(catalogue_table(searched))
+    if near and not arguments.complete:
+        print(incomplete_table(near))
     lines = list(read(out / COMPLETE))
     if lines and (arguments.complete or arguments.summary):
         print(complete_table(lines))

@@ -7,6 +7,8 @@ from statistics import median
 
 import numpy as np
 
+from incomplete.effects import EFFECTS
+
 RESAMPLES = 4000
 LEAST = 1e-6
 """Distance of a correlation from one that is left to rounding."""
@@ -14,6 +16,14 @@ COUNTED = "B"
 """The grade whose intervals are judged on incomplete benches."""
 SIGMAS = {"std_error": "stated", "std_error_noise": "noise alone"}
 CONTRASTS = ("sums of two", "differences of two")
+WITHOUT_NULL = ("stribeck", "backlash", "output_friction")
+GROUPS = {
+    "smooth, of the library": [n for n, e in EFFECTS.items() if e.in_library and n not in (*WITHOUT_NULL, "clock")],
+    "without a null value": list(WITHOUT_NULL),
+    "clock": ["clock"],
+    "no block holds it": [n for n, e in EFFECTS.items() if not e.in_library],
+}
+"""Effects by what is asked of a search from the catalogue."""
 Pairs = list[tuple[str, float]]
 """Parameters with their errors in standard errors, of one fit."""
 
@@ -128,6 +138,28 @@ def incomplete_table(lines: Sequence[Mapping]) -> str:
     rows += [_pooled(words, [contrasts_of(line)[k] for line in counted]) for k, words in enumerate(CONTRASTS)]
     rows += ["", *_halves(lines), *_reference(lines), _cost(whole), "", *by_effect(whole)]
     return "\n".join(rows)
+
+
+def catalogue_table(lines: Sequence[Mapping]) -> str:
+    """Return the summary of searches from the catalogue: how many are followed, how well, how soon."""
+    rows = [
+        "",
+        f"{'from the catalogue':24} fits  followed (A or B)  grades            wall s: median  worst  RMS z of A, B",
+    ]
+    groups = {words: [line for line in lines if line["effect"] in effects] for words, effects in GROUPS.items()}
+    effects = {effect: [line for line in lines if line["effect"] == effect] for effect in EFFECTS}
+    for words, own in {**effects, **groups, "all": list(lines)}.items():
+        if not own:
+            continue
+        good = [line for line in own if line["grade"] in ("A", "B")]
+        errors = [pair for line in good for pair in errors_of(line)]
+        wall = [line["wall_s"] for line in own]
+        rows.append(
+            f"{words:24} {len(own):4d}  {len(good):3d} ({len(good) / len(own):4.0%})        "
+            f"{_counts(line['grade'] for line in own):18} {median(wall):10.1f} {max(wall):6.1f} {rms(errors):12.2f}"
+        )
+    good = [errors_of(line) for line in lines if line["grade"] in ("A", "B")]
+    return "\n".join([*rows, _pooled("grades A and B, stated", good)])
 
 
 def by_effect(whole: Sequence[Mapping]) -> list[str]:
