@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside, beside_of, lifted
 from mechid.identification.beside.groups import groups_of, needed
+from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.output_error.problem import Problem
@@ -33,8 +34,8 @@ ESCAPES = 3
 """Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
 NARROWER = 20.0
 """By which the small prior of a term is narrower once it is not needed inside the gates."""
-RIVALS = 4
-"""Laws beside whose starts are refined and grown: those with the best starts."""
+RIVALS = 3
+"""Laws beside that do not explain the first moments and are grown all the same: those with the best starts."""
 STEPS = 30
 """Of the joint fit that shows which disturbances are needed."""
 
@@ -213,32 +214,39 @@ def _fall(problem: Problem, q: FloatArray, lines: Disturbance) -> float:
 def grown_rivals(watch: Watch, state: SearchState, campaign: Campaign, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the growth of the first law beside that follows all records; None where none does.
 
-    Each has a multi-start of its own: with another law of friction the best start is another one. Those that come
-    nearest to the records' first moments are refined, and grown in the order of what that leaves.
+    Each has a multi-start of its own: with another law of friction the best start is another one. One that explains the
+    first moments is grown at once, the others by what they leave of them.
     """
-    sampled = sorted(_rival_starts(watch, state, campaign, seed), key=lambda each: each[1][0].cost)
-    refined = [(beside, best) for beside, starts in sampled[:RIVALS] if (best := _best(watch, state, beside, starts))]
-    for beside, best in sorted(refined, key=lambda each: each[1].cost):
-        watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
-        wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
-        if wide.growth.complete:
-            return _settled(watch, state, wide)
-    return None
+    left: list[tuple[Beside, Candidate]] = []
+    for beside, best in _rival_starts(watch, state, campaign, seed):
+        if explains(beside.problem(state.problem), best):
+            found = _grown_rival(watch, state, beside, best, seed)
+            if found is not None:
+                return found
+        else:
+            left.append((beside, best))
+    nearest = sorted(left, key=lambda each: each[1].cost)[:RIVALS]
+    grown = (_grown_rival(watch, state, beside, best, seed) for beside, best in nearest)
+    return next((found for found in grown if found is not None), None)
+
+
+def _grown_rival(
+    watch: Watch, state: SearchState, beside: Beside, best: Candidate, seed: int
+) -> tuple[SearchState, Growth] | None:
+    watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
+    wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
+    return _settled(watch, state, wide) if wide.growth.complete else None
 
 
 def _rival_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
-) -> Iterator[tuple[Beside, list[Candidate]]]:
-    """Yield each law that may stand in place of one chosen, with its starts that can be simulated, the best first."""
+) -> Iterator[tuple[Beside, Candidate]]:
+    """Yield each law that may stand in place of one chosen, with its best start."""
     for name, mechanism in rivals_of(campaign.mechanism) if campaign.options.terms else ():
         beside = beside_of(campaign.mechanism, mechanism, (name,), {})
         problem = beside.problem(state.problem)
         watch.tell("laws beside", name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)
-        if starts:
-            yield beside, starts
-
-
-def _best(watch: Watch, state: SearchState, beside: Beside, starts: list[Candidate]) -> Candidate | None:
-    problem = beside.problem(state.problem)
-    return next(candidates(problem, starts, problem.workers, watch.journal), None)
+        best = next(candidates(problem, starts, problem.workers, watch.journal), None)
+        if best is not None:
+            yield beside, best

@@ -78,12 +78,17 @@ def _grown(
     if growth.complete:
         return state, growth
     beside = grown_beside(watch, state, campaign, best.q, seed)
+    laws_first = not explains(state.problem, best)  # then what is missing is no small thing
+    if beside is None and laws_first:
+        beside = grown_rivals(watch, state, campaign, seed)
     if beside is not None:
         return beside
     louder = _grown_louder(watch, state, growth, seed)
     fitted = fitted_beside(louder[0], campaign, louder[1].q) if louder[1].complete else None
     beside = grown_beside(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
-    beside = beside or grown_rivals(watch, state, campaign, seed) or settled_louder(watch, louder[0], fitted)
+    if beside is None and not laws_first:
+        beside = grown_rivals(watch, state, campaign, seed)
+    beside = beside or settled_louder(watch, louder[0], fitted)
     if beside is not None:
         return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
