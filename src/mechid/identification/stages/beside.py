@@ -66,7 +66,7 @@ def grown_beside(
 
     `fitted` is where all terms have been fitted at once at a raised noise level: growth then begins there.
     """
-    wide, superset = _all_beside(state.problem, campaign, q)
+    wide, superset = _all_beside(state.problem, campaign, q, near=fitted is not None)
     if wide is None:
         return None
     if fitted is not None:
@@ -77,7 +77,7 @@ def grown_beside(
 
 def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wide | None:
     """Return all terms fitted at once to whole records, at a raised noise level at which `q` follows them."""
-    wide, _ = _all_beside(louder.problem, campaign, q)
+    wide, _ = _all_beside(louder.problem, campaign, q, near=True)
     if wide is None:
         return None
     solution = solve(wide.problem, wide.growth.q, wide.problem.whole(), steps=STEPS, tolerance=1e-6)
@@ -95,10 +95,15 @@ def settled_louder(watch: Watch, louder: SearchState, fitted: Wide | None) -> tu
     return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
 
 
-def _all_beside(plain: Problem, campaign: Campaign, q: FloatArray) -> tuple[Wide | None, Superset | None]:
-    """Return a problem with all terms and disturbances beside, from a start of the one without; and the terms."""
+def _all_beside(
+    plain: Problem, campaign: Campaign, q: FloatArray, *, near: bool = False
+) -> tuple[Wide | None, Superset | None]:
+    """Return a problem with all terms and disturbances beside, from a start of the one without; and the terms.
+
+    A start that is near leaves hum alone of a record, which shows little of it otherwise.
+    """
     superset = superset_of(campaign.mechanism) if campaign.options.terms else None
-    disturbances = possible(plain, campaign)
+    disturbances = possible(plain, campaign, q if near else None)
     if superset is None and not disturbances:
         return None, None
     names = tuple(t.name for t in superset.terms) if superset else ()
