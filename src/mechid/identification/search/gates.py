@@ -36,8 +36,7 @@ BEYOND_S = 0.08
 ROUNDS = 80
 SCALES = (0.5, 1.0, 2.0, 4.0, 8.0, 16.0)
 """Widths of the escape's draws, in standard deviations of the present posterior."""
-DRAWS = 32
-WINNERS = 3
+DRAWS, WINNERS = 32, 3
 START_ROUNDS = 12
 """Rounds in which a start alone is refined."""
 PATIENCE = 4
@@ -210,10 +209,7 @@ def grow(
     escapes: float = math.inf,
     journal: Journal | None = None,
 ) -> Growth:
-    """Grow all horizons from where `q` follows until every record is complete, or nothing helps any more.
-
-    That is also where so many escapes are not enough.
-    """
+    """Grow all horizons from where `q` follows until all records are complete, or so many escapes do not help."""
     if problem.anchored is not problem:
 
         def grow_part(part: Problem, at: FloatArray, lifted: Lifted) -> tuple[FloatArray, Horizons]:
@@ -224,7 +220,7 @@ def grow(
     done, own = journal or Journal(), [identity(problem), most]
     least, whole = floors(problem), {t.name: t.samples for t in problem.targets}
     gates = done.step("growth begins", [own, q], partial(_followed_at, problem, q, least, most))
-    furthest, stalled, escaped_times = 0, 0, 0
+    furthest, stalled = 0, 0
     for rounds in range(1, ROUNDS + 1):
         before = gates
         q, gates, settled = done.step("growth round", [own, q, gates], partial(_round, problem, q, gates, least, most))
@@ -234,10 +230,9 @@ def grow(
         stalled = stalled + 1 if sum(gates.values()) <= furthest else 0
         furthest = max(furthest, sum(gates.values()))
         if stalled >= PATIENCE or (settled and gates == before):
-            escaped_times += 1
-            if escaped_times > escapes:
-                return Growth(q, gates, False, rounds)
-            escaped = done.step("escape", [own, q, gates], partial(_escape, problem, q, gates, least, rng, most), rng)
+            escapes -= 1
+            work = partial(_escape, problem, q, gates, least, rng, most)
+            escaped = done.step("escape", [own, q, gates], work, rng) if escapes >= 0 else None
             if escaped is None or sum(escaped[1].values()) <= furthest:
                 return Growth(q, gates, False, rounds)
             q, gates = escaped
