@@ -76,7 +76,7 @@ def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) 
         stages=state.stages,
         outcome=state.outcome,
         warnings=(*campaign.warnings, *louder, *state.warnings, *errors.warnings, *own),
-        notes=(*ambiguity_notes(campaign), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
+        notes=(*ambiguity_notes(written), *((ONE_RECORD,) if len(windows) == 1 else ()), *_start_notes(campaign)),
         provenance=_provenance(campaign, state, seed, seconds),
         consistency=errors.consistency,
         missing=missing,
