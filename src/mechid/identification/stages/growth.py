@@ -88,9 +88,13 @@ def _grown(
     beside = grown_beside(watch, state, campaign, louder[1].q, seed, fitted) if fitted else None
     if beside is None and not laws_first:
         beside = grown_rivals(watch, state, campaign, seed)
-    beside = beside or settled_louder(watch, louder[0], fitted)
     if beside is not None:
         return beside
+    readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
+    if not any(reading.complete for reading in readings):  # else it is no lack of the mechanism
+        beside = settled_louder(watch, louder[0], fitted)
+        if beside is not None:
+            return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
 
 
