@@ -1,4 +1,4 @@
-"""What the uncertainty of what is held adds to the covariance of the others: parameters, and means over records.
+"""What the uncertainty of parameters held for a dependence adds to the covariance of the others.
 
 Consider covariance: an error c of a held parameter moves the estimate by -P J^T J_c c, with P the covariance of the
 estimated ones, J their derivatives and J_c that of the held one.
@@ -43,33 +43,6 @@ def consider_covariance(
         if parameter.sigma:
             moved = _moved_by(problem, q, windows, parameter.name, names, white) * parameter.sigma
             total += np.outer(moved, moved)
-    return total
-
-
-def mean_covariance(problem: Problem, q: FloatArray, names: Sequence[str], white: FloatArray) -> FloatArray:
-    """Return what the uncertain mean of the records' own values adds, (k, k), in the file's coordinates and units.
-
-    Where every record has a supply of its own, their mean counts as the mechanism's, which the file gives: by their
-    scatter s over K records it is off by s / sqrt(K). A mean that is itself estimated is none such.
-
-    Parameters
-    ----------
-    problem : Problem
-    q : (n,)
-    names : sequence of str, (k,)
-        The estimated parameters.
-    white : (k, k)
-        Their covariance, in the file's coordinates and units.
-    """
-    total, values = np.zeros_like(white), problem.coordinates.values(q)
-    free = {p.name for p in problem.space.mechanism.free}
-    for mean in problem.coordinates.means:
-        own = [names.index(name) for name in mean.own if name in names]
-        if mean.of in free or len(own) < len(mean.own):
-            continue
-        scatter = float(np.std([values[name] for name in mean.own], ddof=1))
-        moved = white[:, own].sum(axis=1) / (len(own) * mean.sigma**2) * scatter / np.sqrt(len(own))
-        total += np.outer(moved, moved)
     return total
 
 

@@ -20,7 +20,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import SINGULAR
 from mechid.identification.uncertainty.bounds import OnBound, newton_step, on_bounds
-from mechid.identification.uncertainty.consider import consider_covariance, mean_covariance
+from mechid.identification.uncertainty.consider import consider_covariance
 from mechid.identification.uncertainty.covariance import Scores, covariances, scores
 from mechid.identification.uncertainty.draws import Departure, departures, told_by
 from mechid.identification.uncertainty.grazing import grazing_switches
@@ -141,7 +141,6 @@ def standard_errors(state: SearchState, seed: int, triangle: Triangle, verdict: 
     by_noise = covariances(triangle, found.variance, verdict.counted)
     white = maps @ by_noise.white @ maps.T
     considered = consider_covariance(problem, q, windows, state.frozen, names, white)
-    considered += mean_covariance(problem, q, names, white)
     spread = _Spread(maps)
     consistency, bounded = _gather(spread, state, triangle, verdict, found)
     sigma, dof, correlation = spread.result(considered)
