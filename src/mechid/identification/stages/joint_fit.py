@@ -16,6 +16,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
 from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
 from mechid.identification.search.solve import Solution, solve
+from mechid.identification.stages.corners import out_of_corner
 from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +28,7 @@ BACK_FROM_EDGE = 4.0
 def joint_fit(
     watch: Watch, state: SearchState, name: str, free: tuple[str, ...], *, tolerance: float = 1e-8
 ) -> SearchState:
-    """Fit all windows to convergence.
+    """Fit all windows to convergence; from beside a singular corner where one has stopped in it.
 
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
@@ -36,6 +37,7 @@ def joint_fit(
     evaluations = 0
     while True:
         solution = _solved(watch, state, tolerance, told)
+        solution = out_of_corner(state.problem, solution, lambda q: _solved(watch, state.at(q), tolerance, told))
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
         outside = state.problem.space.outside_disc(solution.q)
