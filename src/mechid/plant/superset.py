@@ -112,7 +112,9 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tup
     With `grown_only` those alone that growth tries (`Rival.grown`).
     """
     layout = mechanism.plant.layout
-    for rival in _rivals(mechanism, layout) if layout is not None else ():
+    if layout is None:
+        return
+    for rival in _rivals(mechanism, layout):
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
             if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
@@ -129,7 +131,7 @@ def words_of(mechanism: Mechanism) -> dict[str, str]:
 
 
 def _extensions(mechanism: Mechanism, layout: Layout) -> Iterator[Extension]:
-    """Yield what blocks may have beside, but for what the mechanism does not size, as an offset of a measured voltage."""
+    """Yield what blocks may have beside, less what the mechanism does not size (offsets of measured voltages)."""
     for extension in (e for block in mechanism.plant.blocks for e in block.extensions):
         sizes = (*extension.structure.values(), *extension.widths.values())
         if not (extension.law and extension.table in layout.own) and _known(mechanism, sizes):
