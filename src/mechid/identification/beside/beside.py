@@ -63,10 +63,10 @@ def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, fl
         Of the small priors as the fit ended with them, by dotted name of all that was free; None: there was none.
     """
     known = {name: width for name, width in widths.items() if width is not None}
-    superset = superset_of(plain)
+    superset = superset_of(plain, grown_only=True)
     if known and superset is not None:
         return beside_of(plain, superset.freeing(names), tuple(names), known)
-    rivals = (mechanism for name, mechanism in rivals_of(plain) if name in names)
+    rivals = (mechanism for name, mechanism in rivals_of(plain, grown_only=True) if name in names)
     return beside_of(plain, next(rivals), tuple(names), {})
 
 
