@@ -66,8 +66,8 @@ def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, fl
     superset = superset_of(plain, grown_only=True)
     if known and superset is not None:
         return beside_of(plain, superset.freeing(names), tuple(names), known)
-    rivals = (mechanism for name, mechanism in rivals_of(plain, grown_only=True) if name in names)
-    return beside_of(plain, next(rivals), tuple(names), {})
+    laws = (law.mechanism for law in rivals_of(plain) if law.name in names)
+    return beside_of(plain, next(laws), tuple(names), {})
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:

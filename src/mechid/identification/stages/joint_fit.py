@@ -36,8 +36,8 @@ def joint_fit(
     told = partial(watch.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
     evaluations = 0
     while True:
-        solution = _solved(watch, state, tolerance, told)
-        solution = out_of_corner(state.problem, solution, lambda q: _solved(watch, state.at(q), tolerance, told))
+        solved = partial(_solved, watch, state, tolerance, told)
+        solution = out_of_corner(state.problem, solved(state.q), solved)
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
         outside = state.problem.space.outside_disc(solution.q)
@@ -48,9 +48,11 @@ def joint_fit(
     return watch.close(state, name, free, solution.triangle.cost, evaluations, solution.message)
 
 
-def _solved(watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None]) -> Solution:
-    """Return the solution from where the search stands, from the journal where it is there."""
-    problem, q, windows = state.problem, state.q, state.windows
+def _solved(
+    watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None], q: FloatArray
+) -> Solution:
+    """Return the solution from a point, from the journal where it is there."""
+    problem, windows = state.problem, state.windows
 
     def accepted(better: FloatArray) -> None:
         watch.note(state.at(better))
