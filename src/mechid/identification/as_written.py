@@ -9,16 +9,14 @@ import numpy as np
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside
 from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.terms_beside import TermBeside, TermsBeside
 
 NAMED = 3
-"""Terms that a sentence names, the largest beside their errors."""
-SEEN = 3.0
-"""Standard errors from which a term is named."""
+"""Terms that a sentence names, the clearest."""
 
 
 def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside) -> Fit:
@@ -40,7 +38,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
     """
     mechanism = campaign.mechanism.with_values({n: fit.mechanism.value(n) for n in _free(campaign)})
     values = {name: p.value for name, p in fit.parameters.items()}
-    problem = Beside(mechanism, ()).problem(state.problem)
+    problem = Beside(mechanism).problem(state.problem)
     written = {
         n: p for n, p in fit.parameters.items() if n in mechanism.parameters or n not in beside.mechanism.parameters
     }
@@ -60,7 +58,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
         },
         beside=_terms(fit, beside),
     )
-    reasons = (*fit.reasons, _reason(found, campaign, problem))
+    reasons = (*fit.reasons, _reason(fit, found, campaign, problem))
     return replace(found, reasons=reasons, grade=grade_of(reasons))
 
 
@@ -69,28 +67,37 @@ def _free(campaign: Campaign) -> list[str]:
 
 
 def _terms(fit: Fit, beside: Beside) -> TermsBeside:
+    meanings = {name: beside.mechanism.parameters[name].declaration.meaning for name in beside.new}
     own = {
-        name: TermBeside(value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name))
+        name: TermBeside(
+            value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name),
+            term=beside.new[name], meaning=meanings[name],
+        )
         for name, p in fit.parameters.items()
         if name in beside.new
-    }
+    }  # fmt: skip
     return TermsBeside(names=beside.terms, parameters=own)
 
 
-def _reason(fit: Fit, campaign: Campaign, problem: Problem) -> Reason:
-    """Return that the mechanism as written is not complete: what stands beside, and what it leaves without that."""
+def _reason(with_terms: Fit, fit: Fit, campaign: Campaign, problem: Problem) -> Reason:
+    """Return that the mechanism file is not complete: what stands beside it, and what is left without that."""
     assert fit.beside is not None
-    worst = max(problem.targets, key=lambda t: fit.records[t.name].residual_rms / fit.records[t.name].noise_sigma)
-    record = fit.records[worst.name]
-    lost = min(fit.records[t.name].followed_percent for t in problem.targets)
-    ratio = record.residual_rms / record.noise_sigma
-    seen = fit.beside.largest(SEEN)[:NAMED]
-    largest = f", most of them {', '.join(seen)}" if seen else ""
-    parts = f", and it follows {lost:.3g} % of it" if lost < 100.0 else ""
-    text = (
-        "The mechanism as written lacks something: the records are followed with terms beside that its blocks may have"
-        f"{largest}. The values and their errors are those found together with these terms. The mechanism as written, "
-        f"at these values, leaves {ratio:.3g} times the noise of record {record.name}{parts}."
+    worst = max((t.name for t in problem.targets), key=lambda name: _over_noise(fit.records[name]))
+    record, clear = fit.records[worst], fit.beside.clear[:NAMED]
+    which = (
+        f"the clearest {'are' if len(clear) > 1 else 'is'} {', '.join(clear)}" if clear else "none is clear by itself"
     )
-    again = f"mechid identify {campaign.path} --out DIR, with such a term in the mechanism file"
-    return Reason(cause=Cause.INCOMPLETE, record=record.name, text=text, next_command=again)
+    share = f" (and follows {record.followed_percent:.3g} % of it)" if record.followed_percent < 100.0 else ""
+    text = (
+        "The mechanism file lacks something. The records are followed only with further terms that its blocks may "
+        f"have; {which}. Values and errors were found together with these terms. Without them, at these values, the model "
+        f"leaves {_over_noise(record):.3g} times the noise of record {worst}{share}; with them "
+        f"{_over_noise(with_terms.records[worst]):.3g} times."
+    )
+    what = ", ".join(clear) if clear else "what it lacks"
+    again = f"mechid identify {campaign.path} --out DIR, with {what} in the mechanism file"
+    return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)
+
+
+def _over_noise(record: RecordFit) -> float:
+    return record.residual_rms / (record.noise_known or record.noise_sigma)
