@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside
-from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
@@ -58,7 +58,8 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
         },
         beside=_terms(fit, beside),
     )
-    reasons = (*fit.reasons, _reason(fit, found, campaign, problem))
+    estimated = [target.name for target in problem.targets]
+    reasons = (*fit.reasons, incomplete(found, fit, estimated, str(campaign.path)))
     return replace(found, reasons=reasons, grade=grade_of(reasons))
 
 
@@ -79,23 +80,32 @@ def _terms(fit: Fit, beside: Beside) -> TermsBeside:
     return TermsBeside(names=beside.terms, parameters=own)
 
 
-def _reason(with_terms: Fit, fit: Fit, campaign: Campaign, problem: Problem) -> Reason:
-    """Return that the mechanism file is not complete: what stands beside it, and what is left without that."""
-    assert fit.beside is not None
-    worst = max((t.name for t in problem.targets), key=lambda name: _over_noise(fit.records[name]))
-    record, clear = fit.records[worst], fit.beside.clear[:NAMED]
-    which = (
-        f"the clearest {'are' if len(clear) > 1 else 'is'} {', '.join(clear)}" if clear else "none is clear by itself"
-    )
+def incomplete(fit: Fit, with_terms: Fit, estimated: Collection[str], campaign: str) -> Reason:
+    """Return that the mechanism file is not complete: what stands beside it, and what is left without that.
+
+    Parameters
+    ----------
+    fit : Fit
+        Its records as the mechanism as written predicts them.
+    with_terms : Fit
+        Its records as they are predicted with the terms.
+    estimated : collection of str
+        Records that the fit rests on, of which the one with most residual beside its noise is named.
+    campaign : str
+        Its file, as it is typed.
+    """
+    clear = fit.beside.clear[:NAMED] if fit.beside else ()
+    worst = max(estimated, key=lambda name: _over_noise(fit.records[name]))
+    record, with_them = fit.records[worst], _over_noise(with_terms.records[worst])
+    which = f"the clearest {'are' if len(clear) > 1 else 'is'} {', '.join(clear)}"
     share = f" (and follows {record.followed_percent:.3g} % of it)" if record.followed_percent < 100.0 else ""
     text = (
         "The mechanism file lacks something. The records are followed only with further terms that its blocks may "
-        f"have; {which}. Values and errors were found together with these terms. Without them, at these values, the model "
-        f"leaves {_over_noise(record):.3g} times the noise of record {worst}{share}; with them "
-        f"{_over_noise(with_terms.records[worst]):.3g} times."
+        f"have; {which if clear else 'none is clear by itself'}. Values and errors were found together with these "
+        f"terms. Without them, at these values, the model leaves {_over_noise(record):.3g} times the noise of record "
+        f"{worst}{share}; with them {with_them:.3g} times."
     )
-    what = ", ".join(clear) if clear else "what it lacks"
-    again = f"mechid identify {campaign.path} --out DIR, with {what} in the mechanism file"
+    again = f"mechid identify {campaign} --out DIR, with {', '.join(clear) or 'what it lacks'} in the mechanism file"
     return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)
 
 
