@@ -86,6 +86,8 @@ class Extension:
     name : str
         What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
         which the period is added.
+    words : str
+        What the effect is, in a plain phrase for a report; ``{key}`` is the value of a key of `structure`.
     table : str
         Table of the mechanism file that it would stand in.
     order : int or None
@@ -97,14 +99,18 @@ class Extension:
     widths : mapping of key to Expr
         What is free of it, each with how large it may well be: standard deviation about the null value, in the file's
         unit and symbols. An amplitude stands for both parts of its pair; what is left out stays at its null.
+    grown : bool
+        Whether it is among those that are freed from nothing where plain growth stalls; too many of them spoil it.
     """
 
     name: str
+    words: str
     table: str
     order: int | None = None
     law: str = ""
     structure: Mapping[str, sp.Expr] = field(default_factory=dict)
     widths: Mapping[str, sp.Expr] = field(default_factory=dict)
+    grown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,6 +121,8 @@ class Rival:
     ----------
     name : str
         What it is called, e.g. ``"friction.stribeck"``.
+    words : str
+        What the effect is, in a plain phrase for a report.
     table : str
         Table of the mechanism file that names the law, or that is there with it.
     law : str
@@ -123,13 +131,17 @@ class Rival:
         Of a table that an order shapes.
     free : mapping of key to (Expr, Expr, Expr)
         What is free of it: a start, the least and the most, in the file's unit and symbols.
+    grown : bool
+        Whether it is among those that are tried with starts of their own where growth stalls.
     """
 
     name: str
+    words: str
     table: str
     law: str = ""
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
+    grown: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -142,9 +142,11 @@ def coulomb(site: Site) -> Block:
     """
     T_frs, T_frd, T_visc = map(site.symbol, ("T_frs", "T_frd", "T_visc"))
     block = set_valued(site, _levels(site), sliding=T_frd * site.sigma + T_visc * site.omega, holds=(T_frs, T_frs))
-    asymmetry = Extension(name=f"{site.table}.directional", table=site.table, law="directional",
+    asymmetry = Extension(name=f"{site.table}.directional", words="friction differs between the two directions",
+                          table=site.table, law="directional",
                           widths={"asymmetry": Float(0.1), "viscous_asymmetry": Float(0.1)})  # fmt: skip
-    falling = Rival(name=f"{site.table}.stribeck", table=site.table, law="stribeck",
+    falling = Rival(name=f"{site.table}.stribeck", words="friction falls with speed (Stribeck)",
+                    table=site.table, law="stribeck",
                     free={"stribeck_rate": (Float(1.5), Float(0.05), Float(50.0))})  # fmt: skip
     return replace(block, extensions=(asymmetry,), rivals=(falling,))
 

@@ -88,8 +88,8 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be there beside, of 0.1 mrad: some 20 seconds of arc."""
     table = "gear.kinematic_error"
     return tuple(
-        Extension(name=f"{table}:{order}", table=table, order=order, structure={"order": Integer(order)},
-                  widths={"amplitude": Float(1e-4)})
+        Extension(name=f"{table}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
+                  table=table, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)})
         for order in ERROR_ORDERS if order not in orders
     )  # fmt: skip
 
@@ -97,14 +97,16 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
 def _rivals() -> tuple[Rival, ...]:
     """Return what may stand beside a linear gear: backlash, small and large; friction that grows with its torque."""
     plays = tuple(
-        Rival(name="gear.backlash", table="gear", law="backlash", free={"backlash": (play, play / 30, play * 30)})
+        Rival(name="gear.backlash", words="backlash of the gear", table="gear", law="backlash",
+              free={"backlash": (play, play / 30, play * 30)})
         for play in (Float(5e-6), Float(1.5e-4))
-    )
+    )  # fmt: skip
     share = (Float(0.05), Float(1e-3), Float(1.0))
     return (
         *plays,
-        Rival(name="friction.load_dependent", table="friction", law="load_dependent", free={"load_share": share}),
-    )
+        Rival(name="friction.load_dependent", words="friction that grows with the torque in the gear",
+              table="friction", law="load_dependent", free={"load_share": share}),
+    )  # fmt: skip
 
 
 def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:

@@ -70,7 +70,7 @@ def rigid_housing() -> Block:
     """No resonance: the transducer sees the residual torque itself; N m."""
     (T_res,) = symbols("T_res_in,")
     resonance = Rival(
-        name="housing", table="housing", law=FORMS[0],
+        name="housing", words="resonance of the housing", table="housing", law=FORMS[0],
         free={"gain": (Float(2.0), Float(0.05), Float(20.0)), "damping": (Float(0.05), Float(0.005), Float(0.5)),
               "frequency": (Float(5000.0), Float(500.0), Float(20000.0))},
     )  # fmt: skip

@@ -122,7 +122,7 @@ def _rubbed() -> Rival:
     """Return dry friction of the load that may be there: such as winds the gear by microradians."""
     K_s, wound = Symbol("K_s"), Float(4e-6)
     return Rival(
-        name="output_friction", table="output_friction",
+        name="output_friction", words="dry friction of the load", table="output_friction",
         free={"coulomb": (wound * K_s, wound * K_s / 100, wound * K_s * 100),
               "stiction": (wound * K_s / 4, Integer(0), wound * K_s * 2)},
     )  # fmt: skip

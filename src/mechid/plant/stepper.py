@@ -21,7 +21,7 @@ WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
 """Periods of a detent per electrical period that are looked for where a file lacks one."""
-HARMONIC_ORDERS = (3, 5)
+HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th"}
 """The same of the torque constant."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
     "voltage": ("k_m*U/R", "k_m*k_v/R"),
@@ -76,7 +76,7 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
             for x in PHASES
         ),
         outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
-        extensions=_winding_extensions(harmonics, apart, ("resistance", "inductance", "torque_constant"), Symbol("U")),
+        extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("voltage"))),
     )
 
 
@@ -99,7 +99,7 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
         polar=_harmonic_pairs(harmonics),
         inputs=(*i.values(), alpha),
         outputs={"T_coils": _torque(carried, shape, share)},
-        extensions=_winding_extensions(harmonics, apart, ("torque_constant",), Symbol("I_peak")),
+        extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
     )  # fmt: skip
 
 
@@ -170,24 +170,28 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
     return (*halves, *offsets)
 
 
-def _winding_extensions(
-    harmonics: Sequence[int], apart: bool, halves: Sequence[str], supply: Symbol
-) -> tuple[Extension, ...]:
-    """Return what windings may have beside: harmonics of 3 %, phases apart by 3 %, offsets of 2 % of the supply."""
+def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
+    """Return the harmonics of the torque constant that may be there beside, of 3 %."""
     table = "stepper.torque_harmonic"
-    found = tuple(
-        Extension(name=f"{table}:{order}", table=table, order=order, structure={"order": Integer(order)},
-                  widths={"amplitude": Float(0.03)})
-        for order in HARMONIC_ORDERS if order not in harmonics
+    return tuple(
+        Extension(name=f"{table}:{order}", words=f"{ordinal} harmonic of the torque constant", table=table, order=order,
+                  structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
+        for order, ordinal in HARMONIC_ORDERS.items() if order not in harmonics
     )  # fmt: skip
-    if apart:
-        return found
+
+
+def _apart_extensions(driven: str) -> tuple[Extension, ...]:
+    """Return phases that differ by 3 %, and offsets by 2 % of the supply; they are driven by voltage or by current."""
     table = "stepper.imbalance"
+    halves, words, supply = {
+        "voltage": (("resistance", "inductance", "torque_constant"), "torque constant, resistance or inductance", "U"),
+        "current": (("torque_constant",), "torque constant", "I_peak"),
+    }[driven]
     return (
-        *found,
-        Extension(name=table, table=table, widths=dict.fromkeys(halves, Float(0.03))),
-        Extension(name="stepper.phase_offset", table=table,
-                  widths={f"offset_{x.lower()}": Float(0.02) * supply for x in PHASES}),
+        Extension(name=table, words=f"the two phases differ in {words}", table=table,
+                  widths=dict.fromkeys(halves, Float(0.03))),
+        Extension(name="stepper.phase_offset", words=f"a constant {driven} is added in each phase", table=table,
+                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(supply) for x in PHASES}),
     )  # fmt: skip
 
 
@@ -333,7 +337,8 @@ def _detent_extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Ext
     """Return the detents that may be there beside, of 2 % of the holding torque."""
     table = "stepper.detent"
     return tuple(
-        Extension(name=table, table=table, order=order, structure={"period_deg": 720 / (p * order)},
+        Extension(name=table, words="detent torque with a period of {period_deg:.3g} deg of the rotor", table=table,
+                  order=order, structure={"period_deg": 720 / (p * order)},
                   widths={"amplitude": Float(0.02) * holding})
         for order in DETENT_ORDERS if order not in orders
     )  # fmt: skip

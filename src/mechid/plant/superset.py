@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+
+from sympy import Expr
 
 from mechid.parameter import Parameter, Status
 from mechid.plant.assembly import plant_of
@@ -25,11 +27,14 @@ class Term:
     ----------
     name : str
         As diagnosis calls it, e.g. ``"stepper.detent:0.9deg"``.
+    words : str
+        What the effect is, in a plain phrase for a report.
     widths : mapping of str to float
         Its parameters that are free, by dotted name, and the standard deviation of each about its null value.
     """
 
     name: str
+    words: str
     widths: Mapping[str, float]
 
 
@@ -85,12 +90,15 @@ class Superset:
             yield phase, replace(known[phase], status=Status.FREE, min=-180.0, max=180.0)
 
 
-def superset_of(mechanism: Mechanism) -> Superset | None:
-    """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out."""
+def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset | None:
+    """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
+
+    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`).
+    """
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    extensions = [e for b in mechanism.plant.blocks for e in b.extensions if not (e.law and e.table in layout.own)]
+    extensions = [e for e in _extensions(mechanism, layout) if e.grown or not grown_only]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []
@@ -107,14 +115,48 @@ def superset_of(mechanism: Mechanism) -> Superset | None:
     return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
 
 
-def rivals_of(mechanism: Mechanism) -> Iterator[tuple[str, Mechanism]]:
-    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it."""
+def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tuple[str, Mechanism]]:
+    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it.
+
+    With `grown_only` those alone that growth tries (`Rival.grown`).
+    """
     layout = mechanism.plant.layout
-    for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
-        if layout is not None and rival.table not in layout.own and rival.table not in layout.tables:
+    if layout is None:
+        return
+    for rival in _rivals(mechanism, layout):
+        if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
             if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
                 yield rival.name, other
+
+
+def words_of(mechanism: Mechanism) -> dict[str, str]:
+    """Return what each term and law that may stand beside a mechanism is in words, by its name."""
+    layout = mechanism.plant.layout
+    if layout is None:
+        return {}
+    terms = (_term(mechanism, e.table, e) for e in _extensions(mechanism, layout))
+    return {t.name: t.words for t in terms} | {r.name: r.words for r in _rivals(mechanism, layout)}
+
+
+def _extensions(mechanism: Mechanism, layout: Layout) -> Iterator[Extension]:
+    """Yield what blocks may have beside, less what the mechanism does not size (offsets of measured voltages)."""
+    for extension in (e for block in mechanism.plant.blocks for e in block.extensions):
+        sizes = (*extension.structure.values(), *extension.widths.values())
+        if not (extension.law and extension.table in layout.own) and _known(mechanism, sizes):
+            yield extension
+
+
+def _rivals(mechanism: Mechanism, layout: Layout) -> Iterator[Rival]:
+    """Yield what may stand in place of something, likewise."""
+    for rival in (r for block in mechanism.plant.blocks for r in block.rivals):
+        limits = (e for each in rival.free.values() for e in each)
+        if rival.table not in layout.own and rival.table not in layout.tables and _known(mechanism, limits):
+            yield rival
+
+
+def _known(mechanism: Mechanism, sizes: Iterable[Expr]) -> bool:
+    return all(e.free_symbols <= mechanism.by_symbol.keys() for e in sizes)
 
 
 def _with_rival(mechanism: Mechanism, layout: Layout, rival: Rival) -> Mechanism:
@@ -161,4 +203,4 @@ def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
     values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
     period = f":{values['period_deg']:.3g}deg" if "period_deg" in values else ""
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    return Term(f"{extension.name}{period}", widths)
+    return Term(f"{extension.name}{period}", extension.words.format(**values), widths)

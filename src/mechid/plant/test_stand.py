@@ -20,9 +20,9 @@ BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
 
 _FILTERS = (
-    Rival(name="charge_amplifier", table="charge_amplifier",
+    Rival(name="charge_amplifier", words="high-pass of the charge amplifier", table="charge_amplifier",
           free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}),
-    Rival(name="anti_alias", table="anti_alias", order=4,
+    Rival(name="anti_alias", words="low-pass of the recorder", table="anti_alias", order=4,
           free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))}),
 )  # fmt: skip
 """What may stand between the transducer and the recorder."""

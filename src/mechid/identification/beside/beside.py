@@ -70,10 +70,11 @@ def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, fl
         Of the small priors as the fit ended with them, by dotted name of all that was free; None: there was none.
     """
     known = {name: width for name, width in widths.items() if width is not None}
-    superset = superset_of(plain)
+    superset = superset_of(plain, grown_only=True)
     if known and superset is not None:
         return replace(terms_beside(superset, names), widths=known)
-    return next(law_beside(plain, name, mechanism) for name, mechanism in rivals_of(plain) if name in names)
+    rivals = rivals_of(plain, grown_only=True)
+    return next(law_beside(plain, name, mechanism) for name, mechanism in rivals if name in names)
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:

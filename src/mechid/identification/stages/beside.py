@@ -102,7 +102,7 @@ def _all_beside(
 
     A start that is near leaves hum alone of a record, which shows little of it otherwise.
     """
-    superset = superset_of(campaign.mechanism) if campaign.options.terms else None
+    superset = superset_of(campaign.mechanism, grown_only=True) if campaign.options.terms else None
     disturbances = possible(plain, campaign, q if near else None)
     if superset is None and not disturbances:
         return None, None
@@ -246,7 +246,7 @@ def _rival_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
 ) -> Iterator[tuple[Beside, Candidate]]:
     """Yield each law that may stand in place of one chosen, with its best start."""
-    for name, mechanism in rivals_of(campaign.mechanism) if campaign.options.terms else ():
+    for name, mechanism in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
         beside = law_beside(campaign.mechanism, name, mechanism)
         problem = beside.problem(state.problem)
         watch.tell("laws beside", name)

@@ -1,0 +1,66 @@
+"""What may stand beside a mechanism: its words, what growth frees of it, and what cannot be sized."""
+
+import pytest
+
+from mechid.campaign import catalogue_mechanism
+from mechid.campaign.catalogue_values import CATALOGUE
+from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.plant.superset import rivals_of, superset_of, words_of
+
+GROWN = (
+    "stepper.torque_harmonic:3", "stepper.torque_harmonic:5", "stepper.imbalance", "stepper.phase_offset",
+    "stepper.detent:7.2deg", "stepper.detent:0.9deg", "stepper.detent:0.6deg", "stepper.detent:0.45deg",
+    "friction.directional", "gear.kinematic_error:1", "gear.kinematic_error:2", "gear.kinematic_error:4",
+)  # fmt: skip
+"""What growth frees beside the paper's mechanism: more, as prototypes measured, spoils it."""
+
+
+def following_voltages():
+    """Return the catalogue's mechanism on measured voltages: no file says how large they are."""
+    stepper = {k: v for k, v in CATALOGUE["stepper"].items() if k != "peak_voltage"} | {"drive": "measured_voltage"}
+    return mechanism_from_table({**CATALOGUE, "stepper": stepper}, "on measured voltages")
+
+
+def test_growth_frees_the_terms_it_was_measured_with():
+    """Truth: the library with which growth was measured."""
+    superset = superset_of(catalogue_mechanism(), grown_only=True)
+    assert tuple(term.name for term in superset.terms) == GROWN
+    every = {term.name for term in superset_of(catalogue_mechanism()).terms}
+    assert every >= set(GROWN)
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("stepper.detent:0.9deg", "detent torque with a period of 0.9 deg of the rotor"),
+        ("stepper.torque_harmonic:3", "3rd harmonic of the torque constant"),
+        ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
+        ("gear.kinematic_error:2", "kinematic error of the gear, 2 per turn of its input"),
+        ("friction.stribeck", "friction falls with speed (Stribeck)"),
+    ],
+)
+def test_words_carry_the_numbers(name, words):
+    assert words_of(catalogue_mechanism())[name] == words
+
+
+def test_all_that_may_stand_beside_has_words():
+    mechanism = catalogue_mechanism()
+    words = words_of(mechanism)
+    terms = superset_of(mechanism).terms
+    assert {term.name: term.words for term in terms}.items() <= words.items()
+    assert {name for name, _ in rivals_of(mechanism)} <= words.keys()
+    assert all(words.values())
+    assert not any("{" in each for each in words.values())
+
+
+def test_what_no_value_sizes_is_left_out():
+    names = {term.name for term in superset_of(following_voltages()).terms}
+    assert "stepper.imbalance" in names
+    assert "stepper.phase_offset" not in names, "an offset of a measured voltage: no supply to take a share of"
+
+
+def test_a_bent_gear_has_no_rival_that_its_stiffness_would_size():
+    gear = {"law": "piecewise_linear", "ratio": 50, "stiffness_1": 900.0, "stiffness_2": 1500.0, "stiffness_3": 2000.0,
+            "torque_1": 1.0, "torque_2": 3.0, "damping": 0.4}  # fmt: skip
+    bent = mechanism_from_table({**CATALOGUE, "gear": gear}, "bent")
+    assert "output_friction" not in {name for name, _ in rivals_of(bent)}
