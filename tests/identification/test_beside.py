@@ -107,7 +107,7 @@ def test_the_terms_of_a_fit_come_back_from_its_file():
             value=30.0, std_error=2.0, unit="deg", width=None, term=term, meaning="detent phase"
         ),
     }
-    terms = TermsBeside(names=(term,), parameters=own)
+    terms = TermsBeside(names=(term,), words={term: "detent torque"}, parameters=own)
     assert TermsBeside.from_dict(terms.to_dict()) == terms
     assert terms.clear == terms.names
     again = beside_again(truth(), terms.names, {name: p.width for name, p in own.items()})

@@ -30,6 +30,7 @@ from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 
 TERM, OTHER = "stepper.torque_harmonic:3", "stepper.imbalance"
+WORDS = "3rd harmonic of the torque constant"
 AMPLITUDE, PHASE = "stepper.torque_harmonic.0.amplitude", "stepper.torque_harmonic.0.phase_deg"
 HARMONIC = {AMPLITUDE: 0.02, PHASE: 40.0}
 FREE = ("gear.stiffness", "gear.damping")
@@ -83,7 +84,7 @@ def test_the_grade_says_what_is_left_with_and_without_the_terms(made):
     reason = next(r for r in fit.reasons if r.cause is Cause.INCOMPLETE)
     left = fit.records["full_46"].residual_rms / fit.records["full_46"].noise_sigma
     assert left > 3.0
-    assert f"the clearest is {TERM}. " in reason.text
+    assert f"the clearest: {WORDS} ({TERM}). " in reason.text
     assert f"leaves {left:.3g} times the noise of record full_46" in reason.text
     with_them = float(reason.text.removesuffix(" times.").rpartition(" ")[2])
     assert with_them == pytest.approx(1.0, abs=0.1)
@@ -135,7 +136,7 @@ def test_the_terminal_shows_it_whole(made, width):
     assert lines[at + 1] == data["beside"]["said"][0]
     shown = " ".join(lines[at : lines.index("", at + 8)])
     for row in data["beside"]["clear_terms"]:
-        assert all(word in shown for word in (row["term"], row["name"], *row["text"].values(), row["meaning"]))
+        assert all(word in shown for word in (f"{WORDS} ({TERM})", row["name"], *row["text"].values(), row["meaning"]))
     assert f"{data['beside']['other_words']} {OTHER}" in lines
 
 
@@ -158,9 +159,9 @@ def test_page_and_markdown_have_the_tables(made, tmp_path):
     page, text = page[page.index('id="beside"') : page.index('id="parameters"')], text.replace("\\", "")
     beside = data["beside"]
     for row in (*beside["clear_terms"], *beside["other_terms"]):
-        cells = (row["name"], *row["text"].values(), row["meaning"])
-        assert f"| {row['term']} | {' | '.join(cells)} |" in text
-        assert all(f">{cell}</t" in page for cell in (row["term"], *cells))
+        term, cells = f"{row['words']} ({row['term']})", (row["name"], *row["text"].values(), row["meaning"])
+        assert f"| {term} | {' | '.join(cells)} |" in text
+        assert all(f">{cell}</t" in page for cell in (term, *cells))
     for said in (*beside["said"], beside["other_words"]):
         assert said in text
         assert said in page

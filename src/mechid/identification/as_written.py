@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,9 +14,11 @@ from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.terms_beside import TermBeside, TermsBeside
+from mechid.plant.superset import words_of
 
 NAMED = 3
 """Terms that a sentence names, the clearest."""
+NONE_CLEAR = "none is clear by itself"
 
 
 def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside) -> Fit:
@@ -56,7 +58,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
             for r in campaign.records
             if r.name in fit.records
         },
-        beside=_terms(fit, beside),
+        beside=_terms(fit, beside, words_of(mechanism)),
     )
     estimated = [target.name for target in problem.targets]
     reasons = (*fit.reasons, incomplete(found, fit, estimated, str(campaign.path)))
@@ -67,7 +69,7 @@ def _free(campaign: Campaign) -> list[str]:
     return [p.name for p in campaign.mechanism.free]
 
 
-def _terms(fit: Fit, beside: Beside) -> TermsBeside:
+def _terms(fit: Fit, beside: Beside, words: Mapping[str, str]) -> TermsBeside:
     meanings = {name: beside.mechanism.parameters[name].declaration.meaning for name in beside.new}
     own = {
         name: TermBeside(
@@ -77,7 +79,7 @@ def _terms(fit: Fit, beside: Beside) -> TermsBeside:
         for name, p in fit.parameters.items()
         if name in beside.new
     }  # fmt: skip
-    return TermsBeside(names=beside.terms, parameters=own)
+    return TermsBeside(names=beside.terms, words={name: words[name] for name in beside.terms}, parameters=own)
 
 
 def incomplete(fit: Fit, with_terms: Fit, estimated: Collection[str], campaign: str) -> Reason:
@@ -94,16 +96,16 @@ def incomplete(fit: Fit, with_terms: Fit, estimated: Collection[str], campaign: 
     campaign : str
         Its file, as it is typed.
     """
-    clear = fit.beside.clear[:NAMED] if fit.beside else ()
+    words, clear = (fit.beside.words, fit.beside.clear[:NAMED]) if fit.beside else ({}, ())
     worst = max(estimated, key=lambda name: _over_noise(fit.records[name]))
     record, with_them = fit.records[worst], _over_noise(with_terms.records[worst])
-    which = f"the clearest {'are' if len(clear) > 1 else 'is'} {', '.join(clear)}"
+    which = f"the clearest: {', '.join(f'{words[name]} ({name})' for name in clear)}" if clear else NONE_CLEAR
     share = f" (and follows {record.followed_percent:.3g} % of it)" if record.followed_percent < 100.0 else ""
     text = (
         "The mechanism file lacks something. The records are followed only with further terms that its blocks may "
-        f"have; {which if clear else 'none is clear by itself'}. Values and errors were found together with these "
-        f"terms. Without them, at these values, the model leaves {_over_noise(record):.3g} times the noise of record "
-        f"{worst}{share}; with them {with_them:.3g} times."
+        f"have; {which}. Values and errors were found together with these terms. Without them, at these values, the "
+        f"model leaves {_over_noise(record):.3g} times the noise of record {worst}{share}; with them {with_them:.3g} "
+        "times."
     )
     again = f"mechid identify {campaign} --out DIR, with {', '.join(clear) or 'what it lacks'} in the mechanism file"
     return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)

@@ -42,11 +42,15 @@ def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:
     -------
     dict
         ``said``: what they are, what to trust, what to do, a sentence or more each. ``clear_terms``, ``other_terms``:
-        their parameters, each with its ``term`` and ``meaning``. ``other_words``: what is said of the others.
+        their parameters, each with its ``term``, what that is (``words``), and ``meaning``. ``other_words``: what is
+        said of the others.
     """
     if beside is None:
         return None
-    rows = {name: [_term_row(n, p) for n, p in beside.parameters.items() if p.term == name] for name in beside.names}
+    rows = {
+        name: [_term_row(n, p, beside.words[name]) for n, p in beside.parameters.items() if p.term == name]
+        for name in beside.names
+    }
     clear = beside.clear
     return {
         "said": [WITHOUT, TRUST, CLEAR_WORDS if clear else NONE_CLEAR],
@@ -56,8 +60,8 @@ def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:
     }
 
 
-def _term_row(name: str, p: TermBeside) -> dict[str, Any]:
-    return {**_row(name, p), "term": p.term, "meaning": p.meaning, "width": p.width}
+def _term_row(name: str, p: TermBeside, words: str) -> dict[str, Any]:
+    return {**_row(name, p), "term": p.term, "words": words, "meaning": p.meaning, "width": p.width}
 
 
 def _row(name: str, p: OwnValue | TermBeside) -> dict[str, Any]:

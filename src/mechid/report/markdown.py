@@ -74,7 +74,7 @@ def _beside(beside: Mapping[str, Any] | None) -> list[str]:
         return []
     parts = ["## Terms beside the mechanism file", *map(cell, beside["said"])]
     for rows, said in ((beside["clear_terms"], []), (beside["other_terms"], [beside["other_words"]])):
-        lines = ((row["term"], *_own(row), row["meaning"]) for row in rows)
+        lines = ((f"{row['words']} ({row['term']})", *_own(row), row["meaning"]) for row in rows)
         parts += [*said, table(("term", *OWN, "meaning"), lines)] if rows else []
     return parts
 

@@ -136,7 +136,11 @@ def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
         say(console, line)
     console.print()
     if beside["clear_terms"]:
-        print_table(console, BESIDE_COLUMNS, [{**row, "table": row["term"]} for row in beside["clear_terms"]])
+        print_table(
+            console,
+            BESIDE_COLUMNS,
+            [{**row, "table": f"{row['words']} ({row['term']})"} for row in beside["clear_terms"]],
+        )
     if beside["other_terms"]:
         names = dict.fromkeys(row["term"] for row in beside["other_terms"])
         say(console, f"{beside['other_words']} {', '.join(names)}")

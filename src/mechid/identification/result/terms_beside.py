@@ -44,11 +44,14 @@ class TermsBeside:
     ----------
     names : tuple of str
         As diagnosis calls them, e.g. ``"stepper.detent:0.9deg"``.
+    words : mapping of str to str
+        What each of them is, by its name.
     parameters : mapping of str to TermBeside
         By dotted name, as they would stand in the mechanism file behind what it has.
     """
 
     names: tuple[str, ...]
+    words: Mapping[str, str]
     parameters: Mapping[str, TermBeside]
 
     @property
@@ -64,10 +67,11 @@ class TermsBeside:
 
     def to_dict(self) -> dict[str, object]:
         """Return the entry of estimate.json."""
-        return {"names": list(self.names), "parameters": {name: asdict(p) for name, p in self.parameters.items()}}
+        parameters = {name: asdict(p) for name, p in self.parameters.items()}
+        return {"names": list(self.names), "words": dict(self.words), "parameters": parameters}
 
     @classmethod
     def from_dict(cls, entry: Mapping[str, Any]) -> Self:
         """Return what an entry of estimate.json says."""
         parameters = {name: TermBeside(**p) for name, p in entry["parameters"].items()}
-        return cls(names=tuple(entry["names"]), parameters=parameters)
+        return cls(names=tuple(entry["names"]), words=dict(entry["words"]), parameters=parameters)
