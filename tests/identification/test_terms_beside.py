@@ -25,6 +25,7 @@ from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
 from mechid.report import print_report, report_data
 from mechid.report.lacking import CLEAR_WORDS, NONE_CLEAR
+from mechid.report.results import estimated_text
 from mechid.report.writing import write_report
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
@@ -111,6 +112,14 @@ def test_the_share_that_is_followed_is_of_the_record_that_is_named(made):
 def test_it_comes_back_from_its_file(made):
     assert estimate_text(made.read) == estimate_text(made.fit)
     assert made.read.beside == made.fit.beside
+
+
+def test_the_estimated_mechanism_file_says_that_it_lacks_the_term(made):
+    text = estimated_text(made.fit, synthetic=True)
+    comment = text[: text.index("assembly")]
+    assert "INCOMPLETE" in comment
+    assert TERM in comment
+    assert OTHER not in text
 
 
 def test_the_report_has_the_clear_term_in_its_table_and_the_other_apart(made):

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE
 from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.result.terms_beside import CLEAR, TermBeside, TermsBeside
 from mechid.report.digits import with_sigma
 
 WITHOUT = (
-    "The mechanism file alone does not follow these records. They are followed with the further terms below, which a "
-    "real mechanism may have and the file does not."
+    "With the mechanism file alone the search does not come to the end of these records; with the further terms below "
+    "it does. A real mechanism may have them, and the file does not."
 )
 TRUST = (
     "Trust the values of the parameters within their errors: they were found together with these terms, so that an "
@@ -19,7 +20,8 @@ TRUST = (
 )
 CLEAR_WORDS = (
     f"A clear term is at least {CLEAR:g} standard errors from nothing: most likely the mechanism has it, or something "
-    "much like it. Where that makes sense for yours, write the term into the mechanism file and identify again."
+    "much like it. Where that makes sense for yours, write the term into the mechanism file, as the documentation of "
+    "its block shows, and identify again."
 )
 NONE_CLEAR = (
     f"None of them is clear by itself, at least {CLEAR:g} standard errors from nothing: together they stand for "
@@ -58,6 +60,16 @@ def beside_data(beside: TermsBeside | None) -> dict[str, Any] | None:
         "other_terms": [row for name in beside.names if name not in clear for row in rows[name]],
         "other_words": OTHER_WORDS,
     }
+
+
+def beside_comment(beside: TermsBeside | None) -> list[str]:
+    """Return what the estimated mechanism file says of terms that its fit has and it does not, a line or none."""
+    if beside is None:
+        return []
+    clear = f", the clear ones {', '.join(beside.clear)}" if beside.clear else ""
+    return [
+        f"INCOMPLETE: the values were found together with terms that this file lacks{clear}; {ESTIMATE} lists them."
+    ]
 
 
 def _term_row(name: str, p: TermBeside, words: str) -> dict[str, Any]:
