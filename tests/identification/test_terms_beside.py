@@ -17,6 +17,7 @@ from mechid.identification.beside.beside import terms_beside
 from mechid.identification.conclude import conclude
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text, json_text, write_estimate
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.outcome import FitOutcome
@@ -25,7 +26,7 @@ from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
 from mechid.report import print_report, report_data
 from mechid.report.lacking import CLEAR_WORDS, NONE_CLEAR
-from mechid.report.results import estimated_text
+from mechid.report.results import estimated_text, write_results
 from mechid.report.writing import write_report
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
@@ -120,6 +121,14 @@ def test_the_estimated_mechanism_file_says_that_it_lacks_the_term(made):
     assert "INCOMPLETE" in comment
     assert TERM in comment
     assert OTHER not in text
+
+
+def test_the_estimated_mechanism_file_is_the_one_that_the_estimate_names(made, tmp_path):
+    """Truth: the mechanism that the budget reads beside the estimate, which has to have the equations identified."""
+    write_results(made.fit, report_data(made.fit), tmp_path)
+    content = json.loads((tmp_path / "estimate.json").read_text())
+    read = read_estimated_mechanism(content, tmp_path / "estimate.json")
+    assert {name: read.value(name) for name in FREE} == {name: made.fit.mechanism.value(name) for name in FREE}
 
 
 def test_the_report_has_the_clear_term_in_its_table_and_the_other_apart(made):

@@ -9,6 +9,7 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside
+from mechid.identification.result.estimated_mechanism import PLANT
 from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
@@ -59,6 +60,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
             if r.name in fit.records
         },
         beside=_terms(fit, beside, words_of(mechanism)),
+        provenance={**fit.provenance, PLANT: mechanism.plant.digest},
     )
     estimated = [target.name for target in problem.targets]
     reasons = (*fit.reasons, incomplete(found, fit, estimated, str(campaign.path)))
