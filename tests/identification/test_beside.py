@@ -9,7 +9,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.beside.beside import beside_again, beside_of, lifted
+from mechid.identification.beside.beside import beside_again, lifted, terms_beside
 from mechid.identification.beside.groups import needed
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.reduction import Triangle, of_rows
@@ -39,6 +39,9 @@ def test_terms_are_named_and_free_from_their_null():
     assert [p.value for p in new] == [0.0] * 6
     assert {p.name.rpartition(".")[2] for p in new} == {"amplitude", "phase_deg"}
     assert free.plant is superset.mechanism.plant, "nothing is compiled anew when other terms are free"
+    beside = terms_beside(superset, NAMES)
+    assert set(beside.new) == {p.name for p in new}
+    assert set(beside.terms) == set(NAMES)
 
 
 def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
@@ -54,7 +57,7 @@ def wide_problem():
     """Return the problem of a short record with some terms free, and that of the mechanism alone."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
     plain, superset = make_problem(made, 1), superset_of(made.mechanism)
-    beside = beside_of(made.mechanism, superset.freeing(NAMES), tuple(NAMES), superset.widths)
+    beside = terms_beside(superset, NAMES)
     return plain, beside.problem(plain), beside
 
 
@@ -95,11 +98,18 @@ def test_groups_are_dropped_while_that_costs_less_than_their_freedom():
 
 
 def test_the_terms_of_a_fit_come_back_from_its_file():
-    own = {"stepper.detent.2.amplitude": TermBeside(value=3e-3, std_error=1e-4, unit="N m", width=2e-3),
-           "stepper.detent.2.phase_deg": TermBeside(value=30.0, std_error=2.0, unit="deg", width=None)}  # fmt: skip
-    terms = TermsBeside(names=("stepper.detent:7.2deg",), parameters=own)
+    term = "stepper.detent:7.2deg"
+    own = {
+        "stepper.detent.2.amplitude": TermBeside(
+            value=3e-3, std_error=1e-4, unit="N m", width=2e-3, term=term, meaning="detent torque amplitude"
+        ),
+        "stepper.detent.2.phase_deg": TermBeside(
+            value=30.0, std_error=2.0, unit="deg", width=None, term=term, meaning="detent phase"
+        ),
+    }
+    terms = TermsBeside(names=(term,), words={term: "detent torque"}, parameters=own)
     assert TermsBeside.from_dict(terms.to_dict()) == terms
-    assert terms.largest(3.0) == ["stepper.detent.2.amplitude"]
+    assert terms.clear == terms.names
     again = beside_again(truth(), terms.names, {name: p.width for name, p in own.items()})
     assert again.terms == terms.names
     assert again.widths == {"stepper.detent.2.amplitude": 2e-3}
@@ -124,7 +134,7 @@ def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     assert set(fit.parameters) == set(made.mechanism.parameters)
     if allowed:
         assert fit.grade is Grade.B
-        assert "stepper.torque_harmonic.0.amplitude" in fit.beside.largest(3.0)
+        assert fit.beside.clear[0] == "stepper.torque_harmonic:3"
         off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error]
         assert len(off) >= 10
         assert np.sqrt(np.mean(np.square(off))) < 2.5

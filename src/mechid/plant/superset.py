@@ -81,13 +81,22 @@ class Superset:
 
     def freeing(self, names: Collection[str]) -> Mechanism:
         """Return the mechanism with the terms of some names free from their null values."""
-        pairs = {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
         freed: dict[str, Parameter] = {}
         for term in self.terms:
             if term.name in names:
                 for name, width in term.widths.items():
-                    freed |= dict(self._free(name, width, pairs.get(name)))
+                    freed |= dict(self._free(name, width, self._phases.get(name)))
         return self.mechanism.with_parameters(freed)
+
+    @cached_property
+    def term_of(self) -> dict[str, str]:
+        """The term of each parameter that its term frees, phases among them, by dotted name."""
+        with_phases = ((term, (name, self._phases.get(name))) for term in self.terms for name in term.widths)
+        return {name: term.name for term, names in with_phases for name in names if name}
+
+    @cached_property
+    def _phases(self) -> dict[str, str]:
+        return {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
 
     def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
         known, most = self.mechanism.parameters, WIDEST * width

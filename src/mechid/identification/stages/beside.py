@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import Beside, beside_of, lifted
+from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
 from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
@@ -105,9 +105,8 @@ def _all_beside(
     disturbances = possible(plain, campaign, q if near else None)
     if superset is None and not disturbances:
         return None, None
-    names = tuple(t.name for t in superset.terms) if superset else ()
-    mechanism = superset.freeing(names) if superset else campaign.mechanism
-    beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
+    names = [t.name for t in superset.terms] if superset else []
+    beside = terms_beside(superset, names) if superset else Beside(campaign.mechanism)
     problem = beside.problem(plain, disturbances)
     return _begun(problem, lifted(plain, q, problem), beside, disturbances), superset
 
@@ -174,7 +173,7 @@ def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState,
     found, problem, q = _needed_disturbances(wide)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
-    plain = Beside(state.problem.space.mechanism, ()).problem(state.problem, own)
+    plain = Beside(state.problem.space.mechanism).problem(state.problem, own)
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
@@ -243,7 +242,7 @@ def _rival_starts(
 ) -> Iterator[tuple[Beside, Candidate]]:
     """Yield each law that may stand in place of one chosen, with its best start."""
     for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
-        beside = beside_of(campaign.mechanism, law.mechanism, (law.name,), {})
+        beside = law_beside(campaign.mechanism, law)
         problem = beside.problem(state.problem)
         watch.tell("laws beside", law.name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)

@@ -11,7 +11,7 @@ import math
 from dataclasses import replace
 
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import beside_of, lifted
+from mechid.identification.beside.beside import law_beside, lifted
 from mechid.identification.disturbance.disturbance import Found, without
 from mechid.identification.disturbance.scores import worth_of
 from mechid.identification.result.search_state import SearchState
@@ -39,7 +39,7 @@ def _in_place(
 ) -> SearchState | None:
     """Return the state fitted with a law in place of a disturbance; None where that is no better."""
     alone, q = without(state.problem, state.q, [found.disturbance])
-    beside = beside_of(campaign.mechanism, law.mechanism, (law.name,), {})
+    beside = law_beside(campaign.mechanism, law)
     problem = beside.problem(alone)
     rest = tuple(other for other in state.found if other is not found)
     begun = replace(state.of(problem).at(lifted(alone, q, problem)), found=rest, beside=beside)
