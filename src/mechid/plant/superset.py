@@ -106,15 +106,21 @@ class Superset:
             yield phase, replace(known[phase], status=Status.FREE, min=-180.0, max=180.0)
 
 
-def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset | None:
+def superset_of(
+    mechanism: Mechanism, *, grown_only: bool = False, only: Collection[str] | None = None
+) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
 
-    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`).
+    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named.
     """
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    extensions = [e for e in _extensions(mechanism, layout) if e.grown or not grown_only]
+    extensions = [
+        e
+        for e in _extensions(mechanism, layout)
+        if (e.grown or not grown_only) and (only is None or _name(mechanism, e) in only)
+    ]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []
@@ -216,7 +222,15 @@ def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> s
 
 
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
-    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
-    period = f":{values['period_deg']:.3g}deg" if "period_deg" in values else ""
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    return Term(f"{extension.name}{period}", extension.words.format(**values), widths)
+    words = extension.words.format(**_shape(mechanism, extension))
+    return Term(_name(mechanism, extension), words, widths)
+
+
+def _name(mechanism: Mechanism, extension: Extension) -> str:
+    period = _shape(mechanism, extension).get("period_deg")
+    return extension.name if period is None else f"{extension.name}:{period:.3g}deg"
+
+
+def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:
+    return {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
