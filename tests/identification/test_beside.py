@@ -46,10 +46,10 @@ def test_terms_are_named_and_free_from_their_null():
 
 def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
     plain = catalogue_mechanism()
-    laws = [name for name, _ in rivals_of(plain)]
-    assert {"friction.stribeck", "gear.backlash", "output_friction", "anti_alias", "charge_amplifier"} <= set(laws)
+    laws = [law.name for law in rivals_of(plain)]
+    assert {"friction.stribeck", "gear.backlash", "output_friction", "anti_alias:4", "charge_amplifier"} <= set(laws)
     table = {**CATALOGUE, "friction": {**CATALOGUE["friction"], "law": "stribeck", "stribeck_rate": 2.0}}
-    laws = [name for name, _ in rivals_of(mechanism_from_table(table, "stribeck"))]
+    laws = [law.name for law in rivals_of(mechanism_from_table(table, "stribeck"))]
     assert "friction.load_dependent" not in laws, "it would take stribeck_rate away"
 
 
@@ -138,3 +138,21 @@ def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
         off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error]
         assert len(off) >= 10
         assert np.sqrt(np.mean(np.square(off))) < 2.5
+
+
+def test_a_low_pass_is_not_called_delays_of_the_records():
+    """Truth: the mechanism that made the records, and a filter of order 2 at 1.9 kHz that the file lacks."""
+    made_by = mechanism_from_table({**CATALOGUE, "anti_alias": {"order": 2, "frequency": 12e3}}, "filtered")
+    made_by = made_by.with_values(TRUTH)
+    records = [
+        record(n, measured(made_by, COMMANDS[n], np.random.default_rng((8, k)), seconds=0.3), COMMANDS[n])
+        for k, n in enumerate(("full_46", "full_23", "micro_46"))
+    ]
+    made = campaign(catalogue_mechanism(), *records)
+    fit = identify(made, workers=1, near=TRUTH)
+    assert fit.beside.names == ("anti_alias:2",)
+    assert not fit.missing, "no delay stands beside it"
+    assert fit.grade is Grade.B
+    assert fit.beside.parameters["anti_alias.frequency"].value == pytest.approx(12e3, rel=0.01)
+    off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error]
+    assert np.sqrt(np.mean(np.square(off))) < 1.6

@@ -48,7 +48,7 @@ def test_all_that_may_stand_beside_has_words():
     words = words_of(mechanism)
     terms = superset_of(mechanism).terms
     assert {term.name: term.words for term in terms}.items() <= words.items()
-    assert {name for name, _ in rivals_of(mechanism)} <= words.keys()
+    assert {law.name for law in rivals_of(mechanism)} <= words.keys()
     assert all(words.values())
     assert not any("{" in each for each in words.values())
 
@@ -63,4 +63,4 @@ def test_a_bent_gear_has_no_rival_that_its_stiffness_would_size():
     gear = {"law": "piecewise_linear", "ratio": 50, "stiffness_1": 900.0, "stiffness_2": 1500.0, "stiffness_3": 2000.0,
             "torque_1": 1.0, "torque_2": 3.0, "damping": 0.4}  # fmt: skip
     bent = mechanism_from_table({**CATALOGUE, "gear": gear}, "bent")
-    assert "output_friction" not in {name for name, _ in rivals_of(bent)}
+    assert "output_friction" not in {law.name for law in rivals_of(bent)}

@@ -133,6 +133,8 @@ class Rival:
         What is free of it: a start, the least and the most, in the file's unit and symbols.
     grown : bool
         Whether it is among those that are tried with starts of their own where growth stalls.
+    imitated_by : str
+        A disturbance of the records that takes its place where it is lacking, as ``"record.delay"`` a low-pass's.
     """
 
     name: str
@@ -142,6 +144,7 @@ class Rival:
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     grown: bool = True
+    imitated_by: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,6 +39,25 @@ class Term:
 
 
 @dataclass(frozen=True)
+class Law:
+    """A law or a table that may stand in place of what a mechanism has.
+
+    Attributes
+    ----------
+    name : str
+        As diagnosis calls it, e.g. ``"friction.stribeck"``.
+    mechanism : Mechanism
+        With it.
+    imitated_by : str
+        The disturbance that takes its place where it is lacking; empty where none does.
+    """
+
+    name: str
+    mechanism: Mechanism
+    imitated_by: str = ""
+
+
+@dataclass(frozen=True)
 class Superset:
     """A mechanism and all terms that its blocks may have beside.
 
@@ -47,14 +66,11 @@ class Superset:
 
     Attributes
     ----------
-    plain : Mechanism
-        As written.
     mechanism : Mechanism
-        The same with all terms beside, at their null values and held there.
+        As written, with all terms beside, at their null values and held there.
     terms : tuple of Term
     """
 
-    plain: Mechanism
     mechanism: Mechanism
     terms: tuple[Term, ...]
 
@@ -112,11 +128,11 @@ def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset |
         for key, e in extension.structure.items()
     }
     terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
-    return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
+    return Superset(_laid_out(mechanism, wide, values), terms)
 
 
-def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tuple[str, Mechanism]]:
-    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it.
+def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law]:
+    """Yield the laws and tables that may stand in place of what a mechanism has.
 
     With `grown_only` those alone that growth tries (`Rival.grown`).
     """
@@ -127,7 +143,7 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tup
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
             if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
-                yield rival.name, other
+                yield Law(rival.name, other, rival.imitated_by)
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:

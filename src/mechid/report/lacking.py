@@ -10,8 +10,8 @@ from mechid.identification.result.terms_beside import CLEAR, TermBeside, TermsBe
 from mechid.report.digits import with_sigma
 
 WITHOUT = (
-    "With the mechanism file alone the search does not come to the end of these records; with the further terms below "
-    "it does. A real mechanism may have them, and the file does not."
+    "These records ask for more than the mechanism file has: they are followed with the further terms below, which a "
+    "real mechanism or its test stand may have."
 )
 TRUST = (
     "Trust the values of the parameters within their errors: they were found together with these terms, so that an "

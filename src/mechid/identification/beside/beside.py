@@ -12,7 +12,7 @@ from mechid.identification.disturbance.disturbance import Disturbance, with_dist
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Superset, rivals_of, superset_of
+from mechid.plant.superset import Law, Superset, rivals_of, superset_of
 
 FloatArray = NDArray[np.float64]
 
@@ -52,9 +52,10 @@ def terms_beside(superset: Superset, names: Collection[str]) -> Beside:
     return Beside(superset.freeing(names), superset.widths, new)
 
 
-def law_beside(plain: Mechanism, name: str, mechanism: Mechanism) -> Beside:
-    """Return what stands beside a mechanism where one of `rivals_of` takes its place."""
-    return Beside(mechanism, {}, {p.name: name for p in mechanism.free if p.name not in plain.parameters})
+def law_beside(plain: Mechanism, law: Law) -> Beside:
+    """Return what stands beside a mechanism with a law in place of one that it has."""
+    new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}
+    return Beside(law.mechanism, {}, new)
 
 
 def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, float | None]) -> Beside:
@@ -73,8 +74,7 @@ def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, fl
     superset = superset_of(plain, grown_only=True)
     if known and superset is not None:
         return replace(terms_beside(superset, names), widths=known)
-    rivals = rivals_of(plain, grown_only=True)
-    return next(law_beside(plain, name, mechanism) for name, mechanism in rivals if name in names)
+    return next(law_beside(plain, law) for law in rivals_of(plain) if law.name in names)
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
