@@ -14,9 +14,9 @@ WITHOUT = (
     "real mechanism or its test stand may have."
 )
 TRUST = (
-    "Trust the values of the parameters within their errors: they were found together with these terms, so that an "
-    "error counts what a term may take away from its parameter. Everything else is without the terms: the curves and "
-    "residuals of the records, the estimated mechanism file, and whatever is simulated with it."
+    "The values of the parameters and their errors hold with these terms: they were found together, so "
+    "that an error counts what a term may take away from its parameter. Everything else is without the terms: the "
+    "curves and residuals of the records, the estimated mechanism file, and whatever is simulated with it."
 )
 CLEAR_WORDS = (
     f"A clear term is at least {CLEAR:g} standard errors from nothing: most likely the mechanism has it, or something "

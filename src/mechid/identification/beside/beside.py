@@ -53,9 +53,8 @@ def terms_beside(superset: Superset, names: Collection[str]) -> Beside:
 
 
 def law_beside(plain: Mechanism, law: Law) -> Beside:
-    """Return what stands beside a mechanism with a law in place of one that it has."""
-    new = {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters}
-    return Beside(law.mechanism, {}, new)
+    """Return what stands beside a mechanism where a law is in place of what it has."""
+    return Beside(law.mechanism, {}, {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters})
 
 
 def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, float | None]) -> Beside:
