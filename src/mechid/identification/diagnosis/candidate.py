@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -77,6 +78,16 @@ class Model:
     def effects(self) -> tuple[str, ...]:
         """Names of all that it has and the mechanism as written has not."""
         return (*self.laws, *self.terms, *self.disturbances)
+
+    @property
+    def misfit(self) -> float:
+        """What it leaves beyond noise, in sigmas squared."""
+        return max(self.cost - self.setting.samples, 0.0)
+
+    @property
+    def over_noise(self) -> float:
+        """RMS of what it leaves over that of the noise."""
+        return math.sqrt(self.cost / self.setting.samples)
 
     def beyond(self, other: Model) -> str:
         """Return the name of the effect that it has and another has not."""

@@ -11,6 +11,7 @@ from scipy.stats import chi2, false_discovery_control
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of
 from mechid.identification.disturbance.scores import Score, worth_of
+from mechid.identification.uncertainty.noise import MISFIT
 from mechid.plant.superset import rivals_of
 
 LEAST = 30.0
@@ -21,8 +22,6 @@ FALSE_DISCOVERIES = 0.05
 TRIES = 2
 """Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
 MOST = 8
-LITTLE = 0.02
-"""Of the misfit: what may be left where no law is looked for."""
 Told = Callable[[str], None]
 
 
@@ -64,9 +63,8 @@ class Found:
 
     @property
     def left(self) -> float:
-        """Share of the misfit of the mechanism as written that is left."""
-        samples = self.before.setting.samples
-        return max(self.model.cost - samples, 0.0) / max(self.before.cost - samples, 1.0)
+        """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
+        return self.model.misfit / max(self.before.misfit, 1.0) if self.model.over_noise > MISFIT else 0.0
 
 
 def searched(before: Model, start: Model, told: Told = lambda words: None) -> Found:
@@ -85,8 +83,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
     model, steps = _grown(start, tried, told)
     model, further = _pruned(model, told)
     steps = [*steps, *further]
-    found = Found(model, before, tuple(steps), tried, {}, {})
-    if found.left > LITTLE:
+    if model.over_noise > MISFIT:
         better, law_steps = _with_a_law(before, model, tried, told)
         if better is not model:
             model, steps = better, law_steps
@@ -98,12 +95,15 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
 
 def gain(less: Model, more: Model) -> Score:
     """Return what a model explains beyond another, each record's samples counted for what they are worth."""
-    setting = more.setting
-    worth = worth_of(more.problem, more.q, setting.windows)
-    fall = less.cost - more.cost
+    worth = worth_of(more.problem, more.q, more.setting.windows)
+    fall = max(less.cost - more.cost, 0.0)
     freedom = max(more.problem.size - less.problem.size, 1)
-    misfit = max(less.cost - setting.samples, fall, 1.0)
-    return Score(worth * max(fall, 0.0) / more.cost, freedom, max(fall, 0.0) / misfit, worth)
+    return Score(worth * fall / more.cost, freedom, _of_misfit(less, fall), worth)
+
+
+def _of_misfit(model: Model, fall: float) -> float:
+    """Return the share of what a model leaves beyond noise that a fall of the cost is; noise may hide some of it."""
+    return fall / max(model.misfit, fall, 1.0)
 
 
 def counts(score: Score) -> bool:
@@ -125,7 +125,7 @@ def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list
 
 def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: Told) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
-    for name in list(_asked(landscape))[:TRIES]:
+    for name in list(_asked(model, landscape))[:TRIES]:
         if name in tried:
             continue
         told(f"{name} is fitted")
@@ -137,9 +137,11 @@ def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: T
     return None
 
 
-def _asked(landscape: Landscape) -> Iterator[str]:
+def _asked(model: Model, landscape: Landscape) -> Iterator[str]:
     """Yield the effects that the score test asks for, the likeliest first."""
-    scores = landscape.scores()
+    scores = {
+        name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()
+    }
     if not scores:
         return
     chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
