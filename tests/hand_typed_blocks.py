@@ -51,6 +51,16 @@ def kinematics(alpha, omega, alpha_gear, omega_gear, orders, q):
     return alpha / q["G"] + error - alpha_gear, lever * omega - omega_gear, lever
 
 
+def driven(e, orders, q):
+    """Return the waveforms of a driver whose microstep table is off, from those commanded."""
+    theta, delta = np.arctan2(e[1], -e[0]), 0.0
+    for j, n in enumerate(orders, start=1):
+        A, phi = np.hypot(q[f"c_m{j}"], q[f"s_m{j}"]), np.arctan2(q[f"s_m{j}"], q[f"c_m{j}"])
+        delta += A * np.sin(n * theta + phi)
+    turned, longer = theta + np.arctan(delta), np.hypot(1.0, delta)
+    return longer * np.array([-np.cos(turned), np.sin(turned)])
+
+
 def winding_rates(i, u, alpha, omega, q, harmonics=()):
     """Return (di_A/dt, di_B/dt, torque) of two phases apart: A is (1 + r), B is (1 - r) times the mean."""
     rates, torque = [], 0.0

@@ -92,6 +92,10 @@ LAYOUTS = {
         "stepper": {"torque_harmonic": [{"order": 3, "amplitude": 0.05, "phase_deg": 30.0},
                                         {"order": 5, "amplitude": 0.02, "phase_deg": -50.0}]}
     },
+    "microstep table": {
+        "stepper": {"microstep_table": [{"order": 2, "amplitude": 0.03, "phase_deg": 40.0},
+                                        {"order": 4, "amplitude": 0.05, "phase_deg": -25.0}]}
+    },
     "current drive": {
         "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
                     "coil_inductance": None, "back_emf_constant": None}

@@ -8,6 +8,7 @@ from sympy import Symbol
 
 from hand_typed import motor_torque
 from hand_typed_blocks import (
+    driven,
     flexible_load,
     friction_torque,
     kinematics,
@@ -58,6 +59,7 @@ def by_hand(name, m, x, u):
     """Return the rates of all states by name."""
     q, orders = values(m), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
     harmonics = tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("torque_harmonic", ()))
+    u = driven(u, tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("microstep_table", ())), q)
     twist, twist_rate, lever = kinematics(x["alpha"], x["omega"], x["alpha_gear"], x["omega_gear"], orders, q)
     T_out = output_torque(name, twist, twist_rate, q)
     T_rg, direction = lever * T_out, np.sign(x["omega"])

@@ -29,12 +29,19 @@ def test_growth_frees_the_terms_it_was_measured_with():
     assert every >= set(GROWN)
 
 
+def test_terms_of_one_name_are_one():
+    """Truth: both harmonics of a microstep table, which are there together or not."""
+    (table,) = (t for t in superset_of(catalogue_mechanism()).terms if t.name == "stepper.microstep_table")
+    assert {name.removeprefix("stepper.microstep_table.") for name in table.widths} == {"0.amplitude", "1.amplitude"}
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [
         ("stepper.detent:0.9deg", "detent torque with a period of 0.9 deg of the rotor"),
         ("stepper.torque_harmonic:3", "3rd harmonic of the torque constant"),
         ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
+        ("stepper.microstep_table", "error of the driver's microstep table"),
         ("gear.kinematic_error:2", "kinematic error of the gear, 2 per turn of its input"),
         ("friction.stribeck", "friction falls with speed (Stribeck)"),
     ],

@@ -40,7 +40,10 @@ TOGETHER = {
         "load": LAYOUTS["cable"]["load"] | LAYOUTS["unbalance"]["load"],
         **LAYOUTS["output_friction"],
     },
-    "LuGre on a current drive": {**LAYOUTS["lugre"], **LAYOUTS["current drive"]},
+    "LuGre on a current drive with a table": {
+        **LAYOUTS["lugre"],
+        "stepper": LAYOUTS["current drive"]["stepper"] | LAYOUTS["microstep table"]["stepper"],
+    },
 }
 """Every block of the library once, in few mechanisms: each is a kernel to compile."""
 ALONE = [pytest.param(LAYOUTS[name], id=name, marks=pytest.mark.slow) for name in LAYOUTS if name != "three switches"]

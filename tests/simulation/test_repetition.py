@@ -33,7 +33,7 @@ def harmonic(order):
         (LAYOUTS["imbalance"], 4, False),  # a voltage offset does not turn with the currents
         ({"stepper": {"imbalance": {"resistance": 0.02, "torque_constant": 0.03}}}, 2, True),
         (LAYOUTS["lugre"], 2, True), (LAYOUTS["three switches"], 2, True), (LAYOUTS["load_dependent"], 2, True),
-        (LAYOUTS["flexible load"], 2, True),
+        (LAYOUTS["flexible load"], 2, True), (LAYOUTS["microstep table"], 2, True),
     ],
 )  # fmt: skip
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):

@@ -85,7 +85,7 @@ class Extension:
     ----------
     name : str
         What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
-        which the period is added.
+        which the period is added. Those of one name are there together.
     words : str
         What the effect is, in a plain phrase for a report; ``{key}`` is the value of a key of `structure`.
     table : str

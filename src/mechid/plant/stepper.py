@@ -10,6 +10,7 @@ from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Extension, PolarPair
+from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
@@ -21,6 +22,7 @@ WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
 """Periods of a detent per electrical period that are looked for where a file lacks one."""
+HARMONIC = "stepper.torque_harmonic"
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th"}
 """The same of the torque constant."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
@@ -47,7 +49,7 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     """
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
-    shape, share = _shapes(harmonics), _shares(apart)
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
     rates = {
         i[x]: (u[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
@@ -59,9 +61,12 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     return Block(
         name="windings",
         table="stepper",
-        declarations=(*_electrical(), *unequal, *_harmonic_declarations(harmonics)),
-        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
-        polar=_harmonic_pairs(harmonics),
+        declarations=(*_electrical(), *unequal, *(d for h in extra for d in h.declarations)),
+        coordinates={
+            shift_B: Symbol("phi_shift") * pi / 180,
+            **coordinates_of(extra),
+        },
+        polar=tuple(h.polar for h in extra),
         inputs=(*u.values(), alpha, omega),
         rates=rates,
         initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) + own[x] for x in PHASES},
@@ -86,7 +91,7 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A.
     """
     i = {x: Symbol(f"i_{x}_in") for x in PHASES}
-    shape, share = _shapes(harmonics), _shares(apart)
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"i_0{x}") if apart else Integer(0) for x in PHASES}
     carried = {x: i[x] + offset[x] for x in PHASES}
     return Block(
@@ -94,9 +99,9 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
         table="stepper",
         declarations=(_POLES, replace(_TORQUE_CONSTANT, supply_power=-1), _PHASE_SHIFT,
                       *(_imbalance(unit="A") if apart else ()),
-                      *_harmonic_declarations(harmonics)),
-        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
-        polar=_harmonic_pairs(harmonics),
+                      *(d for h in extra for d in h.declarations)),
+        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **coordinates_of(extra)},
+        polar=tuple(h.polar for h in extra),
         inputs=(*i.values(), alpha),
         outputs={"T_coils": _torque(carried, shape, share)},
         extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
@@ -110,13 +115,8 @@ def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[st
 def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
     """Return each phase's coupling over the angle: a sine and its harmonics."""
     angles = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
-    shapes: dict[str, Expr] = {}
-    for x, angle in angles.items():
-        extra = (
-            c * sin(h * angle) + s * cos(h * angle) for h, (c, s) in zip(harmonics, _parts(harmonics), strict=True)
-        )
-        shapes[x] = sum(extra, sin(angle))
-    return shapes
+    extra = _harmonics(harmonics)
+    return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in angles.items()}
 
 
 def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
@@ -172,10 +172,9 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
 
 def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the torque constant that may be there beside, of 3 %."""
-    table = "stepper.torque_harmonic"
     return tuple(
-        Extension(name=f"{table}:{order}", words=f"{ordinal} harmonic of the torque constant", table=table, order=order,
-                  structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
+        Extension(name=f"{HARMONIC}:{order}", words=f"{ordinal} harmonic of the torque constant",
+                  table=HARMONIC, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
         for order, ordinal in HARMONIC_ORDERS.items() if order not in harmonics
     )  # fmt: skip
 
@@ -195,53 +194,17 @@ def _apart_extensions(driven: str) -> tuple[Extension, ...]:
     )  # fmt: skip
 
 
-def _parts(harmonics: Sequence[int]) -> list[tuple[Symbol, Symbol]]:
-    """Return the symbols of each harmonic's cosine and sine part."""
-    return [(Symbol(f"c_h{k}"), Symbol(f"s_h{k}")) for k in range(1, len(harmonics) + 1)]
-
-
-def _harmonic_symbols(index: int) -> tuple[Symbol, Symbol, Symbol]:
-    k = index + 1
-    return Symbol(f"h_{k}"), Symbol(f"C_h{k}"), Symbol(f"phi_h{k}")
-
-
-def _harmonic_declarations(harmonics: Sequence[int]) -> tuple[Declaration, ...]:
-    result: list[Declaration] = []
-    for index in range(len(harmonics)):
-        order, amplitude, phase = _harmonic_symbols(index)
-        table = f"stepper.torque_harmonic.{index}"
-        result += [
-            Declaration(key=f"{table}.order", symbol=order.name, unit="1", lower=2.0, structural=True, source=HUGHES,
-                        meaning="periods of the torque constant's harmonic per electrical period"),
-            Declaration(key=f"{table}.amplitude", symbol=amplitude.name, unit="1", lower=0.0, source=HUGHES,
-                        meaning="amplitude of the harmonic over the torque constant"),
-            Declaration(key=f"{table}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=HUGHES,
-                        meaning="phase of the harmonic"),
-        ]  # fmt: skip
-    return tuple(result)
-
-
-def _harmonic_coordinates(harmonics: Sequence[int]) -> dict[Symbol, Expr]:
-    result: dict[Symbol, Expr] = {}
-    for index, (c, s) in enumerate(_parts(harmonics)):
-        _, amplitude, phase = _harmonic_symbols(index)
-        result |= {c: amplitude * cos(phase * pi / 180), s: amplitude * sin(phase * pi / 180)}
-    return result
-
-
-def _harmonic_pairs(harmonics: Sequence[int]) -> tuple[PolarPair, ...]:
-    tables = [f"stepper.torque_harmonic.{index}" for index in range(len(harmonics))]
+def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
+    """Return the harmonics of the torque constant, over each phase's electrical angle."""
     return tuple(
-        PolarPair(
-            amplitude=f"{table}.amplitude",
-            phase=f"{table}.phase_deg",
-            cosine=c,
-            sine=s,
-            cycles=_harmonic_symbols(index)[0] * p / 2,
-            of_phase=True,
+        ListedHarmonic(
+            table=HARMONIC, index=index, order=order, letters=("h_", "C_h", "phi_h", "c_h", "s_h"), unit="1",
+            source=HUGHES, least=2.0, turns=p / 2, of_phase=True,
+            meanings=("periods of the torque constant's harmonic per electrical period",
+                      "amplitude of the harmonic over the torque constant", "phase of the harmonic"),
         )
-        for index, (table, (c, s)) in enumerate(zip(tables, _parts(harmonics), strict=True))
-    )
+        for index, order in enumerate(orders)
+    )  # fmt: skip
 
 
 def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:

@@ -102,7 +102,7 @@ def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset |
         for place, extension in zip(places, extensions, strict=True)
         for key, e in extension.structure.items()
     }
-    terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
+    terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
     return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
 
 
@@ -188,6 +188,15 @@ def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> s
     listed: Sequence[int | None] = orders.get(extension.table, ())
     orders[extension.table] = (*listed, extension.order)
     return f"{extension.table}.{len(listed)}"
+
+
+def _joined(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """Return the terms, those of one name as one."""
+    found: dict[str, Term] = {}
+    for term in terms:
+        before = found.get(term.name, term)
+        found[term.name] = replace(term, widths={**before.widths, **term.widths})
+    return tuple(found.values())
 
 
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechid.parameter import Role
-from mechid.plant import cable, dc_motor, friction, gear, housing, test_stand
+from mechid.plant import cable, dc_motor, friction, gear, housing, microstep_table, test_stand
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
@@ -68,6 +68,8 @@ _ALL = (
           title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
     Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
           title="one harmonic of the torque constant over the electrical angle"),
+    Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
+          title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
     Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
     Table(name="gear", title="gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
