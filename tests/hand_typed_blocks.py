@@ -108,6 +108,13 @@ def flexible_load(T_applied, x_modes, q):
     return np.linalg.solve(M, f)
 
 
+def housing_response(s, T_res, form, modes):
+    """Return what a transducer sees at s = j w of a torque behind a housing of modes (gain, frequency, damping)."""
+    if form == "paper":
+        return sum(K * w**2 / (s**2 + 2 * zeta * w * s + w**2) for K, w, zeta in modes) * T_res
+    return (1 + sum(K * s**2 / (s**2 + 2 * zeta * w * s + w**2) for K, w, zeta in modes)) * T_res
+
+
 def stand_response(s, T, q, order):
     """Return the response at s = j w of transducer, charge amplifier and Butterworth low-pass to a torque T."""
     w_t = q["omega_t"]

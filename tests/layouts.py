@@ -96,6 +96,7 @@ LAYOUTS = {
         "stepper": {"microstep_table": [{"order": 2, "amplitude": 0.03, "phase_deg": 40.0},
                                         {"order": 4, "amplitude": 0.05, "phase_deg": -25.0}]}
     },
+    "second mode": {"housing": {"second_mode": {"gain": 0.8, "frequency": 2500.0, "damping": 0.04}}},
     "current drive": {
         "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
                     "coil_inductance": None, "back_emf_constant": None}

@@ -97,6 +97,10 @@ REFUSED = {
         {"load": {"mode": {"frequency": 190.0}}},
         "load.mode: found a table; write each mode as a table under [[load.mode]], in two brackets",
     ),
+    "second mode without the first": (
+        {"housing": {"gain": None, "frequency": None, "damping": None, "second_mode": {"gain": 0.1}}},
+        "housing.gain: missing; write gain under [housing], housing resonance factor",
+    ),
     "key of another cable": (
         {"load": {"cable": {"stiffness": 0.1, "hysteresis": 0.01}}},
         'load.cable.hysteresis: unknown key; it belongs to law = "dahl"',

@@ -11,6 +11,7 @@ from hand_typed_blocks import (
     driven,
     flexible_load,
     friction_torque,
+    housing_response,
     kinematics,
     load_torques,
     output_torque,
@@ -24,7 +25,8 @@ from mechid.plant.layout import Layout
 from paper import mechanism
 
 SEEDS = range(12)
-CASES = [name for name in LAYOUTS if name not in ("current drive", "test stand", "output_friction", "three switches")]
+CASES = [name for name in LAYOUTS if name not in ("current drive", "test stand", "output_friction", "second mode",
+                                                   "three switches")]  # fmt: skip
 
 
 def values(m):
@@ -148,6 +150,25 @@ def test_the_test_stand_s_response_is_that_of_its_parts_in_a_row():
         z = np.linalg.solve(s * np.eye(len(A)) - A, B)
         for j, u in enumerate(map(str, system.inputs)):
             assert C @ z[:, j] == pytest.approx(stand_response(s, T[u], q, 5), rel=1e-9)
+
+
+@pytest.mark.parametrize("form", ["paper", "unit_dc"])
+def test_a_housing_of_two_modes_is_their_sum(form):
+    """Truth: transfer functions by hand, the second mode's gain of either sign."""
+    second = {"gain": -0.8, "frequency": 2500.0, "damping": 0.04}
+    m = paper_with({"housing": {"form": form, "second_mode": second}})
+    named = {str(s): v for s, v in zip(m.plant.parameters, m.kernel_values(), strict=True)}
+    system = m.plant.filter
+    A, B = (np.array(matrix.subs(named), dtype=float) for matrix in (system.A, system.B))
+    seen = m.plant.outputs["torque"].subs(named)
+    C = np.array([float(seen.diff(s)) for s in system.states])
+    k = list(map(str, system.inputs)).index("T_res")
+    through = float(seen.diff(Symbol("T_res")))
+    for hz in (0.1, 200.0, 397.9, 700.0, 888.0, 3000.0):
+        s = 2j * np.pi * hz
+        z = np.linalg.solve(s * np.eye(len(A)) - A, B)
+        modes = ((4.6, 5578.0, 0.095), (-0.8, 2500.0, 0.04))
+        assert C @ z[:, k] + through == pytest.approx(housing_response(s, -1.0, form, modes), rel=1e-9)
 
 
 def test_an_ideal_current_source_leaves_the_torque_of_its_currents():

@@ -1,11 +1,14 @@
 """What may stand beside a mechanism: its words, what growth frees of it, and what cannot be sized."""
 
+import numpy as np
 import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.plant.superset import rivals_of, superset_of, words_of
+from mechid.plant.superset import nulls_of, rivals_of, superset_of, words_of
+from paper import constant
+from runs import base, run_kernel
 
 GROWN = (
     "stepper.torque_harmonic:3", "stepper.torque_harmonic:5", "stepper.imbalance", "stepper.phase_offset",
@@ -58,6 +61,26 @@ def test_all_that_may_stand_beside_has_words():
     assert {name for name, _ in rivals_of(mechanism)} <= words.keys()
     assert all(words.values())
     assert not any("{" in each for each in words.values())
+
+
+def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
+    """Truth: the mechanism itself."""
+    plain = catalogue_mechanism()
+    time_base, command = base(0.05), constant(46.0)
+    torque = run_kernel(plain, command, time_base).torque
+    found = [(name, amplitude, m) for name, amplitude, m in nulls_of(plain) if name == "housing.second_mode"]
+    assert len({m.value("housing.second_mode.frequency") for _, _, m in found}) == 6
+    assert {amplitude for _, amplitude, _ in found} == {"housing.second_mode.gain"}
+    for _, amplitude, other in found[::5]:
+        assert [p.name for p in other.free if p.name not in plain.parameters] == [amplitude]
+        np.testing.assert_allclose(run_kernel(other, command, time_base).torque, torque, rtol=0,
+                                   atol=1e-9 * np.abs(torque).max())  # fmt: skip
+
+
+def test_growth_tries_the_laws_it_was_measured_with():
+    names = [name for name, _ in rivals_of(catalogue_mechanism(), grown_only=True)]
+    assert names == ["friction.stribeck", "gear.backlash", "gear.backlash", "friction.load_dependent",
+                     "output_friction", "charge_amplifier", "anti_alias"]  # fmt: skip
 
 
 def test_what_no_value_sizes_is_left_out():

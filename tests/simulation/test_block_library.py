@@ -39,6 +39,7 @@ TOGETHER = {
     "cables, friction and weight on a load": {
         "load": LAYOUTS["cable"]["load"] | LAYOUTS["unbalance"]["load"],
         **LAYOUTS["output_friction"],
+        **LAYOUTS["second mode"],
     },
     "LuGre on a current drive with a table": {
         **LAYOUTS["lugre"],

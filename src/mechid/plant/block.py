@@ -131,6 +131,9 @@ class Rival:
         Of a table that an order shapes.
     free : mapping of key to (Expr, Expr, Expr)
         What is free of it: a start, the least and the most, in the file's unit and symbols.
+    null : str
+        Of `free`, the key of an amplitude: at 0 there is nothing of it, whatever the others are, and its derivative
+        says whether there should be. Empty where it has none.
     grown : bool
         Whether it is among those that are tried with starts of their own where growth stalls.
     """
@@ -141,6 +144,7 @@ class Rival:
     law: str = ""
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
+    null: str = ""
     grown: bool = True
 
 

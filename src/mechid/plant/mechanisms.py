@@ -16,7 +16,7 @@ from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
 from mechid.plant.gear import LAWS as GEAR_LAWS
 from mechid.plant.gear import gear, unwound
-from mechid.plant.housing import FORMS, housing, rigid_housing
+from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
@@ -218,7 +218,8 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
         blocks = [rigid_housing(), test_stand.base_torque(loaded=loaded), test_stand.anti_alias(LINE_ORDER)]
         return blocks, {"anti_alias.T": BASE_TORQUE}, {"torque": BASE_TORQUE, LINE_TORQUE: "anti_alias.T"}
     form = layout.law("housing", FORMS, "form") if "housing" in layout.tables else None
-    blocks = [housing(form) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
+    second = _second_mode(layout)
+    blocks = [housing(form, second=second) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
     wiring, last = {}, BASE_TORQUE
     stages: list[Block] = []
     if "transducer" in layout.tables:
@@ -232,6 +233,15 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
         wiring[f"{stage.name}.T"] = last
         last = f"{stage.name}.T"
     return [*blocks, *stages], wiring, {"torque": last}
+
+
+def _second_mode(layout: Layout) -> bool:
+    """Return whether the housing has a second mode; refuse one beside a housing of the user's own."""
+    there = SECOND.table in layout.tables
+    if there and "housing" in layout.own:
+        raise InputFileError(f"{SECOND.table}: stands beside a housing of your own, which does not know of it; write "
+                             "both modes into your block, or take the library's housing")  # fmt: skip
+    return there
 
 
 def _offset(unit: str) -> Declaration:

@@ -121,6 +121,22 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tup
                 yield rival.name, other
 
 
+def nulls_of(mechanism: Mechanism) -> Iterator[tuple[str, str, Mechanism]]:
+    """Yield the rivals that have an amplitude (`Rival.null`): name, its dotted name, the mechanism where it is 0.
+
+    It alone is free there of the rival, the rest stays at its start: what a test of its derivative needs.
+    """
+    layout = mechanism.plant.layout
+    if layout is None:
+        return
+    for rival in (r for r in _rivals(mechanism, layout) if r.null):
+        other, amplitude = _with_rival(mechanism, layout, rival), f"{rival.table}.{rival.null}"
+        if mechanism.parameters.keys() <= other.parameters.keys():
+            none = replace(other.parameters[amplitude], value=0.0, min=min(other.parameters[amplitude].min, 0.0))
+            own = tuple(p.name for p in mechanism.free)
+            yield rival.name, amplitude, other.with_parameters({amplitude: none}).with_free((*own, amplitude))
+
+
 def words_of(mechanism: Mechanism) -> dict[str, str]:
     """Return what each term and law that may stand beside a mechanism is in words, by its name."""
     layout = mechanism.plant.layout

@@ -9,6 +9,7 @@ from mechid.parameter import Role
 from mechid.plant import cable, dc_motor, friction, gear, housing, microstep_table, test_stand
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
+HOUSING = "its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
 
 
@@ -86,7 +87,9 @@ _ALL = (
     Table(name=dc_motor.SPRING, title="spring from the motor's shaft to its base", optional=True),
     Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
           choices=housing.FORMS, named=True, optional=True, own=True,
-          bench="its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"),
+          bench=HOUSING),
+    Table(name=housing.SECOND.table, title="second resonance of the housing, which adds to the first", optional=True,
+          bench=HOUSING),
     Table(name="transducer", title="the torque transducer", choices=test_stand.TRANSDUCERS, optional=True,
           bench=RECORDER, of_record=True),
     Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,
