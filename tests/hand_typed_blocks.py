@@ -24,6 +24,16 @@ def friction_torque(law, direction, omega, T_rg, z, q):
     return q["T_frd"] * direction + q["T_visc"] * omega, (q["T_frs"], q["T_frs"])
 
 
+def varied_friction(orders, output_orders, alpha, alpha_gear, q):
+    """Return the parameters with static and Coulomb friction as they are at some angles of rotor and output."""
+    level = 1.0
+    for letter, angle, some in (("f", alpha, orders), ("g", alpha_gear, output_orders)):
+        for j, n in enumerate(some, start=1):
+            c, s = q[f"c_{letter}{j}"], q[f"s_{letter}{j}"]
+            level += np.hypot(c, s) * np.sin(n * angle + np.arctan2(s, c))
+    return {**q, "T_frs": level * q["T_frs"], "T_frd": level * q["T_frd"]}
+
+
 def output_torque(law, twist, twist_rate, q):
     """Return the gear's torque at the output: the catalogue's broken line, or nothing in the backlash's gap."""
     if law == "piecewise_linear":

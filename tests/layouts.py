@@ -64,6 +64,12 @@ LAYOUTS = {
         "friction": {"law": "lugre", "coulomb": 0.004, "stribeck_rate": 2.0, "bristle_stiffness": 4.0,
                      "bristle_damping": 1e-3}
     },
+    "friction position": {
+        "friction": {"coulomb": 0.004,
+                     "position": [{"order": 1, "amplitude": 0.3, "phase_deg": 70.0},
+                                  {"order": 2, "amplitude": 0.15, "phase_deg": -20.0}],
+                     "output_position": [{"order": 1, "amplitude": 0.1, "phase_deg": 10.0}]}
+    },
     "piecewise_linear": {
         "gear": {"stiffness": None, "law": "piecewise_linear", "stiffness_1": 400.0, "stiffness_2": 900.0,
                  "stiffness_3": 1300.0, "torque_1": 0.08, "torque_2": 0.25}

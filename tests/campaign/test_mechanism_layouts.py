@@ -101,6 +101,14 @@ REFUSED = {
         {"housing": {"gain": None, "frequency": None, "damping": None, "second_mode": {"gain": 0.1}}},
         "housing.gain: missing; write gain under [housing], housing resonance factor",
     ),
+    "friction per turn of what slides": (
+        {"assembly": "direct_force_drive", "friction": {"position": [{"order": 1, "amplitude": 0.1}]}},
+        "friction.position: is per turn, and this axis slides; delete it",
+    ),
+    "friction over an output that is not there": (
+        {"assembly": "current_driven_stepper", "friction": {"output_position": [{"order": 1, "amplitude": 0.1}]}},
+        "friction.output_position: there is no gear, the output is the rotor; write [[friction.position]]",
+    ),
     "key of another cable": (
         {"load": {"cable": {"stiffness": 0.1, "hysteresis": 0.01}}},
         'load.cable.hysteresis: unknown key; it belongs to law = "dahl"',

@@ -16,6 +16,7 @@ from hand_typed_blocks import (
     load_torques,
     output_torque,
     stand_response,
+    varied_friction,
     winding_rates,
 )
 from layouts import BRUSHED_DC, LAYOUTS, mechanism_of, paper_with
@@ -57,9 +58,16 @@ def entered(equations, x, u, p):
     return equations.mode_symbols(modes)
 
 
+def rubbing(name, m, x):
+    """Return the kernel's parameters by name, friction as it is at a state's angles."""
+    lists = LAYOUTS[name].get("friction", {})
+    orders = (tuple(h["order"] for h in lists.get(key, ())) for key in ("position", "output_position"))
+    return varied_friction(*orders, x["alpha"], x["alpha_gear"], values(m))
+
+
 def by_hand(name, m, x, u):
     """Return the rates of all states by name."""
-    q, orders = values(m), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
+    q, orders = rubbing(name, m, x), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
     harmonics = tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("torque_harmonic", ()))
     u = driven(u, tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("microstep_table", ())), q)
     twist, twist_rate, lever = kinematics(x["alpha"], x["omega"], x["alpha_gear"], x["omega_gear"], orders, q)
@@ -119,14 +127,14 @@ def test_a_gear_with_kinematic_error_starts_unwound():
         np.testing.assert_allclose((begun(p + move) - begun(p - move)) / (2 * step), slopes[:, k], rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["stribeck", "directional", "load_dependent"])
+@pytest.mark.parametrize("name", ["stribeck", "directional", "load_dependent", "friction position"])
 def test_a_body_at_rest_is_held_up_to_the_law_s_limit(name):
     """Truth: `hand_typed_blocks`: the margins of the stuck mode are what is held, less the torque to be held."""
     m = paper_with({**LAYOUTS[name], "housing": None})
-    equations, q = equations_of(m.plant), values(m)
+    equations = equations_of(m.plant)
     for seed in SEEDS:
         x, u = random_state(m, seed)
-        x["omega"] = 0.0
+        x["omega"], q = 0.0, rubbing(name, m, x)
         state = [x[str(s)] for s in m.plant.states]
         twist, twist_rate, lever = kinematics(x["alpha"], 0.0, x["alpha_gear"], x["omega_gear"], (), q)
         T_rg = lever * output_torque("linear", twist, twist_rate, q)

@@ -14,6 +14,7 @@ from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
+from mechid.plant.friction_position import varying
 from mechid.plant.gear import LAWS as GEAR_LAWS
 from mechid.plant.gear import gear, unwound
 from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
@@ -41,7 +42,7 @@ def _geared_stepper(layout: Layout) -> Parts:
     blocks = [
         *motor,
         rotor(turns=layout.turns),
-        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](_site(drive)),
+        *_friction(layout, _site(drive), geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
         *_loaded(layout),
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
@@ -55,11 +56,10 @@ def _ungeared_stepper(layout: Layout) -> Parts:
     drive = layout.law("stepper", (*CURRENTS, *VOLTAGES), "drive")
     motor, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout, loaded=False)
-    laws = friction.UNGEARED_LAWS
     blocks = [
         *motor,
         rotor(geared=False, inertia=replace(INERTIA, role=Role.LOAD_INERTIA), turns=layout.turns),
-        *laws[layout.law("friction", tuple(laws))](_site(drive)),
+        *_friction(layout, _site(drive)),
         *_base(layout, {"rotor": "free"}),
         *stand,
     ]
@@ -76,7 +76,7 @@ def _two_mass(layout: Layout) -> Parts:
     blocks = [
         measured_drive((("torque", "T_mot"),), "drive", _offset("N m")),
         rotor(start=Integer(0), inertia=inertia),
-        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](site),
+        *_friction(layout, site, geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
         *_loaded(layout, Integer(0)),
         *stand,
@@ -89,13 +89,12 @@ def _brushed_dc(layout: Layout) -> Parts:
     site = replace(ROTOR, holding=None, damping=dc_motor.DAMPING)
     sprung = dc_motor.SPRING in layout.tables
     stand, wiring, torques = _stand(layout, loaded=False)
-    laws = friction.UNGEARED_LAWS
     blocks = [
         measured_drive((("voltage", "u_mot"),), "drive", _offset("V")),
         dc_motor.dc_winding(),
         rotor(geared=sprung, start=Integer(0), inertia=dc_motor.INERTIA),
         *([dc_motor.shaft_spring()] if sprung else []),
-        *laws[layout.law("friction", tuple(laws))](site),
+        *_friction(layout, site),
         *stand,
     ]
     wiring |= {"rotor.T_rg": "spring.T_spring"} if sprung else {}
@@ -125,7 +124,6 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
         site = replace(
             ROTOR, torque=unit, viscous=f"{unit} s/{rate.split('/')[0]}", rate=rate, holding=None, damping=None
         )
-        laws = friction.UNGEARED_LAWS
         blocks = [
             measured_drive(((quantity, "T_mot"),), "drive", _offset(unit)),
             rotor(
@@ -135,7 +133,7 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
                 start_rate=start_rate,
                 unbalance=unbalance if turning else None,
             ),
-            *laws[layout.law("friction", tuple(laws))](site),
+            *_friction(layout, site),
         ]
         return blocks, {}, dict(zip(names, ("rotor.alpha", "rotor.omega"), strict=True))
 
@@ -166,6 +164,12 @@ def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]
     currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
     return [*phases, *detents, motor_torque(orders, holding)], currents
+
+
+def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:
+    """Return the law of friction, and how it varies with the angle."""
+    laws = friction.LAWS if geared else friction.UNGEARED_LAWS
+    return varying(laws[layout.law("friction", tuple(laws))](site), site, layout, geared=geared)
 
 
 def _site(drive: str) -> Site:
