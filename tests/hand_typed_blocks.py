@@ -71,6 +71,12 @@ def driven(e, orders, q):
     return longer * np.array([-np.cos(turned), np.sin(turned)])
 
 
+def supplied(e, i, q):
+    """Return the voltages of both bridges: the power that they take is what the source gives at its lower voltage."""
+    drawn = e[0] * i[0] + e[1] * i[1]
+    return (q["U"] - q.get("R_s", 0.0) * drawn) * e
+
+
 def winding_rates(i, u, alpha, omega, q, harmonics=()):
     """Return (di_A/dt, di_B/dt, torque) of two phases apart: A is (1 + r), B is (1 - r) times the mean."""
     rates, torque = [], 0.0

@@ -103,6 +103,7 @@ LAYOUTS = {
                                         {"order": 4, "amplitude": 0.05, "phase_deg": -25.0}]}
     },
     "second mode": {"housing": {"second_mode": {"gain": 0.8, "frequency": 2500.0, "damping": 0.04}}},
+    "supply": {"supply": {"resistance": 1.4}},
     "current drive": {
         "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
                     "coil_inductance": None, "back_emf_constant": None}

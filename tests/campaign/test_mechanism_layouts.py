@@ -109,6 +109,10 @@ REFUSED = {
         {"assembly": "current_driven_stepper", "friction": {"output_position": [{"order": 1, "amplitude": 0.1}]}},
         "friction.output_position: there is no gear, the output is the rotor; write [[friction.position]]",
     ),
+    "source of a current drive": (
+        {**LAYOUTS["current drive"], "supply": {"resistance": 1.0}},
+        'supply: drive = "current" does not see what its source does; delete the table',
+    ),
     "key of another cable": (
         {"load": {"cable": {"stiffness": 0.1, "hysteresis": 0.01}}},
         'load.cable.hysteresis: unknown key; it belongs to law = "dahl"',

@@ -16,6 +16,7 @@ from hand_typed_blocks import (
     load_torques,
     output_torque,
     stand_response,
+    supplied,
     varied_friction,
     winding_rates,
 )
@@ -74,7 +75,9 @@ def by_hand(name, m, x, u):
     T_out = output_torque(name, twist, twist_rate, q)
     T_rg, direction = lever * T_out, np.sign(x["omega"])
     T_fr, slip = friction_torque(name, direction, x["omega"], T_rg, x.get("z_fr", 0.0), q)
-    di_A, di_B, T_coils = winding_rates((x["i_A"], x["i_B"]), q["U"] * u, x["alpha"], x["omega"], q, harmonics)
+    di_A, di_B, T_coils = winding_rates(
+        (x["i_A"], x["i_B"]), supplied(u, (x["i_A"], x["i_B"]), q), x["alpha"], x["omega"], q, harmonics
+    )
     T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
     cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)

@@ -52,7 +52,7 @@ def voltage_drive(table_orders: Sequence[int] = ()) -> Block:
         polar=tuple(e.polar for e in errors),
         inputs=WAVEFORMS,
         terms={**microstep_table.error(table_orders), u_A: U * given_A, u_B: U * given_B},
-        outputs={"u_A": u_A, "u_B": u_B},
+        outputs={"u_A": u_A, "u_B": u_B, "duty_A": given_A, "duty_B": given_B},
         extensions=microstep_table.extensions(table_orders),
     )
 

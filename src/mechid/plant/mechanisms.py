@@ -9,7 +9,7 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import cable, dc_motor, friction, microstep_table, test_stand, unbalance
+from mechid.plant import cable, dc_motor, friction, microstep_table, supply, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -156,9 +156,14 @@ def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
     harmonics = layout.whole_orders("stepper.torque_harmonic")
     apart, table_orders = "stepper.imbalance" in layout.tables, layout.whole_orders(microstep_table.TABLE)
     if drive in VOLTAGES:
-        phases, where = [VOLTAGES[drive](table_orders), windings(harmonics=harmonics, apart=apart)], "windings"
+        coils = windings(
+            harmonics=harmonics, apart=apart, sagging=supply.TABLE in layout.tables, commanded=drive == "voltage"
+        )
+        phases, where = [VOLTAGES[drive](table_orders), coils], "windings"
     else:
         phases, where = [CURRENTS[drive](table_orders), current_fed(harmonics=harmonics, apart=apart)], "drive"
+    if supply.TABLE in layout.tables and drive != "voltage":
+        raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
     holding, _ = SCALES.get(drive, (None, None))
     orders = layout.orders.get("stepper.detent", ())
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]

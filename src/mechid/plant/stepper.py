@@ -9,6 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
+from mechid.plant import supply
 from mechid.plant.block import Block, Extension, PolarPair
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
@@ -32,7 +33,9 @@ SCALES: Mapping[str, tuple[str | None, str | None]] = {
 """Holding torque and electrical damping of a motor in the file's symbols, by drive."""
 
 
-def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
+def windings(
+    *, harmonics: Sequence[int] = (), apart: bool = False, sagging: bool = False, commanded: bool = True
+) -> Block:
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
     Equations (1) to (3) of [Kornienko2013]_; i in A, u in V, alpha in rad, omega in rad/s, T in N m.
@@ -46,30 +49,45 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     apart : bool
         Whether the phases differ: R, L and k_m of phase A are (1 + r) times the file's, of phase B (1 - r)
         times, and each phase has a voltage offset.
+    sagging : bool
+        Whether the source behind the drive has a resistance (`supply`).
+    commanded : bool
+        Whether a command makes the voltages, and not what was measured.
     """
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
     extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
+    fed = {x: u[x] - supply.SAG * supply.DUTIES[x] if sagging else u[x] for x in PHASES}
     rates = {
-        i[x]: (u[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
+        i[x]: (fed[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
         / (L * share["L"][x])
         for x in PHASES
     }
+    resistances = {x: R * share["R"][x] for x in PHASES}
+    settled = {x: (u[x] + offset[x]) / resistances[x] for x in PHASES}
+    if sagging:
+        settled = supply.settled(settled, resistances)
     unequal = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
     own = {x: Symbol(f"i_{x}_start") for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
-        declarations=(*_electrical(), *unequal, *(d for h in extra for d in h.declarations)),
+        declarations=(
+            *_electrical(),
+            *([supply.RESISTANCE] if sagging else []),
+            *unequal,
+            *(d for h in extra for d in h.declarations),
+        ),
         coordinates={
             shift_B: Symbol("phi_shift") * pi / 180,
             **coordinates_of(extra),
         },
         polar=tuple(h.polar for h in extra),
-        inputs=(*u.values(), alpha, omega),
+        inputs=(*u.values(), *(supply.DUTIES.values() if sagging else ()), alpha, omega),
+        terms={supply.SAG: supply.sag(i)} if sagging else {},
         rates=rates,
-        initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) + own[x] for x in PHASES},
+        initial={i[x]: settled[x] + own[x] for x in PHASES},
         starts=tuple(
             own_start(
                 f"current_{x.lower()}",
@@ -81,7 +99,11 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
             for x in PHASES
         ),
         outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
-        extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("voltage"))),
+        extensions=(
+            *_harmonic_extensions(harmonics),
+            *(() if apart else _apart_extensions("voltage")),
+            *([supply.EXTENSION] if commanded and not sagging else []),
+        ),
     )
 
 
@@ -182,7 +204,7 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
 def _apart_extensions(driven: str) -> tuple[Extension, ...]:
     """Return phases that differ by 3 %, and offsets by 2 % of the supply; they are driven by voltage or by current."""
     table = "stepper.imbalance"
-    halves, words, supply = {
+    halves, words, driven_by = {
         "voltage": (("resistance", "inductance", "torque_constant"), "torque constant, resistance or inductance", "U"),
         "current": (("torque_constant",), "torque constant", "I_peak"),
     }[driven]
@@ -190,7 +212,7 @@ def _apart_extensions(driven: str) -> tuple[Extension, ...]:
         Extension(name=table, words=f"the two phases differ in {words}", table=table,
                   widths=dict.fromkeys(halves, Float(0.03))),
         Extension(name="stepper.phase_offset", words=f"a constant {driven} is added in each phase", table=table,
-                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(supply) for x in PHASES}),
+                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(driven_by) for x in PHASES}),
     )  # fmt: skip
 
 

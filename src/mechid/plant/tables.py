@@ -6,7 +6,17 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechid.parameter import Role
-from mechid.plant import cable, dc_motor, friction, friction_position, gear, housing, microstep_table, test_stand
+from mechid.plant import (
+    cable,
+    dc_motor,
+    friction,
+    friction_position,
+    gear,
+    housing,
+    microstep_table,
+    supply,
+    test_stand,
+)
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
 HOUSING = "its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"
@@ -72,6 +82,7 @@ _ALL = (
     Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
           title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
+    Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
     Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
     Table(name=friction_position.ROTOR.table, entry="harmonic", told_by="order",
           title="one harmonic of dry friction over the angle of the rotor"),
