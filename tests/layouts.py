@@ -108,6 +108,11 @@ LAYOUTS = {
         "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
                     "coil_inductance": None, "back_emf_constant": None}
     },
+    "current limit": {
+        "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
+                    "coil_inductance": None, "back_emf_constant": None,
+                    "current_limit": {"voltage": 12.0, "resistance": 9.9, "inductance": 0.045}}
+    },
     "test stand": {
         "transducer": {"law": "adaptor", "gain": -1.1, "stiffness": 2.0e4, "adaptor_inertia": 1e-4, "damping": 0.02},
         "charge_amplifier": {"time_constant": 0.8},

@@ -109,6 +109,10 @@ REFUSED = {
         {"assembly": "current_driven_stepper", "friction": {"output_position": [{"order": 1, "amplitude": 0.1}]}},
         "friction.output_position: there is no gear, the output is the rotor; write [[friction.position]]",
     ),
+    "current limit of a voltage drive": (
+        {"stepper": {"current_limit": {"voltage": 24.0, "resistance": 9.9, "inductance": 0.045}}},
+        'stepper.current_limit: belongs to drive = "current", found "voltage"; delete the table',
+    ),
     "source of a current drive": (
         {**LAYOUTS["current drive"], "supply": {"resistance": 1.0}},
         'supply: drive = "current" does not see what its source does; delete the table',

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
@@ -85,6 +86,15 @@ def test_growth_tries_the_laws_it_was_measured_with():
     names = [name for name, _ in rivals_of(catalogue_mechanism(), grown_only=True)]
     assert names == ["friction.stribeck", "gear.backlash", "gear.backlash", "friction.load_dependent",
                      "output_friction", "charge_amplifier", "anti_alias"]  # fmt: skip
+
+
+def test_a_current_drive_may_run_out_of_voltage():
+    mechanism = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
+    assert words_of(mechanism)["stepper.current_limit"] == "the current drive runs out of voltage"
+    (limited,) = (m for name, m in rivals_of(mechanism) if name == "stepper.current_limit")
+    assert {"stepper.current_limit.voltage", "stepper.current_limit.inductance"} <= {p.name for p in limited.free}
+    assert limited.value("stepper.current_limit.back_emf_constant") == mechanism.value("stepper.torque_constant")
+    assert "stepper.current_limit" not in {name for name, _ in rivals_of(mechanism, grown_only=True)}
 
 
 def test_what_no_value_sizes_is_left_out():

@@ -9,7 +9,7 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import cable, dc_motor, friction, microstep_table, supply, test_stand, unbalance
+from mechid.plant import cable, current_limit, dc_motor, friction, microstep_table, supply, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
@@ -22,7 +22,7 @@ from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
 from mechid.plant.start import ANGLE
-from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
+from mechid.plant.stepper import PHASES, SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
 """Blocks, wiring that names do not settle, and quantities that can be measured."""
@@ -36,7 +36,7 @@ OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.ome
 def _geared_stepper(layout: Layout) -> Parts:
     """Return the paper's mechanism: stepper, rotor, gear, load, housing, test stand."""
     drive = layout.law("stepper", (*VOLTAGES, *CURRENTS), "drive")
-    motor, currents = _stepper(layout, drive)
+    motor, driven, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout)
     law = layout.law("gear", tuple(GEAR_LAWS))
     blocks = [
@@ -48,13 +48,13 @@ def _geared_stepper(layout: Layout) -> Parts:
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
         *stand,
     ]
-    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
+    return blocks, {**driven, **wiring}, {**torques, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
 
 
 def _ungeared_stepper(layout: Layout) -> Parts:
     """Return a stepper, by default on a current drive, with its load on its own shaft."""
     drive = layout.law("stepper", (*CURRENTS, *VOLTAGES), "drive")
-    motor, currents = _stepper(layout, drive)
+    motor, driven, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout, loaded=False)
     blocks = [
         *motor,
@@ -63,7 +63,7 @@ def _ungeared_stepper(layout: Layout) -> Parts:
         *_base(layout, {"rotor": "free"}),
         *stand,
     ]
-    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **currents}
+    return blocks, {**driven, **wiring}, {**torques, **MOTOR_QUANTITIES, **currents}
 
 
 def _two_mass(layout: Layout) -> Parts:
@@ -151,24 +151,34 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
 """By the name in mechanism.toml; the first is the default."""
 
 
-def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
-    """Return drive, windings, detents and their sum; and the quantities of the phases."""
-    harmonics = layout.whole_orders("stepper.torque_harmonic")
-    apart, table_orders = "stepper.imbalance" in layout.tables, layout.whole_orders(microstep_table.TABLE)
-    if drive in VOLTAGES:
-        coils = windings(
-            harmonics=harmonics, apart=apart, sagging=supply.TABLE in layout.tables, commanded=drive == "voltage"
-        )
-        phases, where = [VOLTAGES[drive](table_orders), coils], "windings"
-    else:
-        phases, where = [CURRENTS[drive](table_orders), current_fed(harmonics=harmonics, apart=apart)], "drive"
-    if supply.TABLE in layout.tables and drive != "voltage":
-        raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
-    holding, _ = SCALES.get(drive, (None, None))
-    orders = layout.orders.get("stepper.detent", ())
+def _stepper(layout: Layout, drive: str) -> Parts:
+    """Return drive, windings, detents and their sum; their wiring; and the quantities of the phases."""
+    orders, holding = layout.orders.get("stepper.detent", ()), SCALES.get(drive, (None, None))[0]
+    phases, wiring, where = _phases(layout, drive)
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]
-    currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
-    return [*phases, *detents, motor_torque(orders, holding)], currents
+    currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
+    return [*phases, *detents, motor_torque(orders, holding)], wiring, currents
+
+
+def _phases(layout: Layout, drive: str) -> Parts:
+    """Return drive and windings, their wiring, and which block has the current of each phase."""
+    harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
+    table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
+    limited = current_limit.TABLE in layout.tables
+    if sagging and drive != "voltage":
+        raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
+    if limited and drive != "current":
+        raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
+    if drive in VOLTAGES:
+        coils = windings(harmonics=harmonics, apart=apart, sagging=sagging, commanded=drive == "voltage")
+        return [VOLTAGES[drive](table_orders), coils], {}, dict.fromkeys(PHASES, "windings")
+    coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
+    blocks = [CURRENTS[drive](table_orders), coils]
+    if not limited:
+        return blocks, {}, dict.fromkeys(PHASES, "drive")
+    wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
+    wiring |= {f"windings.i_{x}": f"loop_{x}.i_{x}" for x in PHASES}
+    return [*blocks, *map(current_limit.loop, PHASES)], wiring, {x: f"loop_{x}" for x in PHASES}
 
 
 def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:

@@ -9,7 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
-from mechid.plant import supply
+from mechid.plant import current_limit, supply
 from mechid.plant.block import Block, Extension, PolarPair
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
@@ -107,15 +107,19 @@ def windings(
     )
 
 
-def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
+def current_fed(
+    *, harmonics: Sequence[int] = (), apart: bool = False, limited: bool = False, commanded: bool = True
+) -> Block:
     """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), whatever voltage that takes.
 
-    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A.
+    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A. Where the drive is `limited`
+    its loops (`current_limit`) take the back-EMF from here.
     """
     i = {x: Symbol(f"i_{x}_in") for x in PHASES}
     extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"i_0{x}") if apart else Integer(0) for x in PHASES}
     carried = {x: i[x] + offset[x] for x in PHASES}
+    emf = {f"emf_{x}": k_v * share["k"][x] * omega * shape[x] for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
@@ -124,9 +128,10 @@ def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
                       *(d for h in extra for d in h.declarations)),
         coordinates={shift_B: Symbol("phi_shift") * pi / 180, **coordinates_of(extra)},
         polar=tuple(h.polar for h in extra),
-        inputs=(*i.values(), alpha),
-        outputs={"T_coils": _torque(carried, shape, share)},
+        inputs=(*i.values(), alpha, *([omega] if limited else [])),
+        outputs={"T_coils": _torque(carried, shape, share), **(emf if limited else {})},
         extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
+        rivals=(current_limit.RIVAL,) if commanded and not limited else (),
     )  # fmt: skip
 
 

@@ -186,14 +186,18 @@ def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
 
 
 def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
-    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0."""
+    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0, or tied."""
     plant, measured = plant_of(layout), tuple(mechanism.plant.outputs)
     plant = plant if tuple(plant.outputs) == measured else plant.measuring(measured)
-    parameters = {
-        name: mechanism.parameters.get(name)
-        or Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
+    new = {
+        name: Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
         for name, d in plant.declarations.items()
+        if name not in mechanism.parameters
     }
+    for name, master in plant.related("tied_to").items():
+        if name in new and name not in values:
+            new[name] = replace(new[name], value=mechanism.value(master), status=Status.TIED, tied_to=master)
+    parameters = {name: mechanism.parameters.get(name) or new[name] for name in plant.declarations}
     return Mechanism(plant, parameters, mechanism.options)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from mechid.parameter import Role
 from mechid.plant import (
     cable,
+    current_limit,
     dc_motor,
     friction,
     friction_position,
@@ -82,6 +83,7 @@ _ALL = (
     Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
           title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
+    Table(name=current_limit.TABLE, title="what limits a current drive; without it currents jump", optional=True),
     Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
     Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
     Table(name=friction_position.ROTOR.table, entry="harmonic", told_by="order",
