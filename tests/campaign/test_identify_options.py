@@ -42,6 +42,12 @@ max_correlation = 0.95"""
         ('max_relative_error = "5 %"', ["identify.max_relative_error", "5 %", "number"]),
         ("max_relative_error = -0.1", ["identify.max_relative_error", "-0.1", "above 0"]),
         ("max_correlation = true", ["identify.max_correlation", "true", "number"]),
+        ('terms = "yes"', ["identify.terms", "yes", "write true or false"]),
+        ('disturbances = "clok"', ["identify.disturbances", "clok", '"auto", "none", or a list', '"clock"']),
+        ('disturbances = ["clok"]', ["identify.disturbances[0]", "clok", 'did you mean "clock"']),
+        ("disturbances = 5", ["identify.disturbances", "5", '"auto", "none", or a list']),
+        ('mains = "55"', ["identify.mains", "55", "without quotes"]),
+        ("mains = 55", ["identify.mains", "55", "50 or 60"]),
         ("max_corelation = 0.9", ["identify.max_corelation", "unknown key", "max_correlation"]),
     ],
 )

@@ -9,7 +9,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.identification.beside.beside import beside_again, beside_of, lifted
+from mechid.identification.beside.beside import beside_again, lifted, terms_beside
 from mechid.identification.beside.groups import needed
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.reduction import Triangle, of_rows
@@ -40,14 +40,17 @@ def test_terms_are_named_and_free_from_their_null():
     assert [p.value for p in new] == [0.0] * 6
     assert {p.name.rpartition(".")[2] for p in new} == {"amplitude", "phase_deg"}
     assert free.plant is superset.mechanism.plant, "nothing is compiled anew when other terms are free"
+    beside = terms_beside(superset, NAMES)
+    assert set(beside.new) == {p.name for p in new}
+    assert set(beside.terms) == set(NAMES)
 
 
 def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
     plain = catalogue_mechanism()
-    laws = [name for name, _ in rivals_of(plain)]
-    assert {"friction.stribeck", "gear.backlash", "output_friction", "anti_alias", "charge_amplifier"} <= set(laws)
+    laws = [law.name for law in rivals_of(plain)]
+    assert {"friction.stribeck", "gear.backlash", "output_friction", "anti_alias:4", "charge_amplifier"} <= set(laws)
     table = {**CATALOGUE, "friction": {**CATALOGUE["friction"], "law": "stribeck", "stribeck_rate": 2.0}}
-    laws = [name for name, _ in rivals_of(mechanism_from_table(table, "stribeck"))]
+    laws = [law.name for law in rivals_of(mechanism_from_table(table, "stribeck"))]
     assert "friction.load_dependent" not in laws, "it would take stribeck_rate away"
 
 
@@ -55,7 +58,7 @@ def wide_problem():
     """Return the problem of a short record with some terms free, and that of the mechanism alone."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
     plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
-    beside = beside_of(made.mechanism, superset.freeing(NAMES), tuple(NAMES), superset.widths)
+    beside = terms_beside(superset, NAMES)
     return plain, beside.problem(plain), beside
 
 
@@ -96,11 +99,18 @@ def test_groups_are_dropped_while_that_costs_less_than_their_freedom():
 
 
 def test_the_terms_of_a_fit_come_back_from_its_file():
-    own = {"stepper.detent.2.amplitude": TermBeside(value=3e-3, std_error=1e-4, unit="N m", width=2e-3),
-           "stepper.detent.2.phase_deg": TermBeside(value=30.0, std_error=2.0, unit="deg", width=None)}  # fmt: skip
-    terms = TermsBeside(names=("stepper.detent:7.2deg",), parameters=own)
+    term = "stepper.detent:7.2deg"
+    own = {
+        "stepper.detent.2.amplitude": TermBeside(
+            value=3e-3, std_error=1e-4, unit="N m", width=2e-3, term=term, meaning="detent torque amplitude"
+        ),
+        "stepper.detent.2.phase_deg": TermBeside(
+            value=30.0, std_error=2.0, unit="deg", width=None, term=term, meaning="detent phase"
+        ),
+    }
+    terms = TermsBeside(names=(term,), words={term: "detent torque"}, parameters=own)
     assert TermsBeside.from_dict(terms.to_dict()) == terms
-    assert terms.largest(3.0) == ["stepper.detent.2.amplitude"]
+    assert terms.clear == terms.names
     again = beside_again(truth(), terms.names, {name: p.width for name, p in own.items()})
     assert again.terms == terms.names
     assert again.widths == {"stepper.detent.2.amplitude": 2e-3}
@@ -125,7 +135,25 @@ def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     assert set(fit.parameters) == set(made.mechanism.parameters)
     if allowed:
         assert fit.grade is Grade.B
-        assert "stepper.torque_harmonic.0.amplitude" in fit.beside.largest(3.0)
+        assert fit.beside.clear[0] == "stepper.torque_harmonic:3"
         off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error]
         assert len(off) >= 10
         assert np.sqrt(np.mean(np.square(off))) < 2.5
+
+
+def test_a_low_pass_is_not_called_delays_of_the_records():
+    """Truth: the mechanism that made the records, and a filter of order 2 at 1.9 kHz that the file lacks."""
+    made_by = mechanism_from_table({**CATALOGUE, "anti_alias": {"order": 2, "frequency": 12e3}}, "filtered")
+    made_by = made_by.with_values(TRUTH)
+    records = [
+        record(n, measured(made_by, COMMANDS[n], np.random.default_rng((8, k)), seconds=0.3), COMMANDS[n])
+        for k, n in enumerate(("full_46", "full_23", "micro_46"))
+    ]
+    made = campaign(catalogue_mechanism(), *records)
+    fit = identify(made, workers=1, near=TRUTH)
+    assert fit.beside.names == ("anti_alias:2",)
+    assert not fit.missing, "no delay stands beside it"
+    assert fit.grade is Grade.B
+    assert fit.beside.parameters["anti_alias.frequency"].value == pytest.approx(12e3, rel=0.01)
+    off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error]
+    assert np.sqrt(np.mean(np.square(off))) < 1.6

@@ -7,7 +7,7 @@ from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.plant.superset import nulls_of, rivals_of, superset_of, words_of
+from mechid.plant.superset import rivals_of, superset_of, words_of
 from paper import constant
 from runs import base, run_kernel
 
@@ -63,7 +63,7 @@ def test_all_that_may_stand_beside_has_words():
     words = words_of(mechanism)
     terms = superset_of(mechanism).terms
     assert {term.name: term.words for term in terms}.items() <= words.items()
-    assert {name for name, _ in rivals_of(mechanism)} <= words.keys()
+    assert {law.name for law in rivals_of(mechanism)} <= words.keys()
     assert all(words.values())
     assert not any("{" in each for each in words.values())
 
@@ -73,28 +73,30 @@ def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
     plain = catalogue_mechanism()
     time_base, command = base(0.05), constant(46.0)
     torque = run_kernel(plain, command, time_base).torque
-    found = [(name, amplitude, m) for name, amplitude, m in nulls_of(plain) if name == "housing.second_mode"]
-    assert len({m.value("housing.second_mode.frequency") for _, _, m in found}) == 6
-    assert {amplitude for _, amplitude, _ in found} == {"housing.second_mode.gain"}
-    for _, amplitude, other in found[::5]:
-        assert [p.name for p in other.free if p.name not in plain.parameters] == [amplitude]
+    (law,) = (law for law in rivals_of(plain) if law.name == "housing.second_mode")
+    assert law.null == "housing.second_mode.gain"
+    assert len(law.tries) == 21
+    for values in (law.tries[0], law.tries[-1]):
+        other = law.at_null(values)
+        assert [p.name for p in other.free if p.name not in plain.parameters] == [law.null]
+        assert {name: other.value(name) for name in values} == values
         np.testing.assert_allclose(run_kernel(other, command, time_base).torque, torque, rtol=0,
                                    atol=1e-9 * np.abs(torque).max())  # fmt: skip
 
 
 def test_growth_tries_the_laws_it_was_measured_with():
-    names = [name for name, _ in rivals_of(catalogue_mechanism(), grown_only=True)]
+    names = [law.name for law in rivals_of(catalogue_mechanism(), grown_only=True)]
     assert names == ["friction.stribeck", "gear.backlash", "gear.backlash", "friction.load_dependent",
-                     "output_friction", "charge_amplifier", "anti_alias"]  # fmt: skip
+                     "output_friction", "charge_amplifier", "anti_alias:4"]  # fmt: skip
 
 
 def test_a_current_drive_may_run_out_of_voltage():
     mechanism = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
     assert words_of(mechanism)["stepper.current_limit"] == "the current drive runs out of voltage"
-    (limited,) = (m for name, m in rivals_of(mechanism) if name == "stepper.current_limit")
+    (limited,) = (law.mechanism for law in rivals_of(mechanism) if law.name == "stepper.current_limit")
     assert {"stepper.current_limit.voltage", "stepper.current_limit.inductance"} <= {p.name for p in limited.free}
     assert limited.value("stepper.current_limit.back_emf_constant") == mechanism.value("stepper.torque_constant")
-    assert "stepper.current_limit" not in {name for name, _ in rivals_of(mechanism, grown_only=True)}
+    assert "stepper.current_limit" not in {law.name for law in rivals_of(mechanism, grown_only=True)}
 
 
 def test_what_no_value_sizes_is_left_out():
@@ -107,4 +109,4 @@ def test_a_bent_gear_has_no_rival_that_its_stiffness_would_size():
     gear = {"law": "piecewise_linear", "ratio": 50, "stiffness_1": 900.0, "stiffness_2": 1500.0, "stiffness_3": 2000.0,
             "torque_1": 1.0, "torque_2": 3.0, "damping": 0.4}  # fmt: skip
     bent = mechanism_from_table({**CATALOGUE, "gear": gear}, "bent")
-    assert "output_friction" not in {name for name, _ in rivals_of(bent)}
+    assert "output_friction" not in {law.name for law in rivals_of(bent)}

@@ -11,8 +11,8 @@ from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
-from mechid.campaign.motor_entry import with_motors
 from mechid.campaign.not_filled_in import refuse_empty_commands
+from mechid.campaign.own_values import with_own_values
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_tables import OWN, gathered
@@ -20,7 +20,6 @@ from mechid.campaign.record_warnings import record_warnings, same_file_warnings
 from mechid.campaign.stage_entry import read_stages
 from mechid.campaign.start_entry import ESTIMATED, with_starts
 from mechid.campaign.stretches import in_stretches
-from mechid.campaign.test_stand_entry import with_test_stands
 from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
@@ -69,10 +68,8 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
     records = with_clocks(records, table, place)
-    records = with_test_stands(
-        with_motors(records, table["record"], mechanism, place), table["record"], mechanism, place
-    )
     places = [place.key("record").item(index) for index in range(len(records))]
+    records = with_own_values(records, table["record"], places, mechanism)
     records = with_starts(records, table["record"], places, mechanism)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time

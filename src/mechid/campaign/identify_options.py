@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.place import Place, above_zero, flag, found, one_of, refuse_unknown_keys
-from mechid.command.entry import is_table
+from mechid.command.entry import is_table, quoted
 from mechid.signal.mains import MAINS_HZ
 
 Priors: TypeAlias = Literal["fit", "search", "none"]
@@ -91,9 +91,11 @@ def read_identify_options(table: Mapping[str, Any], place: Place) -> IdentifyOpt
 
 
 def _disturbances(entry: Any, place: Place) -> Disturbances:
-    if not isinstance(entry, list):
-        return "none" if one_of(entry, ("auto", "none"), place) == "none" else "auto"
-    return tuple(one_of(name, DISTURBANCES, place.item(index)) for index, name in enumerate(entry))
+    if isinstance(entry, list):
+        return tuple(one_of(name, DISTURBANCES, place.item(index)) for index, name in enumerate(entry))
+    if entry not in ("auto", "none"):
+        raise place.error(f'{found(entry)}; write "auto", "none", or a list of some of {quoted(DISTURBANCES)}')
+    return "none" if entry == "none" else "auto"
 
 
 def _mains(entry: Any, place: Place) -> float:

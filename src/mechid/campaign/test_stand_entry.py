@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from mechid.campaign.campaign import CampaignRecord, record_parameter_name
+from mechid.campaign.campaign import record_parameter_name
 from mechid.campaign.mechanism_structure import divisors
 from mechid.campaign.parameter_entry import read_parameter
 from mechid.campaign.place import Place, found, refuse_unknown_keys
@@ -19,38 +19,19 @@ KEY = "test_stand"
 EXAMPLE = "{ transducer.gain = { value = 1.0, min = 0.8, max = 1.2 } }"
 
 
-def with_test_stands(
-    records: tuple[CampaignRecord, ...], entries: list[Mapping[str, Any]], mechanism: Mechanism, place: Place
-) -> tuple[CampaignRecord, ...]:
-    """Return the records with the parameters that their ``test_stand`` gives them of their own.
-
-    Parameters
-    ----------
-    records : tuple of CampaignRecord
-    entries : list of Mapping
-        Their tables in the campaign file.
-    mechanism : Mechanism
-    place : Place
-        Of the campaign file.
+def stand_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
+    """Yield the values that the ``test_stand`` of a record's table gives of the test stand for it alone.
 
     Raises
     ------
     InputFileError
         A parameter is none of the mechanism's test stand, or its value or bounds cannot be.
     """
-    return tuple(
-        replace(record, parameters=(*record.parameters, *_own(record, entry[KEY], mechanism, at.key(KEY))))
-        if KEY in entry
-        else record
-        for record, entry, at in zip(records, entries, _places(place, len(records)), strict=True)
-    )
+    if KEY in entry:
+        yield from _stated(record, entry[KEY], mechanism, place.key(KEY))
 
 
-def _places(place: Place, count: int) -> list[Place]:
-    return [place.key("record").item(index) for index in range(count)]
-
-
-def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place) -> list[Parameter]:
+def _stated(record: str, entry: Any, mechanism: Mechanism, place: Place) -> Iterator[Parameter]:
     if not is_table(entry):
         raise place.error(f"{found(entry)}; write a table, as {EXAMPLE}")
     declared = {
@@ -63,7 +44,7 @@ def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place)
         if table in OF_RECORD and table not in there:
             raise place.key(table).error(f"the mechanism has none; write [{table}] in its file")
     refuse_unknown_keys(entry, tuple(sorted(there)), place)
-    dividing, parameters = divisors(mechanism.plant), []
+    dividing = divisors(mechanism.plant)
     for table, own in entry.items():
         if not is_table(own):
             raise place.key(table).error(f"{found(own)}; write a table, as {EXAMPLE}")
@@ -71,7 +52,6 @@ def _own(record: CampaignRecord, entry: Any, mechanism: Mechanism, place: Place)
         refuse_unknown_keys(own, keys, place.key(table))
         for key, value in own.items():
             name, at = f"{table}.{key}", place.key(table).key(key)
-            full = record_parameter_name(record.name, name)
+            full = record_parameter_name(record, name)
             parameter = read_parameter(value, full, declared[name], at, divides=name in dividing)
-            parameters.append(replace(parameter, replaces=name))
-    return parameters
+            yield replace(parameter, replaces=name)

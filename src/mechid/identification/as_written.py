@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside
-from mechid.identification.output_error.problem import Problem
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.estimated_mechanism import PLANT
+from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.grade import Cause, Reason, grade_of
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.result.terms_beside import TermBeside, TermsBeside
+from mechid.plant.superset import words_of
 
 NAMED = 3
-"""Terms that a sentence names, the largest beside their errors."""
-SEEN = 3.0
-"""Standard errors from which a term is named."""
+"""Terms that a sentence names, the clearest."""
+NONE_CLEAR = "none is clear by itself"
 
 
 def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside) -> Fit:
@@ -40,7 +41,7 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
     """
     mechanism = campaign.mechanism.with_values({n: fit.mechanism.value(n) for n in _free(campaign)})
     values = {name: p.value for name, p in fit.parameters.items()}
-    problem = Beside(mechanism, ()).problem(state.problem)
+    problem = Beside(mechanism).problem(state.problem)
     written = {
         n: p for n, p in fit.parameters.items() if n in mechanism.parameters or n not in beside.mechanism.parameters
     }
@@ -58,9 +59,11 @@ def as_written(fit: Fit, campaign: Campaign, state: SearchState, beside: Beside)
             for r in campaign.records
             if r.name in fit.records
         },
-        beside=_terms(fit, beside),
+        beside=_terms(fit, beside, words_of(mechanism)),
+        provenance={**fit.provenance, PLANT: mechanism.plant.digest},
     )
-    reasons = (*fit.reasons, _reason(found, campaign, problem))
+    estimated = [target.name for target in problem.targets]
+    reasons = (*fit.reasons, incomplete(found, fit, estimated, str(campaign.path)))
     return replace(found, reasons=reasons, grade=grade_of(reasons))
 
 
@@ -68,29 +71,46 @@ def _free(campaign: Campaign) -> list[str]:
     return [p.name for p in campaign.mechanism.free]
 
 
-def _terms(fit: Fit, beside: Beside) -> TermsBeside:
+def _terms(fit: Fit, beside: Beside, words: Mapping[str, str]) -> TermsBeside:
+    meanings = {name: beside.mechanism.parameters[name].declaration.meaning for name in beside.new}
     own = {
-        name: TermBeside(value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name))
+        name: TermBeside(
+            value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name),
+            term=beside.new[name], meaning=meanings[name],
+        )
         for name, p in fit.parameters.items()
         if name in beside.new
-    }
-    return TermsBeside(names=beside.terms, parameters=own)
+    }  # fmt: skip
+    return TermsBeside(names=beside.terms, words={name: words[name] for name in beside.terms}, parameters=own)
 
 
-def _reason(fit: Fit, campaign: Campaign, problem: Problem) -> Reason:
-    """Return that the mechanism as written is not complete: what stands beside, and what it leaves without that."""
-    assert fit.beside is not None
-    worst = max(problem.targets, key=lambda t: fit.records[t.name].residual_rms / fit.records[t.name].noise_sigma)
-    record = fit.records[worst.name]
-    lost = min(fit.records[t.name].followed_percent for t in problem.targets)
-    ratio = record.residual_rms / record.noise_sigma
-    seen = fit.beside.largest(SEEN)[:NAMED]
-    largest = f", most of them {', '.join(seen)}" if seen else ""
-    parts = f", and it follows {lost:.3g} % of it" if lost < 100.0 else ""
+def incomplete(fit: Fit, with_terms: Fit, estimated: Collection[str], campaign: str) -> Reason:
+    """Return that the mechanism file is not complete: what stands beside it, and what is left without that.
+
+    Parameters
+    ----------
+    fit : Fit
+        Its records as the mechanism as written predicts them.
+    with_terms : Fit
+        Its records as they are predicted with the terms.
+    estimated : collection of str
+        Records that the fit rests on, of which the one with most residual beside its noise is named.
+    campaign : str
+        Its file, as it is typed.
+    """
+    words, clear = (fit.beside.words, fit.beside.clear[:NAMED]) if fit.beside else ({}, ())
+    worst = max(estimated, key=lambda name: _over_noise(fit.records[name]))
+    record, with_them = fit.records[worst], _over_noise(with_terms.records[worst])
+    which = f"the clearest: {', '.join(f'{words[name]} ({name})' for name in clear)}" if clear else NONE_CLEAR
+    share = f" (and follows {record.followed_percent:.3g} % of it)" if record.followed_percent < 100.0 else ""
     text = (
-        "The mechanism as written lacks something: the records are followed with terms beside that its blocks may have"
-        f"{largest}. The values and their errors are those found together with these terms. The mechanism as written, "
-        f"at these values, leaves {ratio:.3g} times the noise of record {record.name}{parts}."
+        f"The mechanism file lacks something. The records ask for further terms that its blocks may have; {which}. "
+        "Values and errors were found together with these terms. Without them, at these values, the model leaves "
+        f"{_over_noise(record):.3g} times the noise of record {worst}{share}; with them {with_them:.3g} times."
     )
-    again = f"mechid identify {campaign.path} --out DIR, with such a term in the mechanism file"
-    return Reason(cause=Cause.INCOMPLETE, record=record.name, text=text, next_command=again)
+    again = f"mechid identify {campaign} --out DIR, with {', '.join(clear) or 'what it lacks'} in the mechanism file"
+    return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)
+
+
+def _over_noise(record: RecordFit) -> float:
+    return record.residual_rms / (record.noise_known or record.noise_sigma)

@@ -134,8 +134,12 @@ class Rival:
     null : str
         Of `free`, the key of an amplitude: at 0 there is nothing of it, whatever the others are, and its derivative
         says whether there should be. Empty where it has none.
+    tried : mapping of key to tuple of float
+        Values of another key at which that derivative is to be looked at.
     grown : bool
         Whether it is among those that are tried with starts of their own where growth stalls.
+    imitated_by : str
+        A disturbance of the records that takes its place where it is lacking, as ``"record.delay"`` a low-pass's.
     """
 
     name: str
@@ -145,7 +149,9 @@ class Rival:
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
     null: str = ""
+    tried: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     grown: bool = True
+    imitated_by: str = ""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -39,6 +39,43 @@ class Term:
 
 
 @dataclass(frozen=True)
+class Law:
+    """A law or a table that may stand in place of what a mechanism has.
+
+    Attributes
+    ----------
+    name : str
+        As diagnosis calls it, e.g. ``"friction.stribeck"``.
+    mechanism : Mechanism
+        With it.
+    imitated_by : str
+        The disturbance that takes its place where it is lacking; empty where none does.
+    own : tuple of str
+        Dotted names of what is free of it.
+    null : str
+        Dotted name of an amplitude: where that is 0 there is nothing of it, whatever its other parameters are, and the
+        derivative to it says whether there should be. Empty where it has none.
+    tries : tuple of mapping of str to float
+        Values of its other parameters at which that derivative is to be looked at: a fit of it begins at the best of
+        them. Empty where its start will do.
+    """
+
+    name: str
+    mechanism: Mechanism
+    imitated_by: str = ""
+    own: tuple[str, ...] = ()
+    null: str = ""
+    tries: tuple[Mapping[str, float], ...] = ()
+
+    def at_null(self, values: Mapping[str, float]) -> Mechanism:
+        """Return the mechanism where there is nothing of it, its amplitude free and its other parameters held."""
+        amplitude = self.mechanism.parameters[self.null]
+        none = replace(amplitude, value=0.0, min=min(amplitude.min, 0.0))
+        held = self.mechanism.with_values(values).with_parameters({self.null: none})
+        return held.with_free((*(p.name for p in held.free if p.name not in self.own), self.null))
+
+
+@dataclass(frozen=True)
 class Superset:
     """A mechanism and all terms that its blocks may have beside.
 
@@ -47,14 +84,11 @@ class Superset:
 
     Attributes
     ----------
-    plain : Mechanism
-        As written.
     mechanism : Mechanism
-        The same with all terms beside, at their null values and held there.
+        As written, with all terms beside, at their null values and held there.
     terms : tuple of Term
     """
 
-    plain: Mechanism
     mechanism: Mechanism
     terms: tuple[Term, ...]
 
@@ -65,13 +99,22 @@ class Superset:
 
     def freeing(self, names: Collection[str]) -> Mechanism:
         """Return the mechanism with the terms of some names free from their null values."""
-        pairs = {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
         freed: dict[str, Parameter] = {}
         for term in self.terms:
             if term.name in names:
                 for name, width in term.widths.items():
-                    freed |= dict(self._free(name, width, pairs.get(name)))
+                    freed |= dict(self._free(name, width, self._phases.get(name)))
         return self.mechanism.with_parameters(freed)
+
+    @cached_property
+    def term_of(self) -> dict[str, str]:
+        """The term of each parameter that its term frees, phases among them, by dotted name."""
+        with_phases = ((term, (name, self._phases.get(name))) for term in self.terms for name in term.widths)
+        return {name: term.name for term, names in with_phases for name in names if name}
+
+    @cached_property
+    def _phases(self) -> dict[str, str]:
+        return {pair.amplitude: pair.phase for pair in self.mechanism.plant.polar_pairs}
 
     def _free(self, name: str, width: float, phase: str | None) -> Iterator[tuple[str, Parameter]]:
         known, most = self.mechanism.parameters, WIDEST * width
@@ -81,15 +124,21 @@ class Superset:
             yield phase, replace(known[phase], status=Status.FREE, min=-180.0, max=180.0)
 
 
-def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset | None:
+def superset_of(
+    mechanism: Mechanism, *, grown_only: bool = False, only: Collection[str] | None = None
+) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
 
-    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`).
+    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named.
     """
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    extensions = [e for e in _extensions(mechanism, layout) if e.grown or not grown_only]
+    extensions = [
+        e
+        for e in _extensions(mechanism, layout)
+        if (e.grown or not grown_only) and (only is None or _name(mechanism, e) in only)
+    ]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []
@@ -103,11 +152,11 @@ def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset |
         for key, e in extension.structure.items()
     }
     terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
-    return Superset(mechanism, _laid_out(mechanism, wide, values), terms)
+    return Superset(_laid_out(mechanism, wide, values), terms)
 
 
-def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tuple[str, Mechanism]]:
-    """Yield the laws and tables that may stand in place of what a mechanism has, each with the mechanism of it.
+def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law]:
+    """Yield the laws and tables that may stand in place of what a mechanism has.
 
     With `grown_only` those alone that growth tries (`Rival.grown`).
     """
@@ -118,23 +167,10 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[tup
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
             if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
-                yield rival.name, other
-
-
-def nulls_of(mechanism: Mechanism) -> Iterator[tuple[str, str, Mechanism]]:
-    """Yield the rivals that have an amplitude (`Rival.null`): name, its dotted name, the mechanism where it is 0.
-
-    It alone is free there of the rival, the rest stays at its start: what a test of its derivative needs.
-    """
-    layout = mechanism.plant.layout
-    if layout is None:
-        return
-    for rival in (r for r in _rivals(mechanism, layout) if r.null):
-        other, amplitude = _with_rival(mechanism, layout, rival), f"{rival.table}.{rival.null}"
-        if mechanism.parameters.keys() <= other.parameters.keys():
-            none = replace(other.parameters[amplitude], value=0.0, min=min(other.parameters[amplitude].min, 0.0))
-            own = tuple(p.name for p in mechanism.free)
-            yield rival.name, amplitude, other.with_parameters({amplitude: none}).with_free((*own, amplitude))
+                null = f"{rival.table}.{rival.null}" if rival.null else ""
+                tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
+                own = tuple(f"{rival.table}.{key}" for key in rival.free)
+                yield Law(rival.name, other, rival.imitated_by, own, null, tuple(tries))
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:
@@ -220,7 +256,15 @@ def _joined(terms: Iterable[Term]) -> tuple[Term, ...]:
 
 
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
-    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
-    period = f":{values['period_deg']:.3g}deg" if "period_deg" in values else ""
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    return Term(f"{extension.name}{period}", extension.words.format(**values), widths)
+    words = extension.words.format(**_shape(mechanism, extension))
+    return Term(_name(mechanism, extension), words, widths)
+
+
+def _name(mechanism: Mechanism, extension: Extension) -> str:
+    period = _shape(mechanism, extension).get("period_deg")
+    return extension.name if period is None else f"{extension.name}:{period:.3g}deg"
+
+
+def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:
+    return {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}

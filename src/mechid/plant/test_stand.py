@@ -18,12 +18,16 @@ from mechid.plant.start import start as own_start
 GAUTSCHI = "Gautschi, Piezoelectric Sensorics (Springer 2002)"
 BUTTERWORTH = "Butterworth, Experimental Wireless 7 (1930) 536-541"
 MOST_ORDER = 8
+ALIAS_ORDERS = (4, 2)
+"""Of low-passes that a recorder may have, the likeliest first; the delays that imitate them lead to both."""
 
 _FILTERS = (
     Rival(name="charge_amplifier", words="high-pass of the charge amplifier", table="charge_amplifier",
           free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}),
-    Rival(name="anti_alias", words="low-pass of the recorder", table="anti_alias", order=4,
-          free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))}),
+    *(Rival(name=f"anti_alias:{order}", words=f"low-pass of the recorder, order {order}", table="anti_alias",
+            order=order, grown=order == ALIAS_ORDERS[0], imitated_by="record.delay",
+            free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))})
+      for order in ALIAS_ORDERS),
 )  # fmt: skip
 """What may stand between the transducer and the recorder."""
 

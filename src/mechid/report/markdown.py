@@ -11,6 +11,7 @@ Row = Sequence[str]
 PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
 ORDER = ("record", "order", "measured, N m", "modelled, N m", "error, %", "phase, deg", "largest at, steps/s")
 CHANNEL_ORDER = ("record", "channel", "unit", "order", "measured", "modelled", *ORDER[4:])
+OWN = ("name", "value", "standard error", "unit")
 STAGE = ("stage", "records", "record time, s", "free", "cost, σ²", "evaluations", "took, s")
 
 
@@ -25,6 +26,7 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     parts += ["## Parameters", table(PARAMETER, map(_parameter, _estimated(data)))]
     parts += ["## Known values", table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
     parts += [part for one in data["missing"] for part in _missing(one)]
+    parts += _beside(data["beside"])
     parts += ["## Records", _records(data["record_table"])]
     if data["orders"]:
         parts += ["## Orders of the step rate", _orders(data["orders"])]
@@ -59,12 +61,26 @@ def cell(text: str) -> str:
 
 def _missing(one: Mapping[str, Any]) -> list[str]:
     """Return what the files do not declare and the fit has: a heading, its values, what declares it."""
-    rows = ((row["name"], *row["text"].values()) for row in one["rows"])
     text = one["text"]
     said = f"Not declared, and the records ask for it: chi-square {text['chi_square']} for {one['dof']}, "
     said += f"{text['share_percent']} % of what they hold beyond noise. To declare it, at the end of `campaign.toml`:"
     heading = f"## Not declared: {cell(one['words'])}"
-    return [heading, table(("name", "value", "standard error", "unit"), rows), said, f"```toml\n{one['toml']}```"]
+    return [heading, table(OWN, map(_own, one["rows"])), said, f"```toml\n{one['toml']}```"]
+
+
+def _beside(beside: Mapping[str, Any] | None) -> list[str]:
+    """Return the terms that the fit has beside the mechanism: a heading, what they are, those clear and the others."""
+    if not beside:
+        return []
+    parts = ["## Terms beside the mechanism file", *map(cell, beside["said"])]
+    for rows, said in ((beside["clear_terms"], []), (beside["other_terms"], [beside["other_words"]])):
+        lines = ((f"{row['words']} ({row['term']})", *_own(row), row["meaning"]) for row in rows)
+        parts += [*said, table(("term", *OWN, "meaning"), lines)] if rows else []
+    return parts
+
+
+def _own(row: Mapping[str, Any]) -> Row:
+    return (row["name"], *row["text"].values())
 
 
 def _estimated(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:

@@ -17,6 +17,7 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
+from mechid.report.lacking import beside_comment
 from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"
@@ -81,7 +82,8 @@ def estimated_text(fit: Fit, *, synthetic: bool) -> str:
     lines = [f"Estimated by mechid; standard errors and all else stand in {ESTIMATE_NAME}."]
     if synthetic:
         lines = ["SYNTHETIC: estimated from records that were simulated, not measured.", *lines]
-    return mechanism_text(fit.mechanism, "\n".join([*lines, GRADE_WORDS[fit.grade], fit.outcome.value]))
+    lines += [GRADE_WORDS[fit.grade], *beside_comment(fit.beside), fit.outcome.value]
+    return mechanism_text(fit.mechanism, "\n".join(lines))
 
 
 def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:

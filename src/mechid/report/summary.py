@@ -17,6 +17,7 @@ from mechid.report.use import held_out, left_out, left_out_words
 GOOD, CAUTION, BAD = "good", "caution", "bad"
 TONES = {"A": GOOD, "B": CAUTION}
 READ_CAUTIONS = "Read the cautions before its values are used."
+WITHOUT_TERMS = "without the terms beside the mechanism file "
 STRONG = 0.95
 COLOURED = 1.5
 """Standard error for noise of any colour over that for white noise from which residuals are said to be coloured."""
@@ -85,13 +86,15 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
         what = "records" if torque_alone(rows) else "channels"
         size = f"the residual is {min(ratios):.2f} to {max(ratios):.2f} times the noise floor."
         explained = f"{within} of {len(rows)} {what} are explained down to their noise: {size}"
-        lines.append(explained if data["grade"] == "A" else f"{size[0].upper()}{size[1:]}")
+        lines.append(
+            explained if data["grade"] == "A" else _capital(f"{WITHOUT_TERMS if data['beside'] else ''}{size}")
+        )
     lines += [
         f"Record {_called(row)}: the simulation does not come to its end."
         for row, residual in residuals
         if residual.level is NoiseLevel.LOST
     ]
-    lines += [_misfit(row, residual) for row, residual in _misfits(residuals)]
+    lines += [_misfit(row, residual) for row, residual in _misfits(data, residuals)]
     lines += [left_out_words(_called(row), row["text"]["fit_percent"]) for row in left_out(rows)]
     tested = held_out(rows)
     lines += [
@@ -103,8 +106,17 @@ def _quality(data: Data, residuals: Residuals) -> list[str]:
     return lines
 
 
-def _misfits(residuals: Residuals) -> Residuals:
-    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure."""
+def _capital(sentence: str) -> str:
+    return f"{sentence[0].upper()}{sentence[1:]}"
+
+
+def _misfits(data: Data, residuals: Residuals) -> Residuals:
+    """Return what is above the noise, but for what was left out: that another model than its own misses it is sure.
+
+    Nothing where the fit has terms beside the mechanism: what a record leaves is then mostly theirs, and said.
+    """
+    if data["beside"]:
+        return []
     above = (NoiseLevel.COLOURED, NoiseLevel.ABOVE)
     return [(row, r) for row, r in residuals if r.level in above and not row["left_out"]]
 
@@ -169,7 +181,7 @@ def _improvement(data: Data, residuals: Residuals) -> list[str]:
     lines = [f"Next: {reason['next_command']}." for reason in data["reasons"][:1]]
     lines += [
         f"A model of what record {_called(row)} still contains: look at its residual's spectrum and at its orders."
-        for row, _ in _misfits(residuals)
+        for row, _ in _misfits(data, residuals)
     ]
     lines += [
         f"Knowing how record {_called(row)} was commanded and wired: the warnings say what was tried."

@@ -11,9 +11,9 @@ from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
-from mechid.identification.result.missing import Missing
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
+from mechid.report.lacking import beside_data, missing_data
 from mechid.report.quantities import quantity_words
 from mechid.report.use import with_left_out, with_use
 from mechid.report.validation import order_rows, validation_rows
@@ -63,7 +63,8 @@ def report_data(
         "validation": with_left_out(validation_rows(validation or {}), left_out),
         "orders": with_left_out(order_rows(validation or {}), left_out),
         "stages": [_stage(s) for s in fit.stages],
-        "missing": [_missing(one) for one in fit.missing],
+        "missing": [missing_data(one) for one in fit.missing],
+        "beside": beside_data(fit.beside),
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),
         "provenance": dict(fit.provenance),
@@ -73,17 +74,6 @@ def report_data(
 def _reason(reason: Reason) -> dict[str, Any]:
     """Return why a fit has no better grade, the cause in words beside its code."""
     return {**reason.to_dict(), "words": CAUSE_WORDS[reason.cause]}
-
-
-def _missing(one: Missing) -> dict[str, Any]:
-    """Return what the files do not declare and the fit has, with the text of its values."""
-    rows = []
-    for name, p in one.parameters.items():
-        value, error = with_sigma(p.value, p.std_error)
-        unit = "" if p.unit == "1" else p.unit
-        rows.append({"name": name, "text": {"value": value, "std_error": error, "unit": unit}})
-    chi_square, share = f"{one.chi_square:.4g}", f"{100.0 * one.share:.3g}"
-    return {**one.to_dict(), "rows": rows, "text": {"chi_square": chi_square, "share_percent": share}}
 
 
 def _parameter(p: ParameterEstimate, truth: float | None) -> dict[str, Any]:

@@ -58,12 +58,13 @@ CHANNEL_LAYOUTS = (
 )
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
-MISSING_COLUMNS = (
+OWN_COLUMNS = (
     Column("name", "name", words=True),
     Column("value", "value"),
     Column("std error", "std_error"),
     Column("unit", "unit", words=True),
 )
+BESIDE_COLUMNS = (*OWN_COLUMNS, Column("meaning", "meaning", words=True))
 STAGE_COLUMNS = (
     Column("stage", "name", words=True),
     Column("records", "records"),
@@ -98,6 +99,7 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     _print_priors(data, console)
     _print_missing(data, console)
+    _print_beside(data["beside"], console)
     if torque_alone(data["channels"]):
         say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
         print_tables(console, RECORD_LAYOUTS, data["records"])
@@ -118,10 +120,30 @@ def _print_missing(data: Mapping[str, Any], console: Console) -> None:
         text = one["text"]
         said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
         say(console, said, "bold")
-        print_table(console, MISSING_COLUMNS, one["rows"])
+        print_table(console, OWN_COLUMNS, one["rows"])
         say(console, "To declare it, at the end of campaign.toml:")
         for line in one["toml"].strip().splitlines():
             say(console, f"    {line}" if line else "")
+        console.print()
+
+
+def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
+    """Print the terms that the fit has beside the mechanism; of those that are not told from nothing the names."""
+    if not beside:
+        return
+    say(console, "Terms beside the mechanism file", "bold")
+    for line in beside["said"]:
+        say(console, line)
+    console.print()
+    if beside["clear_terms"]:
+        print_table(
+            console,
+            BESIDE_COLUMNS,
+            [{**row, "table": f"{row['words']} ({row['term']})"} for row in beside["clear_terms"]],
+        )
+    if beside["other_terms"]:
+        names = dict.fromkeys(row["term"] for row in beside["other_terms"])
+        say(console, f"{beside['other_words']} {', '.join(names)}")
         console.print()
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -12,7 +12,7 @@ from mechid.identification.disturbance.disturbance import Disturbance, with_dist
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import rivals_of, superset_of
+from mechid.plant.superset import Law, Superset, rivals_of, superset_of
 
 FloatArray = NDArray[np.float64]
 
@@ -25,18 +25,20 @@ class Beside:
     ----------
     mechanism : Mechanism
         With the terms free.
-    terms : tuple of str
-        Their names, as diagnosis calls them.
     widths : mapping of str to float
         Standard deviations of their small priors, by dotted name; those of a law that has no null have none.
-    new : frozenset of str
-        Dotted names of the free parameters that the mechanism as written has not.
+    new : mapping of str to str
+        Free parameters that the mechanism as written has not, by dotted name, each with the term that it is of.
     """
 
     mechanism: Mechanism
-    terms: tuple[str, ...]
     widths: Mapping[str, float] = field(default_factory=dict)
-    new: frozenset[str] = frozenset()
+    new: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def terms(self) -> tuple[str, ...]:
+        """Names of the terms, as diagnosis calls them."""
+        return tuple(dict.fromkeys(self.new.values()))
 
     def problem(self, plain: Problem, disturbances: Sequence[Disturbance] = ()) -> Problem:
         """Return the problem of the same records with the terms free, and with some disturbances of the records."""
@@ -44,10 +46,15 @@ class Beside:
         return with_disturbances(wider, disturbances)
 
 
-def beside_of(plain: Mechanism, mechanism: Mechanism, terms: tuple[str, ...], widths: Mapping[str, float]) -> Beside:
-    """Return what stands beside a mechanism as written."""
-    new = frozenset(p.name for p in mechanism.free if p.name not in plain.parameters)
-    return Beside(mechanism, terms, widths, new)
+def terms_beside(superset: Superset, names: Collection[str]) -> Beside:
+    """Return what stands beside a mechanism where some terms of its superset are free."""
+    new = {name: term for name, term in superset.term_of.items() if term in names}
+    return Beside(superset.freeing(names), superset.widths, new)
+
+
+def law_beside(plain: Mechanism, law: Law) -> Beside:
+    """Return what stands beside a mechanism where a law is in place of what it has."""
+    return Beside(law.mechanism, {}, {p.name: law.name for p in law.mechanism.free if p.name not in plain.parameters})
 
 
 def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, float | None]) -> Beside:
@@ -65,9 +72,8 @@ def beside_again(plain: Mechanism, names: Sequence[str], widths: Mapping[str, fl
     known = {name: width for name, width in widths.items() if width is not None}
     superset = superset_of(plain, grown_only=True)
     if known and superset is not None:
-        return beside_of(plain, superset.freeing(names), tuple(names), known)
-    rivals = (mechanism for name, mechanism in rivals_of(plain, grown_only=True) if name in names)
-    return beside_of(plain, next(rivals), tuple(names), {})
+        return replace(terms_beside(superset, names), widths=known)
+    return next(law_beside(plain, law) for law in rivals_of(plain) if law.name in names)
 
 
 def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:

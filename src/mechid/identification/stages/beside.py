@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.beside.beside import Beside, beside_of, lifted
+from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
 from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
@@ -29,7 +29,6 @@ from mechid.identification.uncertainty.raised_noise import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
 
 FloatArray = NDArray[np.float64]
-PRUNINGS = 1
 ESCAPES = 3
 """Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
 NARROWER = 20.0
@@ -106,9 +105,8 @@ def _all_beside(
     disturbances = possible(plain, campaign, q if near else None)
     if superset is None and not disturbances:
         return None, None
-    names = tuple(t.name for t in superset.terms) if superset else ()
-    mechanism = superset.freeing(names) if superset else campaign.mechanism
-    beside = beside_of(campaign.mechanism, mechanism, names, superset.widths if superset else {})
+    names = [t.name for t in superset.terms] if superset else []
+    beside = terms_beside(superset, names) if superset else Beside(campaign.mechanism)
     problem = beside.problem(plain, disturbances)
     return _begun(problem, lifted(plain, q, problem), beside, disturbances), superset
 
@@ -116,15 +114,11 @@ def _all_beside(
 def _grown_wide(watch: Watch, wide: Wide, superset: Superset | None, seed: int) -> Wide:
     """Grow with everything beside; where that stalls, with what is not needed inside the gates held closer to none."""
     whole, wide = wide.problem, wide.at(_grow(watch, wide.problem, wide.growth.q, seed))
-    for _ in range(PRUNINGS):
-        narrower = None if wide.growth.complete else _pruned(wide, superset)
-        if narrower is None:
-            break
-        growth = _grow(watch, narrower.problem, narrower.growth.q, seed)
-        if growth.reached(whole) <= wide.growth.reached(whole):
-            break
-        wide = narrower.at(growth)
-    return wide
+    narrower = None if wide.growth.complete else _pruned(wide, superset)
+    if narrower is None:
+        return wide
+    growth = _grow(watch, narrower.problem, narrower.growth.q, seed)
+    return narrower.at(growth) if growth.reached(whole) > wide.growth.reached(whole) else wide
 
 
 def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
@@ -179,7 +173,7 @@ def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState,
     found, problem, q = _needed_disturbances(wide)
     whole = {t.name: t.samples for t in problem.targets}
     own = [one.disturbance for one in found]
-    plain = Beside(state.problem.space.mechanism, ()).problem(state.problem, own)
+    plain = Beside(state.problem.space.mechanism).problem(state.problem, own)
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
@@ -247,10 +241,10 @@ def _rival_starts(
     watch: Watch, state: SearchState, campaign: Campaign, seed: int
 ) -> Iterator[tuple[Beside, Candidate]]:
     """Yield each law that may stand in place of one chosen, with its best start."""
-    for name, mechanism in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
-        beside = beside_of(campaign.mechanism, mechanism, (name,), {})
+    for law in rivals_of(campaign.mechanism, grown_only=True) if campaign.options.terms else ():
+        beside = law_beside(campaign.mechanism, law)
         problem = beside.problem(state.problem)
-        watch.tell("laws beside", name)
+        watch.tell("laws beside", law.name)
         starts = multistart(problem, seed, problem.workers, journal=watch.journal)
         best = next(candidates(problem, starts, problem.workers, watch.journal), None)
         if best is not None:

@@ -10,7 +10,6 @@ from mechid.campaign import Campaign
 from mechid.identification.disturbance.disturbance import Disturbance, Found, carried, with_disturbances, without
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.disturbance.scores import Score, scores, worth_of
-from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.stages.joint_fit import joint_fit
@@ -40,10 +39,10 @@ def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, 
     """
     plain = fit_with_noise_released(watch, state, campaign.options, names)
     at = _with_all_asked_for(watch, state, plain, campaign, names)
-    fitted = plain if at.found == state.found else _released(watch, at, campaign, names)
+    fitted = plain if at.found == state.found else fit_released_anew(watch, at, campaign, names)
     while doubted := [found for found in fitted.found if not _stands_out(fitted, found.disturbance)]:
         at = _fitted_without(watch, at, doubted[-1], names)
-        fitted = plain if at.found == state.found else _released(watch, at, campaign, names)
+        fitted = plain if at.found == state.found else fit_released_anew(watch, at, campaign, names)
     return watch.note(fitted)
 
 
@@ -51,7 +50,7 @@ def _with_all_asked_for(
     watch: Watch, state: SearchState, plain: SearchState, campaign: Campaign, names: tuple[str, ...]
 ) -> SearchState:
     """Return the state, its noise as known, with the disturbances that explain what a fit without them leaves."""
-    at = replace(state.of(_as_known(watch, state.problem)), q=plain.q)
+    at = replace(with_noise_as_known(watch, state), q=plain.q)
     if not _asks(watch, plain):
         return at
     watch.tell("disturbances", "what records have beside the mechanism is looked for")
@@ -65,7 +64,8 @@ def _with_all_asked_for(
     return at
 
 
-def _released(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
+def fit_released_anew(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
+    """Fit with the noise released from where it is known, the disturbances found among what is free."""
     own = [p.name for found in state.found for p in found.disturbance.parameters]
     return fit_with_noise_released(watch, watch.note(state), campaign.options, tuple(dict.fromkeys((*names, *own))))
 
@@ -82,14 +82,14 @@ def _asks(watch: Watch, state: SearchState) -> bool:
     return any(c.prefilter for t in state.problem.targets for c in t.channels) or not _follows(watch, state)
 
 
-def _as_known(watch: Watch, problem: Problem) -> Problem:
-    """Return a problem with the noise of each channel as known before the search, unless growth has raised it."""
+def with_noise_as_known(watch: Watch, state: SearchState) -> SearchState:
+    """Return the state with the noise of each channel as known before the search, unless growth has raised it."""
 
     def known(target: Target) -> Target:
         floors = {c.quantity: watch.noise.floors[target.name, c.quantity] for c in target.channels}
         return target.each(lambda c: c if c.raised else replace(c, sigma=floors[c.quantity], prefilter=None))
 
-    return replace(problem, targets=tuple(map(known, problem.targets)))
+    return state.of(replace(state.problem, targets=tuple(map(known, state.problem.targets))))
 
 
 def _with_one_more(

@@ -16,6 +16,7 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.cliffs import along_cliff
 from mechid.identification.search.doubts import WORTH_SAYING, refused_gain
 from mechid.identification.search.solve import Solution, solve
+from mechid.identification.stages.corners import out_of_corner
 from mechid.identification.stages.watch import Watch
 
 FloatArray = NDArray[np.float64]
@@ -27,7 +28,7 @@ BACK_FROM_EDGE = 4.0
 def joint_fit(
     watch: Watch, state: SearchState, name: str, free: tuple[str, ...], *, tolerance: float = 1e-8
 ) -> SearchState:
-    """Fit all windows to convergence.
+    """Fit all windows to convergence; from beside a singular corner where one has stopped in it.
 
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
@@ -35,7 +36,8 @@ def joint_fit(
     told = partial(watch.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
     evaluations = 0
     while True:
-        solution = _solved(watch, state, tolerance, told)
+        solved = partial(_solved, watch, state, tolerance, told)
+        solution = out_of_corner(state.problem, solved(state.q), solved)
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
         outside = state.problem.space.outside_disc(solution.q)
@@ -46,9 +48,11 @@ def joint_fit(
     return watch.close(state, name, free, solution.triangle.cost, evaluations, solution.message)
 
 
-def _solved(watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None]) -> Solution:
-    """Return the solution from where the search stands, from the journal where it is there."""
-    problem, q, windows = state.problem, state.q, state.windows
+def _solved(
+    watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None], q: FloatArray
+) -> Solution:
+    """Return the solution from a point, from the journal where it is there."""
+    problem, windows = state.problem, state.windows
 
     def accepted(better: FloatArray) -> None:
         watch.note(state.at(better))
