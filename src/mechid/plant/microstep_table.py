@@ -15,8 +15,11 @@ ORDERS = (2, 4)
 HIGHEST = 16
 """Order that there can be: four periods a full step. The polynomial of a much higher one would lose digits."""
 TMC429 = "Trinamic, TMC429 data sheet, v. 1.07 (2012), section 13: microstep look-up table"
-WAVEFORMS = e_A, e_B = symbols("e_A e_B")
+e_A, e_B = Symbol("e_A"), Symbol("e_B")
+WAVEFORMS = (e_A, e_B)
 """Of the command, without unit."""
+GIVEN: tuple[Symbol, Symbol] = (Symbol("given_A"), Symbol("given_B"))
+"""As the driver gives them."""
 delta, p = symbols("delta_table p")
 
 
@@ -34,13 +37,15 @@ def harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
 
 
 def error(orders: Sequence[int]) -> dict[Symbol, Expr]:
-    """Return the term delta = sum A_n sin(n theta + phi_n) as a polynomial of the commanded waveforms.
+    """Return delta = sum A_n sin(n theta + phi_n) and the waveforms given, polynomials of those commanded.
 
     A square wave that has both phases fully on comes from no table: there e_A^2 + e_B^2 is 2, else it is 1.
     """
     waves = [(h.parts, _multiple(h.order)) for h in harmonics(orders)]
     total = sum((c * sine + s * cosine for (c, s), (cosine, sine) in waves), Integer(0))
-    return {delta: (2 - e_A**2 - e_B**2) * total} if orders else {}
+    if not orders:
+        return {}
+    return {delta: (2 - e_A**2 - e_B**2) * total, GIVEN[0]: e_A + delta * e_B, GIVEN[1]: e_B - delta * e_A}
 
 
 def given(orders: Sequence[int]) -> tuple[Expr, Expr]:
@@ -48,7 +53,7 @@ def given(orders: Sequence[int]) -> tuple[Expr, Expr]:
 
     Across the commanded vector stands the share delta of it, which turns it by arctan(delta).
     """
-    return (e_A + delta * e_B, e_B - delta * e_A) if orders else (e_A, e_B)
+    return GIVEN if orders else WAVEFORMS
 
 
 def extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
