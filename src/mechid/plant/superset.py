@@ -234,7 +234,9 @@ def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float])
         if name in new and name not in values:
             new[name] = replace(new[name], value=mechanism.value(master), status=Status.TIED, tied_to=master)
     parameters = {name: mechanism.parameters.get(name) or new[name] for name in plant.declarations}
-    return Mechanism(plant, parameters, mechanism.options)
+    before = mechanism.plant.layout.laws if mechanism.plant.layout else {}
+    chosen = {f"{t}.{TABLES[t].option}": law for t, law in layout.laws.items() if before.get(t) != law}
+    return Mechanism(plant, parameters, {**mechanism.options, **chosen})
 
 
 def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> str:

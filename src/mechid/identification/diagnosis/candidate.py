@@ -122,6 +122,12 @@ class Model:
         own = {one.name: tuple(p.name for p in one.parameters) for one in self.setting.disturbances if one.parameters}
         return terms | own
 
+    @property
+    def law_parameters(self) -> tuple[str, ...]:
+        """Dotted names of what is free of its laws."""
+        known = self.setting.problem.space.mechanism.parameters
+        return tuple(p.name for p in self.base.free if p.name not in known)
+
     def with_effect(self, effect: str) -> Model:
         """Return it with one more term or disturbance, fitted."""
         if self.library and effect in {t.name for t in self.library.terms}:

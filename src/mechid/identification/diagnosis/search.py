@@ -27,7 +27,7 @@ Told = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Step:
-    """One step of the search: an effect added or removed, the cost after it and its chi-square and share in a fit."""
+    """An effect added or removed, the cost after that in sigmas squared, and the Bayesian criterion."""
 
     added: str
     removed: str
@@ -50,6 +50,8 @@ class Found:
         Effects that were fitted and not kept, with why.
     needed : mapping of str to Score
         What the fit loses without each effect.
+    less : mapping of str to Model
+        The model without each effect.
     like : mapping of str to tuple of str
         Effects that explain the same as well, by that which is named.
     """
@@ -59,6 +61,7 @@ class Found:
     steps: tuple[Step, ...]
     tried: Mapping[str, str]
     needed: Mapping[str, Score]
+    less: Mapping[str, Model]
     like: Mapping[str, tuple[str, ...]]
 
     @property
@@ -87,10 +90,11 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         better, law_steps = _with_a_law(before, model, tried, told)
         if better is not model:
             model, steps = better, law_steps
-    needed = {name: gain(model.without(name), model) for name in (*model.terms, *model.disturbances)}
-    needed |= {name: gain(before, model) for name in model.laws}
-    like = {name: tuple(_alike(model, name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(steps), tried, needed, like)
+    less = {name: model.without(name) for name in (*model.terms, *model.disturbances)}
+    less |= dict.fromkeys(model.laws, before)
+    needed = {name: gain(without, model) for name, without in less.items()}
+    like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
+    return Found(model, before, tuple(steps), tried, needed, less, like)
 
 
 def gain(less: Model, more: Model) -> Score:
@@ -139,9 +143,7 @@ def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: T
 
 def _asked(model: Model, landscape: Landscape) -> Iterator[str]:
     """Yield the effects that the score test asks for, the likeliest first."""
-    scores = {
-        name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()
-    }
+    scores = {name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
     if not scores:
         return
     chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
@@ -194,9 +196,8 @@ def _step(model: Model, *, added: str = "", removed: str = "") -> Step:
     return Step(added, removed, model.cost, _bic(model, model))
 
 
-def _alike(model: Model, name: str) -> Iterator[str]:
+def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
     """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
-    less = model.without(name)
     landscape = landscape_of(less)
     if landscape is None or name not in landscape.effects:
         return

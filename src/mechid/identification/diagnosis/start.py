@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,7 +16,7 @@ from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.identify import make_problem
 from mechid.identification.refit.reopened import MOVED, as_fitted
 from mechid.identification.result.terms_beside import TermsBeside
-from mechid.plant.superset import Term, rivals_of
+from mechid.plant.superset import rivals_of
 
 
 def begun(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 1) -> tuple[Model, Model]:
@@ -49,18 +49,19 @@ def _with_terms(plain: Model, found: TermsBeside, values: Mapping[str, float]) -
         return model.fitted(model)
     model = replace(plain, terms=found.names)
     assert model.library is not None
-    there = {name: v for term in model.library.terms for name, v in _values(term, found).items()}
+    names: dict[str, list[str]] = {}
+    for name, term in model.library.term_of.items():
+        names.setdefault(term, []).append(name)
+    there = {n: v for term, own in names.items() for n, v in _values(term, own, found).items()}
     model = model.at({**values, **there})
     kept = _kept(model)
     return replace(model, terms=kept).fitted(model)
 
 
-def _values(term: Term, found: TermsBeside) -> dict[str, float]:
-    """Return the values that a fit gives the parameters of a term, by their names in the library."""
-    place = next(iter(term.widths)).rpartition(".")[0]
-    return {
-        f"{place}.{name.rpartition('.')[2]}": p.value for name, p in found.parameters.items() if p.term == term.name
-    }
+def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, float]:
+    """Return the values that a fit gives the parameters of a term, by their names in the library: entries are moved."""
+    there = sorted(name for name, p in found.parameters.items() if p.term == term)
+    return {n: found.parameters[own].value for n, own in zip(sorted(names), there, strict=False)}
 
 
 def _kept(model: Model) -> tuple[str, ...]:
