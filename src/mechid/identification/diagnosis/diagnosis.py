@@ -152,7 +152,7 @@ def _missing(found: Found, proposal: Proposal, name: str, words: Mapping[str, st
     table = next((n.rpartition(".")[0] for n in own), "")
     is_disturbance = name in found.model.disturbances
     return Missing(
-        name=name,
+        name=name.partition(":")[0] if name in found.model.laws else name,  # of a law the order is in its table
         words=words.get(name, name),
         parameters=own,
         chi_square=score.chi_square,

@@ -1,0 +1,108 @@
+"""A diagnosis names what a mechanism file lacks, proposes a file that has it, and names nothing where nothing is."""
+
+import json
+import tomllib
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import mechid
+from mechid.campaign import catalogue_mechanism
+from mechid.campaign.catalogue_values import CATALOGUE
+from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
+from mechid.campaign.mechanism_text import mechanism_text
+from mechid.errors import FitError
+from mechid.identification.diagnosis.diagnosis import diagnose
+from mechid.identification.identify import identify
+from mechid.report.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
+from mechid.report.terminal import console_on
+from synthetic import COMMANDS, TRUTH, campaign, measured, record
+
+HARMONIC = {"order": 3, "amplitude": 0.01, "phase_deg": 40.0}
+
+
+def made(*harmonics):
+    """Return a campaign of three short records whose mechanism file has no harmonic of the torque constant."""
+    table = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": list(harmonics)}}
+    made_by = mechanism_from_table(table, "with harmonics").with_values(TRUTH)
+    records = [
+        record(n, measured(made_by, COMMANDS[n], np.random.default_rng((9, k)), seconds=0.3), COMMANDS[n])
+        for k, n in enumerate(("full_46", "full_23", "micro_46"))
+    ]
+    return campaign(catalogue_mechanism(), *records)
+
+
+@pytest.fixture(scope="module")
+def lacking():
+    """Return a campaign that lacks a harmonic, and its diagnosis."""
+    bench = made(HARMONIC)
+    return bench, diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+
+
+def test_what_is_missing_is_named_with_its_value(lacking):
+    """Truth: the harmonic that made the records."""
+    _, found = lacking
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    (one,) = found.missing
+    assert one.words == "3rd harmonic of the torque constant"
+    assert one.block == "stepper.torque_harmonic"
+    own = {name.rpartition(".")[2]: p for name, p in one.parameters.items()}
+    for key, value in (("amplitude", 0.01), ("phase_deg", 40.0)):
+        assert abs(own[key].value - value) < 4.0 * own[key].std_error
+    assert own["amplitude"].std_error < 1e-3
+    assert one.share > 0.9
+    assert one.p_value < 1e-6
+    assert found.unexplained == 0.0
+    assert found.over_noise[0] > found.over_noise[1] == pytest.approx(1.0, abs=0.03)
+
+
+def test_the_proposed_mechanism_reads_back_and_fits_with_grade_a(lacking, tmp_path):
+    """Truth: the parameters that made the records, from which a fit with the proposed mechanism differs by chance."""
+    bench, found = lacking
+    path = tmp_path / "mechanism.toml"
+    path.write_text(mechanism_text(found.mechanism))
+    proposed = read_mechanism(path)
+    fit = identify(replace(bench, mechanism=proposed), workers=1, near={p.name: p.value for p in proposed.free})
+    assert fit.grade == "A"
+    off = [abs(p.value - TRUTH[n]) / p.std_error for n, p in fit.parameters.items() if p.std_error and n in TRUTH]
+    assert len(off) >= 10
+    assert np.sqrt(np.mean(np.square(off))) < 2.0
+
+
+def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
+    """Truth: the contract of diagnose.json, and TOML's own reader."""
+    _, found = lacking
+    data = diagnosis_data(found)
+    files = write_diagnosis(found, data, tmp_path / "out")
+    print_diagnosis(data, console_on(), files)
+    printed = capsys.readouterr().out
+    content = json.loads((tmp_path / "out" / DATA_NAME).read_text())
+    assert content["format"] == "mechid-diagnosis/1"
+    (one,) = content["missing"]
+    assert set(one) == {"name", "words", "block", "parameters", "chi_square", "dof", "share", "p_value", "aliases",
+                        "records", "toml"}  # fmt: skip
+    assert {"share", "words"} == set(content["unexplained"])
+    appended = tomllib.loads(mechanism_text(catalogue_mechanism()) + one["toml"])
+    assert appended["stepper"]["torque_harmonic"][0]["amplitude"]["value"] == pytest.approx(0.01, rel=0.1)
+    assert (tmp_path / "out" / PROPOSED_NAME).is_file()
+    for text in (printed, *((tmp_path / "out" / name).read_text() for name in ("diagnose.md", "diagnose.html"))):
+        assert "3rd harmonic of the torque constant" in text
+
+
+def test_nothing_is_named_where_nothing_is_missing():
+    """Truth: the records were made by the mechanism as it is written."""
+    bench = made()
+    found = mechid.diagnose(bench, identify(bench, workers=1, near=TRUTH).to_dict(), workers=1)
+    assert found.missing == ()
+    assert found.mechanism is None
+    assert found.unexplained == 0.0
+    assert "Nothing is left to explain" in found.words
+
+
+def test_a_failed_fit_is_refused_with_what_to_do():
+    bench = made()
+    failed = {**identify(bench, workers=1, near=TRUTH).to_dict(), "grade": "failed", "grade_reasons": [
+        {"text": "no start could be simulated", "next_command": "mechid check"}]}  # fmt: skip
+    with pytest.raises(FitError, match=r"a failed fit cannot be diagnosed.*Next: mechid check"):
+        diagnose(bench, failed)
