@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.contradiction.agreement import Agreement, agreement, explains
+from mechid.identification.contradiction.agreement import Agreement, agreement, carried, explains
 from mechid.identification.contradiction.agreement_text import agreement_warnings
+from mechid.identification.contradiction.alternatives import first_moments
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
@@ -75,6 +76,7 @@ def _grown(
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
+    growth = growth if growth.complete else _grown_in_turn(watch, state, best, growth, seed)
     if growth.complete:
         return state, growth
     beside = grown_beside(watch, state, campaign, best.q, seed)
@@ -96,6 +98,26 @@ def _grown(
         if beside is not None:
             return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+
+
+def _grown_in_turn(watch: Watch, state: SearchState, best: Candidate, growth: Growth, seed: int) -> Growth:
+    """Grow the records that are followed through their first moments, and all of them from there.
+
+    What stops early holds the others back, and follows at once where these have settled the mechanism's values.
+    """
+    problem = state.problem
+    names = [t.name for t in problem.targets if growth.horizons[t.name] >= first_moments(t)]
+    if not 0 < len(names) < len(problem.targets):
+        return growth
+    watch.tell("gated growth", f"{', '.join(names)} before the other records")
+    rng, first = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    begun = grow(first, carried(problem, best.q, first), rng, escapes=FIRST_ESCAPES, journal=watch.journal)
+    if not begun.complete:
+        return growth
+    told = partial(_note_growth, watch, state, 1, growth)
+    at = carried(first, begun.q, problem)
+    whole = grow(problem, at, rng, told, escapes=FIRST_ESCAPES, journal=watch.journal)
+    return whole if whole.complete else growth
 
 
 def _grown_otherwise(
