@@ -71,7 +71,7 @@ def grown_beside(
     if fitted is not None:
         wide = wide.at(replace(wide.growth, q=fitted.growth.q))
     wide = _grown_wide(watch, wide, superset, seed)
-    return _settled(watch, state, wide) if wide.growth.complete else None
+    return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
 
 def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wide | None:
@@ -165,10 +165,11 @@ def _away(problem: Problem, q: FloatArray) -> FloatArray:
     return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
-def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState, Growth]:
+def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the state that follows all records, without the disturbances that are not needed.
 
-    Where the mechanism as written follows them from here, it is without terms too.
+    Where the mechanism as written follows them from here, it is without terms too. Terms that leave more than it does
+    explain nothing: it is grown from here, and None returned where that does not follow all records.
     """
     found, problem, q = _needed_disturbances(wide)
     whole = {t.name: t.samples for t in problem.targets}
@@ -177,7 +178,13 @@ def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState,
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    if horizons_at(plain, alone, whole, floors(plain)) == whole:
+    follows = horizons_at(plain, alone, whole, floors(plain)) == whole
+    if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
+        growth = _grow(watch, plain, alone, seed)
+        if not growth.complete:
+            return None
+        follows, alone = True, growth.q
+    if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
     at = replace(at.of(problem), beside=wide.beside)
     return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
@@ -234,7 +241,7 @@ def _grown_rival(
 ) -> tuple[SearchState, Growth] | None:
     watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
     wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
-    return _settled(watch, state, wide) if wide.growth.complete else None
+    return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
 
 def _rival_starts(

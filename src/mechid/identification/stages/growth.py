@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from mechid.campaign import Campaign
 from mechid.identification.contradiction.agreement import Agreement, agreement, carried, explains
 from mechid.identification.contradiction.agreement_text import agreement_warnings
-from mechid.identification.contradiction.alternatives import first_moments
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
@@ -34,6 +33,8 @@ FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
 FIRST_ESCAPES = 8
 """Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
+FURTHER_ESCAPES = 2
+"""From where the records that it follows have their values by themselves."""
 MUCH_FURTHER = 2.0
 """Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
 
@@ -76,7 +77,7 @@ def _grown(
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
-    growth = growth if growth.complete else _grown_in_turn(watch, state, best, growth, seed)
+    growth = growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
     if growth.complete:
         return state, growth
     beside = grown_beside(watch, state, campaign, best.q, seed)
@@ -100,23 +101,21 @@ def _grown(
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
 
 
-def _grown_in_turn(watch: Watch, state: SearchState, best: Candidate, growth: Growth, seed: int) -> Growth:
-    """Grow the records that are followed through their first moments, and all of them from there.
+def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:
+    """Fit the records that are followed to their ends by themselves, and grow all from there.
 
-    What stops early holds the others back, and follows at once where these have settled the mechanism's values.
+    What stops early pulls the values away from where the others have them, and often follows at once from there.
     """
     problem = state.problem
-    names = [t.name for t in problem.targets if growth.horizons[t.name] >= first_moments(t)]
-    if not 0 < len(names) < len(problem.targets):
+    names = [t.name for t in problem.targets if growth.horizons[t.name] == t.samples]
+    if not names:
         return growth
-    watch.tell("gated growth", f"{', '.join(names)} before the other records")
-    rng, first = np.random.default_rng((seed, 0, 8)), problem.only(names)
-    begun = grow(first, carried(problem, best.q, first), rng, escapes=FIRST_ESCAPES, journal=watch.journal)
-    if not begun.complete:
-        return growth
+    watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
+    rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
     told = partial(_note_growth, watch, state, 1, growth)
-    at = carried(first, begun.q, problem)
-    whole = grow(problem, at, rng, told, escapes=FIRST_ESCAPES, journal=watch.journal)
+    q = carried(own, begun.q, problem)
+    whole = grow(problem, q, rng, told, escapes=FURTHER_ESCAPES, journal=watch.journal)
     return whole if whole.complete else growth
 
 
