@@ -68,7 +68,7 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     windows : mapping of record to (first, stop)
     some : sequence of Disturbance
     """
-    judged, worth = _by_own_residuals(problem, q, windows)
+    judged, worth = at_their_worth(problem, q, windows)
     wide = with_disturbances(judged, [one for one in some if one.own])
     here = carried(judged, q, wide)
     triangles = wide.triangles(here, windows)
@@ -99,7 +99,7 @@ def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbanc
 
     All else stays where it is, so that it is a little too low.
     """
-    wide, worth = _by_own_residuals(with_disturbances(problem, [one]), q, windows)
+    wide, worth = at_their_worth(with_disturbances(problem, [one]), q, windows)
     levels = {t.name: t.leading.sigma for t in wide.targets}
     before, after = (float(np.sum(np.square(p.with_sigmas(levels).norms(q, windows)))) for p in (_plain(problem), wide))
     return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, worth)
@@ -128,7 +128,7 @@ def _following(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
 
 def worth_of(problem: Problem, q: FloatArray, windows: Windows) -> float:
     """Return how many independent samples the residuals at a point are worth, all channels together."""
-    return _by_own_residuals(problem, q, windows)[1]
+    return at_their_worth(problem, q, windows)[1]
 
 
 def _moved(triangle: Triangle, by: FloatArray) -> Triangle:
@@ -148,7 +148,7 @@ def _least(r: FloatArray, J: FloatArray) -> float:
     return float(np.sum((r + (J / size) @ step) ** 2))
 
 
-def _by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
+def at_their_worth(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
     """Return the problem with each channel at its residual's level and worth, and what all are worth together."""
     total = 0.0
 

@@ -19,6 +19,7 @@ from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
+from mechid.identification.disturbance.scores import at_their_worth
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
@@ -85,13 +86,31 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
-def settled_louder(watch: Watch, louder: SearchState, fitted: Wide | None) -> tuple[SearchState, Growth] | None:
-    """Return the state with terms beside at a raised noise level; None where that does not explain most of a record."""
+def settled_louder(
+    watch: Watch, louder: SearchState, growth: Growth, fitted: Wide | None
+) -> tuple[SearchState, Growth] | None:
+    """Return the state at a raised noise level, with terms beside where these are needed.
+
+    None where most of a record is not explained there.
+    """
     if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
         return None
+    if not _needs_terms(fitted):
+        plain = watch.note(louder.at(growth.q, growth.horizons))
+        return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
+
+
+def _needs_terms(fitted: Wide) -> bool:
+    """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
+    problem, worth = at_their_worth(fitted.problem, fitted.growth.q, fitted.problem.whole())
+    named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
+    for name, term in fitted.beside.new.items():
+        named[term].append(name)
+    triangle = problem.joint(fitted.growth.q, problem.whole())
+    return bool(needed(triangle, _away(problem, fitted.growth.q), groups_of(problem, named), worth))
 
 
 def _all_beside(

@@ -95,7 +95,7 @@ def _grown(
         return beside
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
     if not any(reading.complete for reading in readings):  # else it is no lack of the mechanism
-        beside = settled_louder(watch, louder[0], fitted)
+        beside = settled_louder(watch, *louder, fitted)
         if beside is not None:
             return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
