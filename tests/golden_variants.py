@@ -46,6 +46,8 @@ VARIANTS: Mapping[str, Mapping] = {
     "imbalance_torque_harmonics": with_layouts(
         "imbalance", "torque_harmonic", transducer={"law": "resonance", "frequency": 9000.0, "damping": 0.02}
     ),
+    "table_supply_position_second_mode": with_layouts("microstep table", "supply", "friction position", "second mode"),
+    "current_limit": with_layouts("current limit"),
     "measuring_chain": with_layouts("test stand"),
     "current_drive_imbalance_harmonics": with_layouts(
         "torque_harmonic", "current drive", stepper={"imbalance": {"torque_constant": 0.04}}, transducer={"gain": -1.0}

@@ -24,6 +24,16 @@ def friction_torque(law, direction, omega, T_rg, z, q):
     return q["T_frd"] * direction + q["T_visc"] * omega, (q["T_frs"], q["T_frs"])
 
 
+def varied_friction(orders, output_orders, alpha, alpha_gear, q):
+    """Return the parameters with static and Coulomb friction as they are at some angles of rotor and output."""
+    level = 1.0
+    for letter, angle, some in (("f", alpha, orders), ("g", alpha_gear, output_orders)):
+        for j, n in enumerate(some, start=1):
+            c, s = q[f"c_{letter}{j}"], q[f"s_{letter}{j}"]
+            level += np.hypot(c, s) * np.sin(n * angle + np.arctan2(s, c))
+    return {**q, "T_frs": level * q["T_frs"], "T_frd": level * q["T_frd"]}
+
+
 def output_torque(law, twist, twist_rate, q):
     """Return the gear's torque at the output: the catalogue's broken line, or nothing in the backlash's gap."""
     if law == "piecewise_linear":
@@ -49,6 +59,22 @@ def kinematics(alpha, omega, alpha_gear, omega_gear, orders, q):
         slope += E * k * np.cos(k * alpha + phi)
     lever = 1 / q["G"] + slope
     return alpha / q["G"] + error - alpha_gear, lever * omega - omega_gear, lever
+
+
+def driven(e, orders, q):
+    """Return the waveforms of a driver whose microstep table is off, from those commanded."""
+    theta, delta = np.arctan2(e[1], -e[0]), 0.0
+    for j, n in enumerate(orders, start=1):
+        A, phi = np.hypot(q[f"c_m{j}"], q[f"s_m{j}"]), np.arctan2(q[f"s_m{j}"], q[f"c_m{j}"])
+        delta += A * np.sin(n * theta + phi)
+    turned, longer = theta + np.arctan(delta), np.hypot(1.0, delta)
+    return longer * np.array([-np.cos(turned), np.sin(turned)])
+
+
+def supplied(e, i, q):
+    """Return the voltages of both bridges: the power that they take is what the source gives at its lower voltage."""
+    drawn = e[0] * i[0] + e[1] * i[1]
+    return (q["U"] - q.get("R_s", 0.0) * drawn) * e
 
 
 def winding_rates(i, u, alpha, omega, q, harmonics=()):
@@ -96,6 +122,13 @@ def flexible_load(T_applied, x_modes, q):
         M[k, 0] = M[k, k] = 1.0
         f[k] = -2 * zeta * w * rate - w**2 * deflection
     return np.linalg.solve(M, f)
+
+
+def housing_response(s, T_res, form, modes):
+    """Return what a transducer sees at s = j w of a torque behind a housing of modes (gain, frequency, damping)."""
+    if form == "paper":
+        return sum(K * w**2 / (s**2 + 2 * zeta * w * s + w**2) for K, w, zeta in modes) * T_res
+    return (1 + sum(K * s**2 / (s**2 + 2 * zeta * w * s + w**2) for K, w, zeta in modes)) * T_res
 
 
 def stand_response(s, T, q, order):

@@ -64,6 +64,12 @@ LAYOUTS = {
         "friction": {"law": "lugre", "coulomb": 0.004, "stribeck_rate": 2.0, "bristle_stiffness": 4.0,
                      "bristle_damping": 1e-3}
     },
+    "friction position": {
+        "friction": {"coulomb": 0.004,
+                     "position": [{"order": 1, "amplitude": 0.3, "phase_deg": 70.0},
+                                  {"order": 2, "amplitude": 0.15, "phase_deg": -20.0}],
+                     "output_position": [{"order": 1, "amplitude": 0.1, "phase_deg": 10.0}]}
+    },
     "piecewise_linear": {
         "gear": {"stiffness": None, "law": "piecewise_linear", "stiffness_1": 400.0, "stiffness_2": 900.0,
                  "stiffness_3": 1300.0, "torque_1": 0.08, "torque_2": 0.25}
@@ -92,9 +98,20 @@ LAYOUTS = {
         "stepper": {"torque_harmonic": [{"order": 3, "amplitude": 0.05, "phase_deg": 30.0},
                                         {"order": 5, "amplitude": 0.02, "phase_deg": -50.0}]}
     },
+    "microstep table": {
+        "stepper": {"microstep_table": [{"order": 2, "amplitude": 0.03, "phase_deg": 40.0},
+                                        {"order": 4, "amplitude": 0.05, "phase_deg": -25.0}]}
+    },
+    "second mode": {"housing": {"second_mode": {"gain": 0.8, "frequency": 2500.0, "damping": 0.04}}},
+    "supply": {"supply": {"resistance": 1.4}},
     "current drive": {
         "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
                     "coil_inductance": None, "back_emf_constant": None}
+    },
+    "current limit": {
+        "stepper": {"drive": "current", "peak_current": 0.5, "peak_voltage": None, "coil_resistance": None,
+                    "coil_inductance": None, "back_emf_constant": None,
+                    "current_limit": {"voltage": 12.0, "resistance": 9.9, "inductance": 0.045}}
     },
     "test stand": {
         "transducer": {"law": "adaptor", "gain": -1.1, "stiffness": 2.0e4, "adaptor_inertia": 1e-4, "damping": 0.02},

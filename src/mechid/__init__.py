@@ -13,17 +13,29 @@ if TYPE_CHECKING:
     from mechid.analysis.validation import validate
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.prediction import simulate
+    from mechid.identification.diagnosis.diagnosis import diagnose
     from mechid.identification.identify import identify
     from mechid.identification.result.fit import Fit
     from mechid.simulation.trajectory import Trajectory
 
 __version__ = "0.1.0"
-__all__ = ["Fit", "Trajectory", "__version__", "compare", "identify", "load_campaign", "simulate", "validate"]
+__all__ = [
+    "Fit",
+    "Trajectory",
+    "__version__",
+    "compare",
+    "diagnose",
+    "identify",
+    "load_campaign",
+    "simulate",
+    "validate",
+]
 
 _HOMES = {
     "Fit": "mechid.identification.result.fit",
     "Trajectory": "mechid.simulation.trajectory",
     "compare": "mechid.analysis.comparison",
+    "diagnose": "mechid.identification.diagnosis.diagnosis",
     "identify": "mechid.identification.identify",
     "load_campaign": "mechid.campaign.campaign_file",
     "simulate": "mechid.campaign.prediction",

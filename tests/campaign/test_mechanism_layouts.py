@@ -97,6 +97,26 @@ REFUSED = {
         {"load": {"mode": {"frequency": 190.0}}},
         "load.mode: found a table; write each mode as a table under [[load.mode]], in two brackets",
     ),
+    "second mode without the first": (
+        {"housing": {"gain": None, "frequency": None, "damping": None, "second_mode": {"gain": 0.1}}},
+        "housing.gain: missing; write gain under [housing], housing resonance factor",
+    ),
+    "friction per turn of what slides": (
+        {"assembly": "direct_force_drive", "friction": {"position": [{"order": 1, "amplitude": 0.1}]}},
+        "friction.position: is per turn, and this axis slides; delete it",
+    ),
+    "friction over an output that is not there": (
+        {"assembly": "current_driven_stepper", "friction": {"output_position": [{"order": 1, "amplitude": 0.1}]}},
+        "friction.output_position: there is no gear, the output is the rotor; write [[friction.position]]",
+    ),
+    "current limit of a voltage drive": (
+        {"stepper": {"current_limit": {"voltage": 24.0, "resistance": 9.9, "inductance": 0.045}}},
+        'stepper.current_limit: belongs to drive = "current", found "voltage"; delete the table',
+    ),
+    "source of a current drive": (
+        {**LAYOUTS["current drive"], "supply": {"resistance": 1.0}},
+        'supply: drive = "current" does not see what its source does; delete the table',
+    ),
     "key of another cable": (
         {"load": {"cable": {"stiffness": 0.1, "hysteresis": 0.01}}},
         'load.cable.hysteresis: unknown key; it belongs to law = "dahl"',

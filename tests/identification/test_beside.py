@@ -21,10 +21,11 @@ from synthetic import COMMANDS, TRUTH, bench, campaign, displaced, measured, rec
 NAMES = ["stepper.torque_harmonic:3", "stepper.detent:0.9deg", "gear.kinematic_error:2"]
 
 
-def test_a_superset_at_its_null_is_the_mechanism():
+@pytest.mark.parametrize("grown_only", [True, pytest.param(False, marks=pytest.mark.slow)])
+def test_a_superset_at_its_null_is_the_mechanism(grown_only):
     """Truth: the mechanism itself; what its terms are worth at null is nothing but rounding."""
     plain = truth()
-    wide = superset_of(plain).mechanism
+    wide = superset_of(plain, grown_only=grown_only).mechanism
     runs = [torque_of(m, COMMANDS["full_46"], 1000) for m in (plain, wide)]
     assert np.abs(runs[1] - runs[0]).max() < 1e-9 * np.abs(runs[0]).max()
 
@@ -56,7 +57,7 @@ def test_a_law_stands_in_place_only_where_no_parameter_is_lost():
 def wide_problem():
     """Return the problem of a short record with some terms free, and that of the mechanism alone."""
     made = bench(displaced(truth(), {"gear.stiffness": 1.01}), truth(), "full_46", seed=5, seconds=0.05)
-    plain, superset = make_problem(made, 1), superset_of(made.mechanism)
+    plain, superset = make_problem(made, 1), superset_of(made.mechanism, grown_only=True)
     beside = terms_beside(superset, NAMES)
     return plain, beside.problem(plain), beside
 

@@ -10,6 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from mechid.analysis import validate
+from mechid.budget.flight_entry import Flight
+from mechid.budget.flying_mechanism import read_flying
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.as_written import incomplete
@@ -17,7 +19,6 @@ from mechid.identification.beside.beside import terms_beside
 from mechid.identification.conclude import conclude
 from mechid.identification.identify import make_problem
 from mechid.identification.result.estimate_file import estimate_text, json_text, write_estimate
-from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.fit_file import read_fit
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.outcome import FitOutcome
@@ -123,12 +124,15 @@ def test_the_estimated_mechanism_file_says_that_it_lacks_the_term(made):
     assert OTHER not in text
 
 
-def test_the_estimated_mechanism_file_is_the_one_that_the_estimate_names(made, tmp_path):
-    """Truth: the mechanism that the budget reads beside the estimate, which has to have the equations identified."""
+def test_the_mechanism_as_written_flies_and_the_budget_says_what_it_lacks(made, tmp_path):
+    """Truth: the file left beside the estimate, which has to have the equations that the estimate names."""
     write_results(made.fit, report_data(made.fit), tmp_path)
-    content = json.loads((tmp_path / "estimate.json").read_text())
-    read = read_estimated_mechanism(content, tmp_path / "estimate.json")
-    assert {name: read.value(name) for name in FREE} == {name: made.fit.mechanism.value(name) for name in FREE}
+    estimate = read_flying(tmp_path / "estimate.json", Flight())
+    assert AMPLITUDE not in estimate.mechanism.parameters
+    assert set(estimate.names) == set(FREE)
+    for name in FREE:
+        assert estimate.mechanism.value(name) == made.fit.mechanism.value(name)
+    assert f"({WORDS})" in estimate.lacking
 
 
 def test_the_report_has_the_clear_term_in_its_table_and_the_other_apart(made):

@@ -8,12 +8,16 @@ from sympy import Symbol
 
 from hand_typed import motor_torque
 from hand_typed_blocks import (
+    driven,
     flexible_load,
     friction_torque,
+    housing_response,
     kinematics,
     load_torques,
     output_torque,
     stand_response,
+    supplied,
+    varied_friction,
     winding_rates,
 )
 from layouts import BRUSHED_DC, LAYOUTS, mechanism_of, paper_with
@@ -23,7 +27,8 @@ from mechid.plant.layout import Layout
 from paper import mechanism
 
 SEEDS = range(12)
-CASES = [name for name in LAYOUTS if name not in ("current drive", "test stand", "output_friction", "three switches")]
+ELSEWHERE = ("current drive", "current limit", "test stand", "output_friction", "second mode", "three switches")
+CASES = [name for name in LAYOUTS if name not in ELSEWHERE]
 
 
 def values(m):
@@ -54,15 +59,25 @@ def entered(equations, x, u, p):
     return equations.mode_symbols(modes)
 
 
+def rubbing(name, m, x):
+    """Return the kernel's parameters by name, friction as it is at a state's angles."""
+    lists = LAYOUTS[name].get("friction", {})
+    orders = (tuple(h["order"] for h in lists.get(key, ())) for key in ("position", "output_position"))
+    return varied_friction(*orders, x["alpha"], x["alpha_gear"], values(m))
+
+
 def by_hand(name, m, x, u):
     """Return the rates of all states by name."""
-    q, orders = values(m), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
+    q, orders = rubbing(name, m, x), tuple(k["order"] for k in LAYOUTS[name].get("gear", {}).get("kinematic_error", ()))
     harmonics = tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("torque_harmonic", ()))
+    u = driven(u, tuple(h["order"] for h in LAYOUTS[name].get("stepper", {}).get("microstep_table", ())), q)
     twist, twist_rate, lever = kinematics(x["alpha"], x["omega"], x["alpha_gear"], x["omega_gear"], orders, q)
     T_out = output_torque(name, twist, twist_rate, q)
     T_rg, direction = lever * T_out, np.sign(x["omega"])
     T_fr, slip = friction_torque(name, direction, x["omega"], T_rg, x.get("z_fr", 0.0), q)
-    di_A, di_B, T_coils = winding_rates((x["i_A"], x["i_B"]), q["U"] * u, x["alpha"], x["omega"], q, harmonics)
+    di_A, di_B, T_coils = winding_rates(
+        (x["i_A"], x["i_B"]), supplied(u, (x["i_A"], x["i_B"]), q), x["alpha"], x["omega"], q, harmonics
+    )
     T_mot = T_coils + motor_torque((0.0, 0.0, x["alpha"]), q, (4, 2))
     modes = [(x[f"q_{k}"], x[f"v_{k}"]) for k in (1, 2) if f"q_{k}" in x]
     cable, h_rate, weight = load_torques(name, x["alpha_gear"], x["omega_gear"], x.get("h_cable", 0.0), q)
@@ -115,14 +130,14 @@ def test_a_gear_with_kinematic_error_starts_unwound():
         np.testing.assert_allclose((begun(p + move) - begun(p - move)) / (2 * step), slopes[:, k], rtol=1e-6, atol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["stribeck", "directional", "load_dependent"])
+@pytest.mark.parametrize("name", ["stribeck", "directional", "load_dependent", "friction position"])
 def test_a_body_at_rest_is_held_up_to_the_law_s_limit(name):
     """Truth: `hand_typed_blocks`: the margins of the stuck mode are what is held, less the torque to be held."""
     m = paper_with({**LAYOUTS[name], "housing": None})
-    equations, q = equations_of(m.plant), values(m)
+    equations = equations_of(m.plant)
     for seed in SEEDS:
         x, u = random_state(m, seed)
-        x["omega"] = 0.0
+        x["omega"], q = 0.0, rubbing(name, m, x)
         state = [x[str(s)] for s in m.plant.states]
         twist, twist_rate, lever = kinematics(x["alpha"], 0.0, x["alpha_gear"], x["omega_gear"], (), q)
         T_rg = lever * output_torque("linear", twist, twist_rate, q)
@@ -146,6 +161,25 @@ def test_the_test_stand_s_response_is_that_of_its_parts_in_a_row():
         z = np.linalg.solve(s * np.eye(len(A)) - A, B)
         for j, u in enumerate(map(str, system.inputs)):
             assert C @ z[:, j] == pytest.approx(stand_response(s, T[u], q, 5), rel=1e-9)
+
+
+@pytest.mark.parametrize("form", ["paper", "unit_dc"])
+def test_a_housing_of_two_modes_is_their_sum(form):
+    """Truth: transfer functions by hand, the second mode's gain of either sign."""
+    second = {"gain": -0.8, "frequency": 2500.0, "damping": 0.04}
+    m = paper_with({"housing": {"form": form, "second_mode": second}})
+    named = {str(s): v for s, v in zip(m.plant.parameters, m.kernel_values(), strict=True)}
+    system = m.plant.filter
+    A, B = (np.array(matrix.subs(named), dtype=float) for matrix in (system.A, system.B))
+    seen = m.plant.outputs["torque"].subs(named)
+    C = np.array([float(seen.diff(s)) for s in system.states])
+    k = list(map(str, system.inputs)).index("T_res")
+    through = float(seen.diff(Symbol("T_res")))
+    for hz in (0.1, 200.0, 397.9, 700.0, 888.0, 3000.0):
+        s = 2j * np.pi * hz
+        z = np.linalg.solve(s * np.eye(len(A)) - A, B)
+        modes = ((4.6, 5578.0, 0.095), (-0.8, 2500.0, 0.04))
+        assert C @ z[:, k] + through == pytest.approx(housing_response(s, -1.0, form, modes), rel=1e-9)
 
 
 def test_an_ideal_current_source_leaves_the_torque_of_its_currents():

@@ -1,11 +1,15 @@
 """What may stand beside a mechanism: its words, what growth frees of it, and what cannot be sized."""
 
+import numpy as np
 import pytest
 
+from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.plant.superset import rivals_of, superset_of, words_of
+from paper import constant
+from runs import base, run_kernel
 
 GROWN = (
     "stepper.torque_harmonic:3", "stepper.torque_harmonic:5", "stepper.imbalance", "stepper.phase_offset",
@@ -29,12 +33,23 @@ def test_growth_frees_the_terms_it_was_measured_with():
     assert every >= set(GROWN)
 
 
+def test_terms_of_one_name_are_one():
+    """Truth: both harmonics of a microstep table, which are there together or not."""
+    (table,) = (t for t in superset_of(catalogue_mechanism()).terms if t.name == "stepper.microstep_table")
+    assert {name.removeprefix("stepper.microstep_table.") for name in table.widths} == {"0.amplitude", "1.amplitude"}
+
+
 @pytest.mark.parametrize(
     ("name", "words"),
     [
         ("stepper.detent:0.9deg", "detent torque with a period of 0.9 deg of the rotor"),
         ("stepper.torque_harmonic:3", "3rd harmonic of the torque constant"),
         ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
+        ("supply.sag", "the supply voltage falls with the current drawn"),
+        ("friction.position", "dry friction varies with the angle of the rotor"),
+        ("friction.position:output", "dry friction varies with the angle of the output"),
+        ("housing.second_mode", "second resonance of the housing"),
+        ("stepper.microstep_table", "error of the driver's microstep table"),
         ("gear.kinematic_error:2", "kinematic error of the gear, 2 per turn of its input"),
         ("friction.stribeck", "friction falls with speed (Stribeck)"),
     ],
@@ -51,6 +66,37 @@ def test_all_that_may_stand_beside_has_words():
     assert {law.name for law in rivals_of(mechanism)} <= words.keys()
     assert all(words.values())
     assert not any("{" in each for each in words.values())
+
+
+def test_a_rival_with_an_amplitude_is_none_of_it_where_that_is_0():
+    """Truth: the mechanism itself."""
+    plain = catalogue_mechanism()
+    time_base, command = base(0.05), constant(46.0)
+    torque = run_kernel(plain, command, time_base).torque
+    (law,) = (law for law in rivals_of(plain) if law.name == "housing.second_mode")
+    assert law.null == "housing.second_mode.gain"
+    assert len(law.tries) == 21
+    for values in (law.tries[0], law.tries[-1]):
+        other = law.at_null(values)
+        assert [p.name for p in other.free if p.name not in plain.parameters] == [law.null]
+        assert {name: other.value(name) for name in values} == values
+        np.testing.assert_allclose(run_kernel(other, command, time_base).torque, torque, rtol=0,
+                                   atol=1e-9 * np.abs(torque).max())  # fmt: skip
+
+
+def test_growth_tries_the_laws_it_was_measured_with():
+    names = [law.name for law in rivals_of(catalogue_mechanism(), grown_only=True)]
+    assert names == ["friction.stribeck", "gear.backlash", "gear.backlash", "friction.load_dependent",
+                     "output_friction", "charge_amplifier", "anti_alias:4"]  # fmt: skip
+
+
+def test_a_current_drive_may_run_out_of_voltage():
+    mechanism = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
+    assert words_of(mechanism)["stepper.current_limit"] == "the current drive runs out of voltage"
+    (limited,) = (law.mechanism for law in rivals_of(mechanism) if law.name == "stepper.current_limit")
+    assert {"stepper.current_limit.voltage", "stepper.current_limit.inductance"} <= {p.name for p in limited.free}
+    assert limited.value("stepper.current_limit.back_emf_constant") == mechanism.value("stepper.torque_constant")
+    assert "stepper.current_limit" not in {law.name for law in rivals_of(mechanism, grown_only=True)}
 
 
 def test_what_no_value_sizes_is_left_out():

@@ -32,8 +32,10 @@ def harmonic(order):
         (harmonic(3), 2, True), (harmonic(2), 4, False),
         (LAYOUTS["imbalance"], 4, False),  # a voltage offset does not turn with the currents
         ({"stepper": {"imbalance": {"resistance": 0.02, "torque_constant": 0.03}}}, 2, True),
+        (LAYOUTS["friction position"], 0, True),  # the output turns once in 10 000 steps
         (LAYOUTS["lugre"], 2, True), (LAYOUTS["three switches"], 2, True), (LAYOUTS["load_dependent"], 2, True),
-        (LAYOUTS["flexible load"], 2, True),
+        (LAYOUTS["flexible load"], 2, True), (LAYOUTS["microstep table"], 2, True),
+        (LAYOUTS["supply"], 2, True),
     ],
 )  # fmt: skip
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):

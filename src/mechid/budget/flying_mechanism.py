@@ -20,6 +20,7 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.terms_beside import TermsBeside
 from mechid.parameter import Role
 from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
 from mechid.plant.layout import Base, Flying
@@ -51,6 +52,8 @@ class Estimate:
         Why the fit is not to be relied on, empty where it has grade A or B.
     residual : ResidualSource or None
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
+    lacking : str
+        What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
     """
 
     mechanism: Mechanism
@@ -60,6 +63,7 @@ class Estimate:
     left: Mapping[str, str]
     outcome: str = ""
     residual: ResidualSource | None = None
+    lacking: str = ""
 
 
 def read_flying(path: Path, flight: Flight) -> Estimate:
@@ -101,6 +105,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         left=left_on_bench(bench, names),
         outcome=_doubt(content),
         residual=source,
+        lacking=_lacking(content),
     )
 
 
@@ -161,6 +166,18 @@ def _doubt(content: Mapping[str, Any]) -> str:
     if grade.good:
         return ""
     return " ".join([GRADE_WORDS[grade], *(str(reason["text"]) for reason in content.get("grade_reasons", []))])
+
+
+def _lacking(content: Mapping[str, Any]) -> str:
+    """Return what was found beside the mechanism that flies, and what becomes of it; empty where nothing was."""
+    if not content.get("beside"):
+        return ""
+    beside = TermsBeside.from_dict(content["beside"])
+    clear = ", ".join(beside.words[name] for name in beside.clear)
+    return (
+        f"what flies lacks terms that the records ask for{f' ({clear})' if clear else ''}: what they leave of the "
+        "records counts as what the model lacks; identify with them in the mechanism file to have them fly"
+    )
 
 
 def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:

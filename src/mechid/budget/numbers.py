@@ -67,9 +67,14 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "campbell_orders": list(CAMPBELL_ORDERS),
         "crossings": [vars(c) for c in budget.crossings],
         "coupling": _coupling(budget),
-        "notes": [f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items()],
+        "notes": _notes(budget),
         "warnings": list(budget.warnings),
     }  # fmt: skip
+
+
+def _notes(budget: Budget) -> list[str]:
+    left = (f"left on the bench: {what}: {why}" for what, why in budget.estimate.left.items())
+    return [*filter(None, [budget.estimate.lacking]), *left]
 
 
 def _coupling(budget: Budget) -> dict[str, Any]:

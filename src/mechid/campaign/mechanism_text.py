@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 
 from mechid.campaign.mechanism_structure import ASSEMBLY
@@ -37,6 +37,15 @@ def mechanism_text(mechanism: Mechanism, header_comment: str = "") -> str:
     for table, parameters in _by_table(mechanism).items():
         lines += ["", *_table(table, parameters, mechanism)]
     return "\n".join(lines) + "\n"
+
+
+def tables_text(mechanism: Mechanism, names: Collection[str]) -> str:
+    """Return the tables that some parameters stand in, with these alone, for the end of a file that has them not."""
+    lines: list[str] = []
+    for table, parameters in _by_table(mechanism).items():
+        chosen = [q for q in parameters if q.name in names]
+        lines += [*_table(table, chosen, mechanism), ""] if chosen else []
+    return "\n".join(lines)
 
 
 def _by_table(mechanism: Mechanism) -> dict[str, list[Parameter]]:

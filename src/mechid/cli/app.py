@@ -19,6 +19,7 @@ from mechid.cli.check import check
 from mechid.cli.compare import compare
 from mechid.cli.demo import demo
 from mechid.cli.design import design
+from mechid.cli.diagnose import diagnose
 from mechid.cli.explore import explore
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
@@ -62,7 +63,7 @@ app = typer.Typer(
     epilog=EPILOG,
 )
 FIRST = (demo, look, new, check)
-VERBS = (*FIRST, simulate, identify, report, explore, compare, profile, bootstrap, design, budget, kernel)
+VERBS = (*FIRST, simulate, identify, report, explore, diagnose, compare, profile, bootstrap, design, budget, kernel)
 for verb in VERBS:
     app.command()(verb)
 

@@ -104,10 +104,9 @@ def incomplete(fit: Fit, with_terms: Fit, estimated: Collection[str], campaign: 
     which = f"the clearest: {', '.join(f'{words[name]} ({name})' for name in clear)}" if clear else NONE_CLEAR
     share = f" (and follows {record.followed_percent:.3g} % of it)" if record.followed_percent < 100.0 else ""
     text = (
-        "The mechanism file lacks something. The records are followed only with further terms that its blocks may "
-        f"have; {which}. Values and errors were found together with these terms. Without them, at these values, the "
-        f"model leaves {_over_noise(record):.3g} times the noise of record {worst}{share}; with them {with_them:.3g} "
-        "times."
+        f"The mechanism file lacks something. The records ask for further terms that its blocks may have; {which}. "
+        "Values and errors were found together with these terms. Without them, at these values, the model leaves "
+        f"{_over_noise(record):.3g} times the noise of record {worst}{share}; with them {with_them:.3g} times."
     )
     again = f"mechid identify {campaign} --out DIR, with {', '.join(clear) or 'what it lacks'} in the mechanism file"
     return Reason(cause=Cause.INCOMPLETE, record=worst, text=text, next_command=again)

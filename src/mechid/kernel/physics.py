@@ -33,6 +33,8 @@ NAMED_PLACE = re.compile(r"\bAT_([A-Z_]+)_(\d+)\b")
 """A place of a part by its number, e.g. ``AT_C_5``: a constant of the module, cheaper to compile than a sum."""
 _SUM = re.compile(r"\b(AT_[A-Z_]+) \+ (\d+)\]")
 _READ = re.compile(r"\b(" + "|".join(_PLACES) + r")\[([^\[\]]*(?:\[[^\]]*\][^\[\]]*)?)\]")
+MANY = 1000
+"""Operations from which the start is written with shared parts: compilation takes time."""
 NJIT = "@njit(**INNER, fastmath=FAST{inline})"
 Assignments = Sequence[tuple[str, sp.Expr]]
 
@@ -186,14 +188,23 @@ def start(writer: Writer) -> str:
     reads = [f"{q} = p[{k}]" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
     reads += [f"{u} = u[{k}]" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
     reads += [f"{START_ANGLE} = theta_0"]
-    lines = [f"x[{i}] = {python_text(sp.sympify(e))}" for i, e in enumerate(plant.initial)]
-    lines += [
-        f"x_p[{i * len(plant.parameters) + k}] = {python_text(d)}"
+    wanted = [(f"x[{i}]", sp.sympify(e)) for i, e in enumerate(plant.initial)]
+    wanted += [
+        (f"x_p[{i * len(plant.parameters) + k}]", d)
         for i, e in enumerate(plant.initial)
         for k, q in enumerate(plant.parameters)
         if (d := sp.diff(e, q)) != 0
     ]
+    lines = [f"{name} = {python_text(e)}" for name, e in _shared_if_long(wanted)]
     return function("start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines)
+
+
+def _shared_if_long(wanted: Assignments) -> list[tuple[str, sp.Expr]]:
+    """Return assignments; long ones, as those of currents settled behind a source, with what they share by name."""
+    if sum(int(e.count_ops()) for _, e in wanted) < MANY:
+        return list(wanted)
+    shared, reduced = sp.cse([e for _, e in wanted], symbols=sp.numbered_symbols("r"))
+    return [(str(s), e) for s, e in shared] + [(name, e) for (name, _), e in zip(wanted, reduced, strict=True)]
 
 
 def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:

@@ -85,7 +85,7 @@ class Extension:
     ----------
     name : str
         What it is called, e.g. ``"gear.kinematic_error:2"``; of a list told apart by periods ``"stepper.detent"``, to
-        which the period is added.
+        which the period is added. Those of one name are there together.
     words : str
         What the effect is, in a plain phrase for a report; ``{key}`` is the value of a key of `structure`.
     table : str
@@ -131,6 +131,11 @@ class Rival:
         Of a table that an order shapes.
     free : mapping of key to (Expr, Expr, Expr)
         What is free of it: a start, the least and the most, in the file's unit and symbols.
+    null : str
+        Of `free`, the key of an amplitude: at 0 there is nothing of it, whatever the others are, and its derivative
+        says whether there should be. Empty where it has none.
+    tried : mapping of key to tuple of float
+        Values of another key at which that derivative is to be looked at.
     grown : bool
         Whether it is among those that are tried with starts of their own where growth stalls.
     imitated_by : str
@@ -143,6 +148,8 @@ class Rival:
     law: str = ""
     order: int | None = None
     free: Mapping[str, tuple[sp.Expr, sp.Expr, sp.Expr]] = field(default_factory=dict)
+    null: str = ""
+    tried: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     grown: bool = True
     imitated_by: str = ""
 

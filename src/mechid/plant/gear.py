@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from sympy import Expr, Float, Integer, Symbol, cos, diff, pi, sin, symbols
+from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, PolarPair, Rival, Switch
+from mechid.plant.block import Block, Extension, Guard, Rival, Switch
 from mechid.plant.drive_train import alpha, alpha_gear, omega, omega_gear
+from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 
 G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
 twist, twist_rate = symbols("twist twist_rate")
 HARMONIC = "Harmonic Drive SE, Engineering Data: torsional stiffness K1, K2, K3 at T1, T2"
 NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
+ERROR = "gear.kinematic_error"
 ERROR_ORDERS = (1, 2, 4)
 """Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
@@ -54,11 +56,11 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         K_s = Symbol("K_s")
         torque = K_s / G**2 * (alpha - G * alpha_gear) + D / G**2 * (omega - G * omega_gear)
         terms, out = {T_rg: torque}, G * T_rg
-        errors: list[_Harmonic] = []
+        errors: list[ListedHarmonic] = []
     else:
-        errors = [_Harmonic(index, order) for index, order in enumerate(error_orders)]
+        errors = [_error(index, order) for index, order in enumerate(error_orders)]
         lever = Symbol("lever")
-        slope: Expr = 1 / G + sum((diff(e.angle, alpha) for e in errors), Integer(0))
+        slope: Expr = 1 / G + sum((diff(e.over(alpha), alpha) for e in errors), Integer(0))
         terms = {lever: slope} if errors else {}
         used = lever if errors else slope
         terms |= {
@@ -72,7 +74,7 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         name="gear",
         table="gear",
         declarations=(ratio, *chosen.declarations, *(d for e in errors for d in e.declarations)),
-        coordinates={symbol: value for e in errors for symbol, value in e.coordinates.items()},
+        coordinates=coordinates_of(errors),
         polar=tuple(e.polar for e in errors),
         inputs=(alpha, omega, alpha_gear, omega_gear),
         terms=terms,
@@ -86,10 +88,9 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
 
 def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be there beside, of 0.1 mrad: some 20 seconds of arc."""
-    table = "gear.kinematic_error"
     return tuple(
-        Extension(name=f"{table}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
-                  table=table, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)})
+        Extension(name=f"{ERROR}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
+                  table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)})
         for order in ERROR_ORDERS if order not in orders
     )  # fmt: skip
 
@@ -105,7 +106,7 @@ def _rivals() -> tuple[Rival, ...]:
     return (
         *plays,
         Rival(name="friction.load_dependent", words="friction that grows with the torque in the gear",
-              table="friction", law="load_dependent", free={"load_share": share}),
+              table="friction", law="load_dependent", free={"load_share": share}, null="load_share"),
     )  # fmt: skip
 
 
@@ -114,12 +115,12 @@ def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
 
     A gear at rest without load is not wound up by its own error: alpha_g = alpha/G + e(alpha).
     """
-    return _followed(start, [_Harmonic(index, order) for index, order in enumerate(error_orders)])
+    return _followed(start, [_error(index, order) for index, order in enumerate(error_orders)])
 
 
-def _followed(turned: Expr, errors: Sequence[_Harmonic]) -> Expr:
+def _followed(turned: Expr, errors: Sequence[ListedHarmonic]) -> Expr:
     """Return what a gear without elasticity makes of an angle of the input, rad."""
-    return turned / G + sum((e.angle.subs(alpha, turned) for e in errors), Integer(0))
+    return turned / G + sum((e.over(turned) for e in errors), Integer(0))
 
 
 def linear() -> GearLaw:
@@ -214,60 +215,13 @@ LAWS: Mapping[str, Callable[[], GearLaw]] = {
 """By the name in mechanism.toml; the first is the paper's."""
 
 
-@dataclass(frozen=True)
-class _Harmonic:
-    """One harmonic of the kinematic error."""
-
-    index: int
-    order: int
-    cosine: Symbol = field(init=False)
-    sine: Symbol = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "cosine", Symbol(f"e_c{self.index + 1}"))
-        object.__setattr__(self, "sine", Symbol(f"e_s{self.index + 1}"))
-
-    @property
-    def table(self) -> str:
-        return f"gear.kinematic_error.{self.index}"
-
-    @property
-    def angle(self) -> Expr:
-        turned = self.order * alpha
-        return self.cosine * sin(turned) + self.sine * cos(turned)
-
-    @property
-    def _symbols(self) -> tuple[Symbol, Symbol, Symbol]:
-        k = self.index + 1
-        return Symbol(f"k_e{k}"), Symbol(f"E_{k}"), Symbol(f"phi_e{k}")
-
-    @property
-    def declarations(self) -> tuple[Declaration, ...]:
-        order, amplitude, phase = self._symbols
-        return (
-            Declaration(key=f"{self.table}.order", symbol=order.name, unit="1", lower=1.0, structural=True,
-                        source=TUTTLE, meaning="periods of the kinematic error per input turn"),
-            Declaration(key=f"{self.table}.amplitude", symbol=amplitude.name, unit="rad", lower=0.0, source=TUTTLE,
-                        meaning="amplitude of the kinematic error at the output"),
-            Declaration(key=f"{self.table}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=TUTTLE,
-                        meaning="phase of the kinematic error"),
-        )  # fmt: skip
-
-    @property
-    def coordinates(self) -> dict[Symbol, Expr]:
-        _, amplitude, phase = self._symbols
-        turned = phase * pi / 180
-        return {self.cosine: amplitude * cos(turned), self.sine: amplitude * sin(turned)}
-
-    @property
-    def polar(self) -> PolarPair:
-        return PolarPair(
-            amplitude=f"{self.table}.amplitude",
-            phase=f"{self.table}.phase_deg",
-            cosine=self.cosine,
-            sine=self.sine,
-            cycles=self._symbols[0],
-        )
+def _error(index: int, order: int) -> ListedHarmonic:
+    """Return one harmonic of the kinematic error, over the input's angle."""
+    return ListedHarmonic(
+        table=ERROR, index=index, order=order, letters=("k_e", "E_", "phi_e", "e_c", "e_s"), unit="rad", source=TUTTLE,
+        meanings=("periods of the kinematic error per input turn", "amplitude of the kinematic error at the output",
+                  "phase of the kinematic error"),
+    )  # fmt: skip
 
 
 def _ratio() -> Declaration:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from sympy import Expr, Float, Matrix, Symbol, symbols
+import math
+from dataclasses import dataclass
+
+from sympy import Expr, Float, Integer, Matrix, Symbol, diag, symbols
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.parameter import Declaration
@@ -10,17 +13,28 @@ from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.start import start as own_start
 
 FORMS = ("paper", "unit_dc")
+EWINS = "Ewins, Modal Testing, 2nd ed. (2000)"
+TRIED = tuple(round(700.0 * 2.0 ** (k / 4), 1) for k in range(21))
+"""Frequencies in rad/s at which a second mode is looked for, a quarter of an octave apart: 110 Hz to 3.6 kHz."""
 FAST = 1500.0
 """A resonance of housing or test stand this low in rad/s is 240 Hz: the number may well be meant in hertz."""
 
 
-def housing(form: str) -> Block:
+def housing(form: str, *, second: bool = False) -> Block:
     """One resonance on the residual torque: z_ddot + 2 zeta w0 z_dot + w0^2 z = K_res w0^2 T_res.
 
     Section 5.3 of [Kornienko2013]_, whose numerator is lost; z in N m. The second state is z_dot/w0,
     so that both are of one size. Form ``"paper"``: the transducer sees z (its static gain K_res
     breaks the momentum balance at low frequency). Form ``"unit_dc"``: it sees
-    T_res (1 + K s^2/(s^2 + 2 zeta w0 s + w0^2)), of static gain 1.
+    T_res (1 + K s^2/(s^2 + 2 zeta w0 s + w0^2)), of static gain 1. With a second mode what it sees is the sum of both,
+    as that of a structure by its modes (Ewins): z + z_2, or T_res (1 + K s^2/(...) + K_2 s^2/(...)).
+
+    Parameters
+    ----------
+    form : str
+        One of `FORMS`.
+    second : bool
+        Whether there is a second mode.
 
     Raises
     ------
@@ -30,40 +44,92 @@ def housing(form: str) -> Block:
     if form not in FORMS:
         hint = did_you_mean(form, FORMS) or f"; known: {', '.join(FORMS)}"
         raise InputFileError(f'housing.form: unknown form "{form}"{hint}')
-    z, v_z, T_res, K_res, omega_0, zeta = symbols("z v_z T_res_in K_res omega_0 zeta")
-    gain = K_res if form == "paper" else 1
-    seen: Expr = z if form == "paper" else (1 + K_res) * T_res - K_res * (z + 2 * zeta * v_z)
+    T_res = Symbol("T_res_in")
+    modes = (FIRST, SECOND) if second else (FIRST,)
+    seen: Expr = sum((m.z for m in modes), Integer(0))
+    if form != "paper":
+        below = sum((m.gain * (m.z + 2 * m.damping * m.v) for m in modes), Integer(0))
+        seen = (1 + sum((m.gain for m in modes), Integer(0))) * T_res - below
     return Block(
         name="housing",
         table="housing",
-        declarations=(
-            Declaration(key="gain", symbol="K_res", unit="1", meaning="housing resonance factor", lower=0.0),
-            Declaration(
-                key="frequency",
-                symbol="omega_0",
-                unit="rad/s",
-                meaning="housing resonance frequency",
-                lower=0.0,
-                hertz_below=FAST,
-            ),
-            Declaration(key="damping", symbol="zeta", unit="1", meaning="housing damping ratio", lower=0.0),
-        ),
+        declarations=tuple(d for m in modes for d in m.declarations),
         inputs=(T_res,),
         outputs={"T_residual": seen},
-        initial={z: Symbol("z_start"), v_z: Symbol("v_z_start")},
-        starts=(
-            own_start("housing", Symbol("z_start"), "N m", "torque of the housing's mode at the start", "T_hold*K_res"),
-            own_start(
-                "housing_rate", Symbol("v_z_start"), "N m", "its rate at the start over its frequency", "T_hold*K_res"
-            ),
-        ),
+        initial={state: own for m in modes for state, own in m.begun.items()},
+        starts=tuple(d for m in modes for d in m.starts),
         filter=LinearSystem(
-            states=(z, v_z),
+            states=tuple(state for m in modes for state in (m.z, m.v)),
             inputs=(T_res,),
-            A=omega_0 * Matrix([[0, 1], [-1, -2 * zeta]]),
-            B=omega_0 * Matrix([[0], [gain]]),
+            A=diag(*(m.frequency * Matrix([[0, 1], [-1, -2 * m.damping]]) for m in modes)),
+            B=Matrix.vstack(*(m.frequency * Matrix([[0], [m.gain if form == "paper" else 1]]) for m in modes)),
         ),
+        swinging=dict.fromkeys((SECOND.z, SECOND.v), "housing, second mode") if second else {},
+        rivals=() if second else (_second_mode(),),
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Mode:
+    """One mode: its symbols, its table, and what its states at the start are called."""
+
+    table: str
+    z: Symbol
+    v: Symbol
+    gain: Symbol
+    frequency: Symbol
+    damping: Symbol
+    key: str
+    word: str
+    whose: str
+    least_gain: float
+    source: str
+
+    @property
+    def declarations(self) -> tuple[Declaration, ...]:
+        return (
+            Declaration(key=f"{self.table}.gain", symbol=self.gain.name, unit="1", lower=self.least_gain,
+                        source=self.source, meaning=f"{self.word} resonance factor"),
+            Declaration(key=f"{self.table}.frequency", symbol=self.frequency.name, unit="rad/s", lower=0.0,
+                        hertz_below=FAST, source=self.source, meaning=f"{self.word} resonance frequency"),
+            Declaration(key=f"{self.table}.damping", symbol=self.damping.name, unit="1", lower=0.0,
+                        source=self.source, meaning=f"{self.word} damping ratio"),
+        )  # fmt: skip
+
+    @property
+    def begun(self) -> dict[Symbol, Symbol]:
+        """What a record may have of its own of each state at its start."""
+        return {state: Symbol(f"{state.name}_start") for state in (self.z, self.v)}
+
+    @property
+    def starts(self) -> tuple[Declaration, ...]:
+        size, (z, v) = f"T_hold*{self.gain}", self.begun.values()
+        return (
+            own_start(self.key, z, "N m", f"torque of the {self.whose} at the start", size),
+            own_start(f"{self.key}_rate", v, "N m", "its rate at the start over its frequency", size),
+        )
+
+
+FIRST = _Mode(
+    table="housing", z=Symbol("z"), v=Symbol("v_z"), gain=Symbol("K_res"), frequency=Symbol("omega_0"),
+    damping=Symbol("zeta"), key="housing", word="housing", whose="housing's mode", least_gain=0.0,
+    source="Kornienko2013",
+)  # fmt: skip
+SECOND = _Mode(
+    table="housing.second_mode", z=Symbol("z_res2"), v=Symbol("v_res2"), gain=Symbol("K_res2"),
+    frequency=Symbol("omega_res2"), damping=Symbol("zeta_res2"), key="housing_second_mode", word="second housing",
+    whose="housing's second mode", least_gain=-math.inf, source=EWINS,
+)  # fmt: skip
+
+
+def _second_mode() -> Rival:
+    """Return a second mode that may be there; without gain there is none."""
+    return Rival(
+        name=SECOND.table, words="second resonance of the housing", table=SECOND.table, null="gain", grown=False,
+        free={"gain": (Float(0.3), Float(-20.0), Float(20.0)), "damping": (Float(0.1), Float(0.003), Float(0.5)),
+              "frequency": (Float(3000.0), Float(300.0), Float(30000.0))},
+        tried={"frequency": TRIED},
+    )  # fmt: skip
 
 
 def rigid_housing() -> Block:

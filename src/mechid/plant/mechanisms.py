@@ -9,19 +9,20 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import cable, dc_motor, friction, test_stand, unbalance
+from mechid.plant import cable, current_limit, dc_motor, friction, microstep_table, supply, test_stand, unbalance
 from mechid.plant.block import Block
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
+from mechid.plant.friction_position import varying
 from mechid.plant.gear import LAWS as GEAR_LAWS
 from mechid.plant.gear import gear, unwound
-from mechid.plant.housing import FORMS, housing, rigid_housing
+from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
 from mechid.plant.start import ANGLE
-from mechid.plant.stepper import SCALES, current_fed, detent, motor_torque, windings
+from mechid.plant.stepper import PHASES, SCALES, current_fed, detent, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
 """Blocks, wiring that names do not settle, and quantities that can be measured."""
@@ -35,35 +36,34 @@ OUTPUT_QUANTITIES = {"output_angle": "load.alpha_gear", "output_rate": "load.ome
 def _geared_stepper(layout: Layout) -> Parts:
     """Return the paper's mechanism: stepper, rotor, gear, load, housing, test stand."""
     drive = layout.law("stepper", (*VOLTAGES, *CURRENTS), "drive")
-    motor, currents = _stepper(layout, drive)
+    motor, driven, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout)
     law = layout.law("gear", tuple(GEAR_LAWS))
     blocks = [
         *motor,
         rotor(turns=layout.turns),
-        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](_site(drive)),
+        *_friction(layout, _site(drive), geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
         *_loaded(layout),
         *_base(layout, {"rotor": "free", "load": "free_out" if OUTPUT.table in layout.tables else ""}),
         *stand,
     ]
-    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
+    return blocks, {**driven, **wiring}, {**torques, **MOTOR_QUANTITIES, **OUTPUT_QUANTITIES, **currents}
 
 
 def _ungeared_stepper(layout: Layout) -> Parts:
     """Return a stepper, by default on a current drive, with its load on its own shaft."""
     drive = layout.law("stepper", (*CURRENTS, *VOLTAGES), "drive")
-    motor, currents = _stepper(layout, drive)
+    motor, driven, currents = _stepper(layout, drive)
     stand, wiring, torques = _stand(layout, loaded=False)
-    laws = friction.UNGEARED_LAWS
     blocks = [
         *motor,
         rotor(geared=False, inertia=replace(INERTIA, role=Role.LOAD_INERTIA), turns=layout.turns),
-        *laws[layout.law("friction", tuple(laws))](_site(drive)),
+        *_friction(layout, _site(drive)),
         *_base(layout, {"rotor": "free"}),
         *stand,
     ]
-    return blocks, wiring, {**torques, **MOTOR_QUANTITIES, **currents}
+    return blocks, {**driven, **wiring}, {**torques, **MOTOR_QUANTITIES, **currents}
 
 
 def _two_mass(layout: Layout) -> Parts:
@@ -76,7 +76,7 @@ def _two_mass(layout: Layout) -> Parts:
     blocks = [
         measured_drive((("torque", "T_mot"),), "drive", _offset("N m")),
         rotor(start=Integer(0), inertia=inertia),
-        *friction.LAWS[layout.law("friction", tuple(friction.LAWS))](site),
+        *_friction(layout, site, geared=True),
         gear(law, layout.whole_orders("gear.kinematic_error")),
         *_loaded(layout, Integer(0)),
         *stand,
@@ -89,13 +89,12 @@ def _brushed_dc(layout: Layout) -> Parts:
     site = replace(ROTOR, holding=None, damping=dc_motor.DAMPING)
     sprung = dc_motor.SPRING in layout.tables
     stand, wiring, torques = _stand(layout, loaded=False)
-    laws = friction.UNGEARED_LAWS
     blocks = [
         measured_drive((("voltage", "u_mot"),), "drive", _offset("V")),
         dc_motor.dc_winding(),
         rotor(geared=sprung, start=Integer(0), inertia=dc_motor.INERTIA),
         *([dc_motor.shaft_spring()] if sprung else []),
-        *laws[layout.law("friction", tuple(laws))](site),
+        *_friction(layout, site),
         *stand,
     ]
     wiring |= {"rotor.T_rg": "spring.T_spring"} if sprung else {}
@@ -125,7 +124,6 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
         site = replace(
             ROTOR, torque=unit, viscous=f"{unit} s/{rate.split('/')[0]}", rate=rate, holding=None, damping=None
         )
-        laws = friction.UNGEARED_LAWS
         blocks = [
             measured_drive(((quantity, "T_mot"),), "drive", _offset(unit)),
             rotor(
@@ -135,7 +133,7 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
                 start_rate=start_rate,
                 unbalance=unbalance if turning else None,
             ),
-            *laws[layout.law("friction", tuple(laws))](site),
+            *_friction(layout, site),
         ]
         return blocks, {}, dict(zip(names, ("rotor.alpha", "rotor.omega"), strict=True))
 
@@ -153,19 +151,40 @@ ASSEMBLIES: Mapping[str, Callable[[Layout], Parts]] = {
 """By the name in mechanism.toml; the first is the default."""
 
 
-def _stepper(layout: Layout, drive: str) -> tuple[list[Block], dict[str, str]]:
-    """Return drive, windings, detents and their sum; and the quantities of the phases."""
-    harmonics = layout.whole_orders("stepper.torque_harmonic")
-    apart = "stepper.imbalance" in layout.tables
-    if drive in VOLTAGES:
-        phases, where = [VOLTAGES[drive](), windings(harmonics=harmonics, apart=apart)], "windings"
-    else:
-        phases, where = [CURRENTS[drive](), current_fed(harmonics=harmonics, apart=apart)], "drive"
-    holding, _ = SCALES.get(drive, (None, None))
-    orders = layout.orders.get("stepper.detent", ())
+def _stepper(layout: Layout, drive: str) -> Parts:
+    """Return drive, windings, detents and their sum; their wiring; and the quantities of the phases."""
+    orders, holding = layout.orders.get("stepper.detent", ()), SCALES.get(drive, (None, None))[0]
+    phases, wiring, where = _phases(layout, drive)
     detents = [detent(k, order, holding) for k, order in enumerate(orders)]
-    currents = {f"current_phase_{x}": f"{where}.i_{x.upper()}" for x in "ab"}
-    return [*phases, *detents, motor_torque(orders, holding)], currents
+    currents = {f"current_phase_{x.lower()}": f"{where[x]}.i_{x}" for x in PHASES}
+    return [*phases, *detents, motor_torque(orders, holding)], wiring, currents
+
+
+def _phases(layout: Layout, drive: str) -> Parts:
+    """Return drive and windings, their wiring, and which block has the current of each phase."""
+    harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
+    table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
+    limited = current_limit.TABLE in layout.tables
+    if sagging and drive != "voltage":
+        raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
+    if limited and drive != "current":
+        raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
+    if drive in VOLTAGES:
+        coils = windings(harmonics=harmonics, apart=apart, sagging=sagging, commanded=drive == "voltage")
+        return [VOLTAGES[drive](table_orders), coils], {}, dict.fromkeys(PHASES, "windings")
+    coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
+    blocks = [CURRENTS[drive](table_orders), coils]
+    if not limited:
+        return blocks, {}, dict.fromkeys(PHASES, "drive")
+    wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
+    wiring |= {f"windings.i_{x}": f"loop_{x}.i_{x}" for x in PHASES}
+    return [*blocks, *map(current_limit.loop, PHASES)], wiring, {x: f"loop_{x}" for x in PHASES}
+
+
+def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:
+    """Return the law of friction, and how it varies with the angle."""
+    laws = friction.LAWS if geared else friction.UNGEARED_LAWS
+    return varying(laws[layout.law("friction", tuple(laws))](site), site, layout, geared=geared)
 
 
 def _site(drive: str) -> Site:
@@ -218,7 +237,8 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
         blocks = [rigid_housing(), test_stand.base_torque(loaded=loaded), test_stand.anti_alias(LINE_ORDER)]
         return blocks, {"anti_alias.T": BASE_TORQUE}, {"torque": BASE_TORQUE, LINE_TORQUE: "anti_alias.T"}
     form = layout.law("housing", FORMS, "form") if "housing" in layout.tables else None
-    blocks = [housing(form) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
+    second = _second_mode(layout)
+    blocks = [housing(form, second=second) if form else rigid_housing(), test_stand.base_torque(loaded=loaded)]
     wiring, last = {}, BASE_TORQUE
     stages: list[Block] = []
     if "transducer" in layout.tables:
@@ -232,6 +252,15 @@ def _stand(layout: Layout, *, loaded: bool = True) -> tuple[list[Block], dict[st
         wiring[f"{stage.name}.T"] = last
         last = f"{stage.name}.T"
     return [*blocks, *stages], wiring, {"torque": last}
+
+
+def _second_mode(layout: Layout) -> bool:
+    """Return whether the housing has a second mode; refuse one beside a housing of the user's own."""
+    there = SECOND.table in layout.tables
+    if there and "housing" in layout.own:
+        raise InputFileError(f"{SECOND.table}: stands beside a housing of your own, which does not know of it; write "
+                             "both modes into your block, or take the library's housing")  # fmt: skip
+    return there
 
 
 def _offset(unit: str) -> Declaration:

@@ -9,7 +9,9 @@ from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
+from mechid.plant import current_limit, supply
 from mechid.plant.block import Block, Extension, PolarPair
+from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
@@ -21,6 +23,7 @@ WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
 """Periods of a detent per electrical period that are looked for where a file lacks one."""
+HARMONIC = "stepper.torque_harmonic"
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th"}
 """The same of the torque constant."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
@@ -30,7 +33,9 @@ SCALES: Mapping[str, tuple[str | None, str | None]] = {
 """Holding torque and electrical damping of a motor in the file's symbols, by drive."""
 
 
-def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
+def windings(
+    *, harmonics: Sequence[int] = (), apart: bool = False, sagging: bool = False, commanded: bool = True
+) -> Block:
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
     Equations (1) to (3) of [Kornienko2013]_; i in A, u in V, alpha in rad, omega in rad/s, T in N m.
@@ -44,27 +49,45 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
     apart : bool
         Whether the phases differ: R, L and k_m of phase A are (1 + r) times the file's, of phase B (1 - r)
         times, and each phase has a voltage offset.
+    sagging : bool
+        Whether the source behind the drive has a resistance (`supply`).
+    commanded : bool
+        Whether a command makes the voltages, and not what was measured.
     """
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
-    shape, share = _shapes(harmonics), _shares(apart)
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
+    fed = {x: u[x] - supply.SAG * supply.DUTIES[x] if sagging else u[x] for x in PHASES}
     rates = {
-        i[x]: (u[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
+        i[x]: (fed[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
         / (L * share["L"][x])
         for x in PHASES
     }
+    resistances = {x: R * share["R"][x] for x in PHASES}
+    settled = {x: (u[x] + offset[x]) / resistances[x] for x in PHASES}
+    if sagging:
+        settled = supply.settled(settled, resistances)
     unequal = _imbalance(("resistance", "r_R"), ("inductance", "r_L"), unit="V") if apart else ()
     own = {x: Symbol(f"i_{x}_start") for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
-        declarations=(*_electrical(), *unequal, *_harmonic_declarations(harmonics)),
-        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
-        polar=_harmonic_pairs(harmonics),
-        inputs=(*u.values(), alpha, omega),
+        declarations=(
+            *_electrical(),
+            *([supply.RESISTANCE] if sagging else []),
+            *unequal,
+            *(d for h in extra for d in h.declarations),
+        ),
+        coordinates={
+            shift_B: Symbol("phi_shift") * pi / 180,
+            **coordinates_of(extra),
+        },
+        polar=tuple(h.polar for h in extra),
+        inputs=(*u.values(), *(supply.DUTIES.values() if sagging else ()), alpha, omega),
+        terms={supply.SAG: supply.sag(i)} if sagging else {},
         rates=rates,
-        initial={i[x]: (u[x] + offset[x]) / (R * share["R"][x]) + own[x] for x in PHASES},
+        initial={i[x]: settled[x] + own[x] for x in PHASES},
         starts=tuple(
             own_start(
                 f"current_{x.lower()}",
@@ -76,30 +99,39 @@ def windings(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
             for x in PHASES
         ),
         outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
-        extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("voltage"))),
+        extensions=(
+            *_harmonic_extensions(harmonics),
+            *(() if apart else _apart_extensions("voltage")),
+            *([supply.EXTENSION] if commanded and not sagging else []),
+        ),
     )
 
 
-def current_fed(*, harmonics: Sequence[int] = (), apart: bool = False) -> Block:
+def current_fed(
+    *, harmonics: Sequence[int] = (), apart: bool = False, limited: bool = False, commanded: bool = True
+) -> Block:
     """Two windings on a current drive: T = k_m i sin(p/2 alpha + shift), whatever voltage that takes.
 
-    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A.
+    Equation (3) of [Kornienko2013]_; parameters as those of `windings`, offsets in A. Where the drive is `limited`
+    its loops (`current_limit`) take the back-EMF from here.
     """
     i = {x: Symbol(f"i_{x}_in") for x in PHASES}
-    shape, share = _shapes(harmonics), _shares(apart)
+    extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
     offset = {x: Symbol(f"i_0{x}") if apart else Integer(0) for x in PHASES}
     carried = {x: i[x] + offset[x] for x in PHASES}
+    emf = {f"emf_{x}": k_v * share["k"][x] * omega * shape[x] for x in PHASES}
     return Block(
         name="windings",
         table="stepper",
         declarations=(_POLES, replace(_TORQUE_CONSTANT, supply_power=-1), _PHASE_SHIFT,
                       *(_imbalance(unit="A") if apart else ()),
-                      *_harmonic_declarations(harmonics)),
-        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **_harmonic_coordinates(harmonics)},
-        polar=_harmonic_pairs(harmonics),
-        inputs=(*i.values(), alpha),
-        outputs={"T_coils": _torque(carried, shape, share)},
+                      *(d for h in extra for d in h.declarations)),
+        coordinates={shift_B: Symbol("phi_shift") * pi / 180, **coordinates_of(extra)},
+        polar=tuple(h.polar for h in extra),
+        inputs=(*i.values(), alpha, *([omega] if limited else [])),
+        outputs={"T_coils": _torque(carried, shape, share), **(emf if limited else {})},
         extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
+        rivals=(current_limit.RIVAL,) if commanded and not limited else (),
     )  # fmt: skip
 
 
@@ -110,13 +142,8 @@ def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[st
 def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
     """Return each phase's coupling over the angle: a sine and its harmonics."""
     angles = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
-    shapes: dict[str, Expr] = {}
-    for x, angle in angles.items():
-        extra = (
-            c * sin(h * angle) + s * cos(h * angle) for h, (c, s) in zip(harmonics, _parts(harmonics), strict=True)
-        )
-        shapes[x] = sum(extra, sin(angle))
-    return shapes
+    extra = _harmonics(harmonics)
+    return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in angles.items()}
 
 
 def _shares(apart: bool) -> dict[str, dict[str, Expr]]:
@@ -172,10 +199,9 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
 
 def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the torque constant that may be there beside, of 3 %."""
-    table = "stepper.torque_harmonic"
     return tuple(
-        Extension(name=f"{table}:{order}", words=f"{ordinal} harmonic of the torque constant", table=table, order=order,
-                  structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
+        Extension(name=f"{HARMONIC}:{order}", words=f"{ordinal} harmonic of the torque constant",
+                  table=HARMONIC, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
         for order, ordinal in HARMONIC_ORDERS.items() if order not in harmonics
     )  # fmt: skip
 
@@ -183,7 +209,7 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
 def _apart_extensions(driven: str) -> tuple[Extension, ...]:
     """Return phases that differ by 3 %, and offsets by 2 % of the supply; they are driven by voltage or by current."""
     table = "stepper.imbalance"
-    halves, words, supply = {
+    halves, words, driven_by = {
         "voltage": (("resistance", "inductance", "torque_constant"), "torque constant, resistance or inductance", "U"),
         "current": (("torque_constant",), "torque constant", "I_peak"),
     }[driven]
@@ -191,57 +217,21 @@ def _apart_extensions(driven: str) -> tuple[Extension, ...]:
         Extension(name=table, words=f"the two phases differ in {words}", table=table,
                   widths=dict.fromkeys(halves, Float(0.03))),
         Extension(name="stepper.phase_offset", words=f"a constant {driven} is added in each phase", table=table,
-                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(supply) for x in PHASES}),
+                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(driven_by) for x in PHASES}),
     )  # fmt: skip
 
 
-def _parts(harmonics: Sequence[int]) -> list[tuple[Symbol, Symbol]]:
-    """Return the symbols of each harmonic's cosine and sine part."""
-    return [(Symbol(f"c_h{k}"), Symbol(f"s_h{k}")) for k in range(1, len(harmonics) + 1)]
-
-
-def _harmonic_symbols(index: int) -> tuple[Symbol, Symbol, Symbol]:
-    k = index + 1
-    return Symbol(f"h_{k}"), Symbol(f"C_h{k}"), Symbol(f"phi_h{k}")
-
-
-def _harmonic_declarations(harmonics: Sequence[int]) -> tuple[Declaration, ...]:
-    result: list[Declaration] = []
-    for index in range(len(harmonics)):
-        order, amplitude, phase = _harmonic_symbols(index)
-        table = f"stepper.torque_harmonic.{index}"
-        result += [
-            Declaration(key=f"{table}.order", symbol=order.name, unit="1", lower=2.0, structural=True, source=HUGHES,
-                        meaning="periods of the torque constant's harmonic per electrical period"),
-            Declaration(key=f"{table}.amplitude", symbol=amplitude.name, unit="1", lower=0.0, source=HUGHES,
-                        meaning="amplitude of the harmonic over the torque constant"),
-            Declaration(key=f"{table}.phase_deg", symbol=phase.name, unit="deg", default=0.0, source=HUGHES,
-                        meaning="phase of the harmonic"),
-        ]  # fmt: skip
-    return tuple(result)
-
-
-def _harmonic_coordinates(harmonics: Sequence[int]) -> dict[Symbol, Expr]:
-    result: dict[Symbol, Expr] = {}
-    for index, (c, s) in enumerate(_parts(harmonics)):
-        _, amplitude, phase = _harmonic_symbols(index)
-        result |= {c: amplitude * cos(phase * pi / 180), s: amplitude * sin(phase * pi / 180)}
-    return result
-
-
-def _harmonic_pairs(harmonics: Sequence[int]) -> tuple[PolarPair, ...]:
-    tables = [f"stepper.torque_harmonic.{index}" for index in range(len(harmonics))]
+def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
+    """Return the harmonics of the torque constant, over each phase's electrical angle."""
     return tuple(
-        PolarPair(
-            amplitude=f"{table}.amplitude",
-            phase=f"{table}.phase_deg",
-            cosine=c,
-            sine=s,
-            cycles=_harmonic_symbols(index)[0] * p / 2,
-            of_phase=True,
+        ListedHarmonic(
+            table=HARMONIC, index=index, order=order, letters=("h_", "C_h", "phi_h", "c_h", "s_h"), unit="1",
+            source=HUGHES, least=2.0, turns=p / 2, of_phase=True,
+            meanings=("periods of the torque constant's harmonic per electrical period",
+                      "amplitude of the harmonic over the torque constant", "phase of the harmonic"),
         )
-        for index, (table, (c, s)) in enumerate(zip(tables, _parts(harmonics), strict=True))
-    )
+        for index, order in enumerate(orders)
+    )  # fmt: skip
 
 
 def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:

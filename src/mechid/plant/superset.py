@@ -50,11 +50,29 @@ class Law:
         With it.
     imitated_by : str
         The disturbance that takes its place where it is lacking; empty where none does.
+    own : tuple of str
+        Dotted names of what is free of it.
+    null : str
+        Dotted name of an amplitude: where that is 0 there is nothing of it, whatever its other parameters are, and the
+        derivative to it says whether there should be. Empty where it has none.
+    tries : tuple of mapping of str to float
+        Values of its other parameters at which that derivative is to be looked at: a fit of it begins at the best of
+        them. Empty where its start will do.
     """
 
     name: str
     mechanism: Mechanism
     imitated_by: str = ""
+    own: tuple[str, ...] = ()
+    null: str = ""
+    tries: tuple[Mapping[str, float], ...] = ()
+
+    def at_null(self, values: Mapping[str, float]) -> Mechanism:
+        """Return the mechanism where there is nothing of it, its amplitude free and its other parameters held."""
+        amplitude = self.mechanism.parameters[self.null]
+        none = replace(amplitude, value=0.0, min=min(amplitude.min, 0.0))
+        held = self.mechanism.with_values(values).with_parameters({self.null: none})
+        return held.with_free((*(p.name for p in held.free if p.name not in self.own), self.null))
 
 
 @dataclass(frozen=True)
@@ -106,15 +124,21 @@ class Superset:
             yield phase, replace(known[phase], status=Status.FREE, min=-180.0, max=180.0)
 
 
-def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset | None:
+def superset_of(
+    mechanism: Mechanism, *, grown_only: bool = False, only: Collection[str] | None = None
+) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
 
-    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`).
+    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named.
     """
     layout = mechanism.plant.layout
     if layout is None:
         return None
-    extensions = [e for e in _extensions(mechanism, layout) if e.grown or not grown_only]
+    extensions = [
+        e
+        for e in _extensions(mechanism, layout)
+        if (e.grown or not grown_only) and (only is None or _name(mechanism, e) in only)
+    ]
     if not extensions:
         return None
     orders, places = dict(layout.orders), []
@@ -127,7 +151,7 @@ def superset_of(mechanism: Mechanism, *, grown_only: bool = False) -> Superset |
         for place, extension in zip(places, extensions, strict=True)
         for key, e in extension.structure.items()
     }
-    terms = tuple(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
+    terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
     return Superset(_laid_out(mechanism, wide, values), terms)
 
 
@@ -143,7 +167,10 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law
         if rival.grown or not grown_only:
             other = _with_rival(mechanism, layout, rival)
             if mechanism.parameters.keys() <= other.parameters.keys():  # else it would take another law's place
-                yield Law(rival.name, other, rival.imitated_by)
+                null = f"{rival.table}.{rival.null}" if rival.null else ""
+                tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
+                own = tuple(f"{rival.table}.{key}" for key in rival.free)
+                yield Law(rival.name, other, rival.imitated_by, own, null, tuple(tries))
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:
@@ -195,15 +222,21 @@ def _optional(some: Sequence[Extension | Rival]) -> frozenset[str]:
 
 
 def _laid_out(mechanism: Mechanism, layout: Layout, values: Mapping[str, float]) -> Mechanism:
-    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0."""
+    """Return a mechanism in another layout: its own parameters, and what is new at a value, a default or 0, or tied."""
     plant, measured = plant_of(layout), tuple(mechanism.plant.outputs)
     plant = plant if tuple(plant.outputs) == measured else plant.measuring(measured)
-    parameters = {
-        name: mechanism.parameters.get(name)
-        or Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
+    new = {
+        name: Parameter(name=name, value=values.get(name, d.default or 0.0), declaration=d)
         for name, d in plant.declarations.items()
+        if name not in mechanism.parameters
     }
-    return Mechanism(plant, parameters, mechanism.options)
+    for name, master in plant.related("tied_to").items():
+        if name in new and name not in values:
+            new[name] = replace(new[name], value=mechanism.value(master), status=Status.TIED, tied_to=master)
+    parameters = {name: mechanism.parameters.get(name) or new[name] for name in plant.declarations}
+    before = mechanism.plant.layout.laws if mechanism.plant.layout else {}
+    chosen = {f"{t}.{TABLES[t].option}": law for t, law in layout.laws.items() if before.get(t) != law}
+    return Mechanism(plant, parameters, {**mechanism.options, **chosen})
 
 
 def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> str:
@@ -215,8 +248,25 @@ def _place(orders: dict[str, tuple[int | None, ...]], extension: Extension) -> s
     return f"{extension.table}.{len(listed)}"
 
 
+def _joined(terms: Iterable[Term]) -> tuple[Term, ...]:
+    """Return the terms, those of one name as one."""
+    found: dict[str, Term] = {}
+    for term in terms:
+        before = found.get(term.name, term)
+        found[term.name] = replace(term, widths={**before.widths, **term.widths})
+    return tuple(found.values())
+
+
 def _term(mechanism: Mechanism, place: str, extension: Extension) -> Term:
-    values = {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}
-    period = f":{values['period_deg']:.3g}deg" if "period_deg" in values else ""
     widths = {f"{place}.{key}": abs(float(e.subs(mechanism.by_symbol))) for key, e in extension.widths.items()}
-    return Term(f"{extension.name}{period}", extension.words.format(**values), widths)
+    words = extension.words.format(**_shape(mechanism, extension))
+    return Term(_name(mechanism, extension), words, widths)
+
+
+def _name(mechanism: Mechanism, extension: Extension) -> str:
+    period = _shape(mechanism, extension).get("period_deg")
+    return extension.name if period is None else f"{extension.name}:{period:.3g}deg"
+
+
+def _shape(mechanism: Mechanism, extension: Extension) -> dict[str, float]:
+    return {key: float(e.subs(mechanism.by_symbol)) for key, e in extension.structure.items()}

@@ -6,9 +6,21 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechid.parameter import Role
-from mechid.plant import cable, dc_motor, friction, gear, housing, test_stand
+from mechid.plant import (
+    cable,
+    current_limit,
+    dc_motor,
+    friction,
+    friction_position,
+    gear,
+    housing,
+    microstep_table,
+    supply,
+    test_stand,
+)
 from mechid.plant.drive import CURRENTS, VOLTAGES
 
+HOUSING = "its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
 
 
@@ -68,8 +80,16 @@ _ALL = (
           title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
     Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
           title="one harmonic of the torque constant over the electrical angle"),
+    Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
+          title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
+    Table(name=current_limit.TABLE, title="what limits a current drive; without it currents jump", optional=True),
+    Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
     Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
+    Table(name=friction_position.ROTOR.table, entry="harmonic", told_by="order",
+          title="one harmonic of dry friction over the angle of the rotor"),
+    Table(name=friction_position.OUTPUT.table, entry="harmonic", told_by="order",
+          title="one harmonic of dry friction over the angle of the output"),
     Table(name="gear", title="gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
     Table(name="gear.kinematic_error", entry="harmonic", told_by="order",
           title="one harmonic of the gear's kinematic error over the input angle"),
@@ -84,7 +104,9 @@ _ALL = (
     Table(name=dc_motor.SPRING, title="spring from the motor's shaft to its base", optional=True),
     Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
           choices=housing.FORMS, named=True, optional=True, own=True,
-          bench="its filter has no reaction on the mechanism; a mode of the real housing belongs into the structure"),
+          bench=HOUSING),
+    Table(name=housing.SECOND.table, title="second resonance of the housing, which adds to the first", optional=True,
+          bench=HOUSING),
     Table(name="transducer", title="the torque transducer", choices=test_stand.TRANSDUCERS, optional=True,
           bench=RECORDER, of_record=True),
     Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,

@@ -10,13 +10,13 @@ from mechid.identification.result.terms_beside import CLEAR, TermBeside, TermsBe
 from mechid.report.digits import with_sigma
 
 WITHOUT = (
-    "With the mechanism file alone the search does not come to the end of these records; with the further terms below "
-    "it does. A real mechanism may have them, and the file does not."
+    "These records ask for more than the mechanism file has: they are followed with the further terms below, which a "
+    "real mechanism or its test stand may have."
 )
 TRUST = (
-    "Trust the values of the parameters within their errors: they were found together with these terms, so that an "
-    "error counts what a term may take away from its parameter. Everything else is without the terms: the curves and "
-    "residuals of the records, the estimated mechanism file, and whatever is simulated with it."
+    "The values of the parameters and their errors hold with these terms: they were found together, so "
+    "that an error counts what a term may take away from its parameter. Everything else is without the terms: the "
+    "curves and residuals of the records, the estimated mechanism file, and whatever is simulated with it."
 )
 CLEAR_WORDS = (
     f"A clear term is at least {CLEAR:g} standard errors from nothing: most likely the mechanism has it, or something "

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mechid.identification.disturbance.disturbance import Disturbance, carried, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
-from mechid.identification.output_error.reduction import Triangle, combined
+from mechid.identification.output_error.reduction import combined
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.signal.whiteness import effective_samples
 
@@ -68,30 +68,33 @@ def scores(problem: Problem, q: FloatArray, windows: Windows, some: Sequence[Dis
     windows : mapping of record to (first, stop)
     some : sequence of Disturbance
     """
-    judged, worth = at_their_worth(problem, q, windows)
+    judged, worth = by_own_residuals(problem, q, windows)
     wide = with_disturbances(judged, [one for one in some if one.own])
-    here = carried(judged, q, wide)
-    triangles = wide.triangles(here, windows)
+    triangles = wide.triangles(carried(judged, q, wide), windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return {}
-    follows = _following(judged, q, wide)
-    plain = combined([_moved(combined(triangles), follows), *judged.prior_triangles(q)])
-    free = ~judged.coordinates.on_bound(q)
-    rest = _least(plain.fun, plain.jacobian[:, free])
-    records, found = combined(triangles), {}
-    places = {name: j for j, name in enumerate(wide.coordinates.names)}
+    records, priors = combined(triangles), judged.prior_triangles(q)
+    moved = ~judged.coordinates.on_bound(q)
+    residual = np.concatenate([records.fun, *(t.fun for t in priors)])
+    free = np.vstack([records.jacobian @ following(judged, q, wide)[:, moved], *(t.jacobian[:, moved] for t in priors)])
+    below = np.zeros((residual.size - records.fun.size, wide.size))
+    further = np.vstack([records.jacobian, below])
+    places, found = {name: j for j, name in enumerate(wide.coordinates.names)}, {}
     for one in some:
         if one.lines_hz:
             found[one.name] = _of_lines(problem, q, windows, one)
             continue
         columns = [places[p.name] for p in one.parameters if p.name in places]
-        joined = _moved(records, np.column_stack([follows[:, free], np.eye(wide.size)[:, columns]]))
-        known = [_padded(t, free, len(columns)) for t in judged.prior_triangles(q)]
-        both = combined([joined, *known])
-        fall = max(rest - _least(both.fun, both.jacobian), 0.0)
-        left = max(rest - fall, SMALLEST)  # the noise is what is left with it, as in an F test
-        found[one.name] = Score(worth * fall / left, one.dof, fall / max(rest, SMALLEST), worth)
+        found[one.name] = score_of(residual, free, further[:, columns], one.dof, worth)
     return found
+
+
+def score_of(residual: FloatArray, free: FloatArray, further: FloatArray, dof: int, worth: float) -> Score:
+    """Return the score of further derivatives, (m, k), beside those of what is free, (m, n), at a residual, (m,)."""
+    rest = _least(residual, free)
+    fall = max(rest - _least(residual, np.column_stack([free, further])), 0.0)
+    left = max(rest - fall, SMALLEST)  # the noise is what is left with it, as in an F test
+    return Score(worth * fall / left, dof, fall / max(rest, SMALLEST), worth)
 
 
 def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> Score:
@@ -99,7 +102,7 @@ def _of_lines(problem: Problem, q: FloatArray, windows: Windows, one: Disturbanc
 
     All else stays where it is, so that it is a little too low.
     """
-    wide, worth = at_their_worth(with_disturbances(problem, [one]), q, windows)
+    wide, worth = by_own_residuals(with_disturbances(problem, [one]), q, windows)
     levels = {t.name: t.leading.sigma for t in wide.targets}
     before, after = (float(np.sum(np.square(p.with_sigmas(levels).norms(q, windows)))) for p in (_plain(problem), wide))
     return Score(max(before - after, 0.0), one.dof, 1.0 - after / before if before > 0.0 else 0.0, worth)
@@ -110,15 +113,20 @@ def _plain(problem: Problem) -> Problem:
     return replace(problem, targets=tuple(t.each(lambda c: replace(c, prefilter=None)) for t in problem.targets))
 
 
-def _following(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
-    """Return how the wide problem's coordinates move with the plain one's, where records follow the mechanism."""
-    n, size = plain.size, plain.space.size
-    out = np.zeros((wide.size, n))
+def following(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
+    """Return how the coordinates of a problem with more that is free move with those of the plain one, (m, n).
+
+    Values of single records that the plain one has not follow its mechanism.
+    """
+    size = plain.space.size
+    out = np.zeros((wide.size, plain.size))
     names, slopes = plain.space.value_jacobian(plain.coordinates.of_mechanism(q))
     slope = dict(zip(names, slopes, strict=True))
-    out[:size, :size] = np.eye(size)
+    rows = {(c.name, c.kind): j for j, c in enumerate(wide.space.coordinates)}
+    for i, coordinate in enumerate(plain.space.coordinates):
+        out[rows[coordinate.name, coordinate.kind], i] = 1.0
     places = {name: j for j, name in enumerate(plain.coordinates.own_names, size)}
-    for j, c in enumerate(wide.coordinates.own, size):
+    for j, c in enumerate(wide.coordinates.own, wide.space.size):
         if c.parameter.name in places:
             out[j, places[c.parameter.name]] = 1.0
         elif c.parameter.replaces in slope:
@@ -128,16 +136,7 @@ def _following(plain: Problem, q: FloatArray, wide: Problem) -> FloatArray:
 
 def worth_of(problem: Problem, q: FloatArray, windows: Windows) -> float:
     """Return how many independent samples the residuals at a point are worth, all channels together."""
-    return at_their_worth(problem, q, windows)[1]
-
-
-def _moved(triangle: Triangle, by: FloatArray) -> Triangle:
-    return replace(triangle, jacobian=triangle.jacobian @ by)
-
-
-def _padded(triangle: Triangle, free: NDArray[np.bool_], more: int) -> Triangle:
-    J = triangle.jacobian[:, free]
-    return replace(triangle, jacobian=np.column_stack([J, np.zeros((len(J), more))]))
+    return by_own_residuals(problem, q, windows)[1]
 
 
 def _least(r: FloatArray, J: FloatArray) -> float:
@@ -148,7 +147,7 @@ def _least(r: FloatArray, J: FloatArray) -> float:
     return float(np.sum((r + (J / size) @ step) ** 2))
 
 
-def at_their_worth(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
+def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple[Problem, float]:
     """Return the problem with each channel at its residual's level and worth, and what all are worth together."""
     total = 0.0
 

@@ -83,11 +83,8 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
         The fit has no optimum.
     """
     _refuse_others(campaign, estimate)
-    taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     parameters: dict[str, Any] = estimate["parameters"]
-    hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
-    campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
-    campaign = replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
+    campaign = as_fitted(campaign, estimate)
     values = {name: p["value"] for name, p in parameters.items() if p["status"] in (*MOVED, Status.FROZEN)}
     terms = estimate["beside"]["parameters"] if estimate.get("beside") else {}
     values |= {name: p["value"] for name, p in terms.items()}
@@ -105,6 +102,14 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         raise FitError(f"{campaign.path}: the estimate cannot be simulated; identify anew")
     return Optimum(problem, solution.q, windows, solution.triangle, parameters)
+
+
+def as_fitted(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
+    """Return a campaign as its fit had it: records otherwise than declared, with their own, hum removed."""
+    taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
+    hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
+    campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
+    return replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
 
 
 def _as_free(names: Iterable[str]) -> dict[str, Any]:

@@ -19,7 +19,7 @@ from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import at_their_worth
+from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
@@ -105,7 +105,7 @@ def settled_louder(
 
 def _needs_terms(fitted: Wide) -> bool:
     """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
-    problem, worth = at_their_worth(fitted.problem, fitted.growth.q, fitted.problem.whole())
+    problem, worth = by_own_residuals(fitted.problem, fitted.growth.q, fitted.problem.whole())
     named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
     for name, term in fitted.beside.new.items():
         named[term].append(name)

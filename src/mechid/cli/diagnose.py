@@ -1,0 +1,31 @@
+"""``mechid diagnose``: what the mechanism file lacks, as the records of a finished fit say it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def diagnose(
+    fit: Annotated[Path, typer.Argument(metavar="FIT", help="Result folder of mechid identify, or its campaign.toml.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
+    campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
+    workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+) -> None:
+    """Say which effects the mechanism file lacks, and propose a file that has them."""
+    from mechid.cli.finished_fit import finished_fit
+    from mechid.cli.progress_line import ProgressLine
+    from mechid.identification.diagnosis.diagnosis import diagnose as diagnosed
+    from mechid.report.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
+    from mechid.report.terminal import console_on
+    from mechid.writing import refuse_unwritable
+
+    finished = finished_fit(fit, campaign)
+    refuse_unwritable(out)
+    with ProgressLine(console_on(err=True)) as line:
+        found = diagnosed(finished.campaign, finished.estimate, workers=workers, listener=line.tell)
+    data = diagnosis_data(found)
+    files = write_diagnosis(found, data, out)
+    print_diagnosis(data, console_on(), files)

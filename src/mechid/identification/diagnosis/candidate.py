@@ -1,0 +1,169 @@
+"""A model of a campaign: the mechanism as written with some effects of the library, and what else may be beside it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.beside.beside import Beside, lifted, terms_beside
+from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.search.solve import Solution, solve
+from mechid.identification.stages.corners import out_of_corner
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import Law, Superset, superset_of
+
+FloatArray = NDArray[np.float64]
+STEPS = 30
+TOLERANCE = 1e-7
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """What all models of a diagnosis share.
+
+    Attributes
+    ----------
+    problem : Problem
+        Of the mechanism as written, with what the fit's records have of their own, the noise as known before the fit.
+    windows : mapping of record to (first, stop)
+        What of the records the fit follows.
+    disturbances : tuple of Disturbance
+        That the records may have beside.
+    """
+
+    problem: Problem
+    windows: Windows
+    disturbances: tuple[Disturbance, ...]
+
+    @property
+    def samples(self) -> int:
+        """Samples of all windows and channels."""
+        channels = {t.name: len(t.channels) for t in self.problem.targets}
+        return sum(channels[name] * (stop - first) for name, (first, stop) in self.windows.items())
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A mechanism with some effects, at its optimum.
+
+    Attributes
+    ----------
+    setting : Setting
+    base : Mechanism
+        As written, with the laws that stand in place of its own.
+    laws : tuple of str
+        Names of these.
+    terms, disturbances : tuple of str
+        Names of the effects that it has beside.
+    q : (n,)
+    cost : float
+        In sigmas squared, the noise as known.
+    """
+
+    setting: Setting
+    base: Mechanism
+    laws: tuple[str, ...] = ()
+    terms: tuple[str, ...] = ()
+    disturbances: tuple[str, ...] = ()
+    q: FloatArray = field(default_factory=lambda: np.zeros(0))
+    cost: float = np.inf
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Names of all that it has and the mechanism as written has not."""
+        return (*self.laws, *self.terms, *self.disturbances)
+
+    @property
+    def misfit(self) -> float:
+        """What it leaves beyond noise, in sigmas squared."""
+        return max(self.cost - self.setting.samples, 0.0)
+
+    @property
+    def over_noise(self) -> float:
+        """RMS of what it leaves over that of the noise."""
+        return math.sqrt(self.cost / self.setting.samples)
+
+    def beyond(self, other: Model) -> str:
+        """Return the name of the effect that it has and another has not."""
+        return next((name for name in self.effects if name not in other.effects), "")
+
+    @cached_property
+    def library(self) -> Superset | None:
+        """The mechanism with all terms of the library, most at their null."""
+        return superset_of(self.base)
+
+    @cached_property
+    def problem(self) -> Problem:
+        """The problem in which its effects are free."""
+        return self._beside(self.terms).problem(self.setting.problem, self._of(self.disturbances))
+
+    def widened(self, problem: Problem) -> Problem:
+        """Return its problem, or that with other weights, with all free that the library knows."""
+        names = [t.name for t in self.library.terms] if self.library else []
+        others = [one.name for one in self.setting.disturbances if one.name not in self.disturbances]
+        return self._beside(names).problem(problem, self._of(others))
+
+    def _beside(self, terms: Collection[str]) -> Beside:
+        return replace(terms_beside(self.library, terms), widths={}) if self.library else Beside(self.base)
+
+    def _of(self, names: Collection[str]) -> list[Disturbance]:
+        return [one for one in self.setting.disturbances if one.name in names]
+
+    @cached_property
+    def parameters(self) -> Mapping[str, tuple[str, ...]]:
+        """Dotted names behind the coordinates of each term and disturbance that it may have, by its name."""
+        terms = {t.name: tuple(t.widths) for t in self.library.terms} if self.library else {}
+        own = {one.name: tuple(p.name for p in one.parameters) for one in self.setting.disturbances if one.parameters}
+        return terms | own
+
+    @property
+    def law_parameters(self) -> tuple[str, ...]:
+        """Dotted names of what is free of its laws."""
+        known = self.setting.problem.space.mechanism.parameters
+        return tuple(p.name for p in self.base.free if p.name not in known)
+
+    def with_effect(self, effect: str) -> Model:
+        """Return it with one more term or disturbance, fitted."""
+        if self.library and effect in {t.name for t in self.library.terms}:
+            return replace(self, terms=(*self.terms, effect)).fitted(self)
+        return replace(self, disturbances=(*self.disturbances, effect)).fitted(self)
+
+    def without(self, effect: str) -> Model:
+        """Return it without one of its terms or disturbances, fitted."""
+        fewer = replace(
+            self,
+            terms=tuple(name for name in self.terms if name != effect),
+            disturbances=tuple(name for name in self.disturbances if name != effect),
+        )
+        return fewer.fitted(self)
+
+    def with_law(self, law: Law) -> Model:
+        """Return it with a law in place of one of its mechanism, without the terms that are none beside it, fitted."""
+        other = replace(self, base=law.mechanism, laws=(*self.laws, law.name))
+        known = {t.name for t in other.library.terms} if other.library else set()
+        return replace(other, terms=tuple(name for name in self.terms if name in known)).fitted(self)
+
+    def at(self, values: Mapping[str, float]) -> Model:
+        """Return it at values by dotted name, not fitted."""
+        q = self.problem.coordinates.point(values)
+        return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
+
+    def fitted(self, near: Model) -> Model:
+        """Return it at its optimum, sought from that of another."""
+        return self.fitted_from(lifted(near.problem, near.q, self.problem))
+
+    def fitted_from(self, q: FloatArray) -> Model:
+        """Return it at its optimum, sought from a point of its problem."""
+        problem, windows = self.problem, self.setting.windows
+
+        def solved(x: FloatArray) -> Solution:
+            return solve(problem, x, windows, steps=STEPS, tolerance=TOLERANCE)
+
+        found = out_of_corner(problem, solved(q), solved)
+        return replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)

@@ -1,0 +1,175 @@
+"""Diagnose: what a mechanism file lacks, as the records of a finished fit say it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from scipy.stats import chi2
+
+from mechid.campaign import Campaign
+from mechid.errors import FitError
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.computation.progress import Listener, Progress, silent
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.proposal import Proposal, proposal_of
+from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
+from mechid.identification.diagnosis.start import begun
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.missing import Missing
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.superset import words_of
+
+EXPLAINED = 0.1
+"""Share of the misfit that may be left where effects are named: what leaves more is a substitute for something else."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tried:
+    """An effect that was fitted and is not named: what it is, and why not."""
+
+    name: str
+    words: str
+    why: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Diagnosis:
+    """What a mechanism file lacks.
+
+    Attributes
+    ----------
+    missing : tuple of Missing
+        The effects that the records ask for, that which explains most first; one entry for effects that these records
+        cannot tell apart.
+    unexplained : float
+        Share of the misfit that is left with them; 0 where that is within the noise.
+    words : str
+        What is said of the whole, in a sentence or two.
+    tried : tuple of Tried
+    steps : tuple of Step
+        How the search went.
+    over_noise : (float, float)
+        RMS of what the mechanism as written leaves, and of what it leaves with the effects, over that of the noise.
+    mechanism : Mechanism or None
+        With the effects, at the values that they have together; None where none is named.
+    """
+
+    missing: tuple[Missing, ...]
+    unexplained: float
+    words: str
+    tried: tuple[Tried, ...]
+    steps: tuple[Step, ...]
+    over_noise: tuple[float, float]
+    mechanism: Mechanism | None
+
+
+def diagnose(
+    campaign: Campaign, fit: Fit | Mapping[str, Any], *, workers: int | None = None, listener: Listener = silent
+) -> Diagnosis:
+    """Say which effects the records of a finished fit ask for, and which these records cannot tell apart.
+
+    Nothing of the fit is changed: what is found is said and proposed.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        That of the fit.
+    fit : Fit, or what its estimate.json holds
+    workers : int or None
+        Threads; None takes one per core.
+    listener : callable
+        Told of progress.
+
+    Raises
+    ------
+    FitError
+        The fit has failed.
+    """
+    estimate = fit.to_dict() if isinstance(fit, Fit) else fit
+    _refuse_failed(estimate)
+    with one_core_algebra():
+        before, start = begun(campaign, estimate, workers=workers or os.cpu_count() or 1)
+
+        def told(words: str) -> None:
+            listener(Progress(1, 1, "diagnosis", words, None, 0.0))
+
+        found = searched(before, start, told)
+        return _concluded(found)
+
+
+def _refuse_failed(estimate: Mapping[str, Any]) -> None:
+    grade = estimate["grade"]
+    if grade == Grade.FAILED:
+        said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
+        raise FitError(" ".join(["a failed fit cannot be diagnosed:", GRADE_WORDS[Grade(grade)], *said]))
+
+
+def _concluded(found: Found) -> Diagnosis:
+    model, named = found.model, found.left <= EXPLAINED
+    words = words_of(found.before.base) | {one.name: one.words for one in model.setting.disturbances}
+    tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in found.tried.items()]
+    if not named:
+        tried += [
+            Tried(
+                name=name, words=words.get(name, name), why=f"explains {100.0 * score.share:.3g} % of the misfit only"
+            )
+            for name, score in found.needed.items()
+        ]
+    proposal = proposal_of(model) if named and model.effects else None
+    missing = [_missing(found, proposal, name, words) for name in found.needed] if proposal else []
+    return Diagnosis(
+        missing=tuple(sorted(missing, key=lambda one: -one.chi_square)),
+        unexplained=found.left if named else 1.0 if not model.effects else found.left,
+        words=_words(found, named),
+        tried=tuple(tried),
+        steps=found.steps,
+        over_noise=(found.before.over_noise, model.over_noise),
+        mechanism=proposal.mechanism if proposal else None,
+    )
+
+
+def _words(found: Found, named: bool) -> str:
+    ratio, left = found.before.over_noise, found.model.over_noise
+    if not found.model.effects and found.left == 0.0:
+        return f"Nothing is left to explain: the mechanism as written leaves {ratio:.4g} times the noise."
+    if not named:
+        return (
+            f"Nothing in the library explains what is left, {ratio:.4g} times the noise: the effects that come nearest "
+            f"leave {100.0 * found.left:.3g} % of the misfit, so that none is named."
+        )
+    return (
+        f"The mechanism as written leaves {ratio:.4g} times the noise; with the effects below {left:.4g} times. "
+        "They were found together, and each is needed: without it a fit is clearly worse."
+    )
+
+
+def _missing(found: Found, proposal: Proposal, name: str, words: Mapping[str, str]) -> Missing:
+    score, own = found.needed[name], proposal.own[name]
+    table = next((n.rpartition(".")[0] for n in own), "")
+    is_disturbance = name in found.model.disturbances
+    return Missing(
+        name=name,
+        words=words.get(name, name),
+        parameters=own,
+        chi_square=score.chi_square,
+        dof=score.dof,
+        share=score.share,
+        p_value=float(chi2.sf(score.chi_square, score.dof)),
+        records=_records(found.less[name], found.model),
+        toml=proposal.tomls[name],
+        block="" if is_disturbance else table.rstrip(".0123456789"),
+        aliases=found.like.get(name, ()),
+    )
+
+
+def _records(less: Model, model: Model) -> tuple[str, ...]:
+    """Return the records that are followed worse without an effect."""
+    windows = model.setting.windows
+    pairs = zip(less.problem.norms(less.q, windows), model.problem.norms(model.q, windows), strict=True)
+    falls = [one**2 - other**2 for one, other in pairs]
+    names = [t.name for t in model.setting.problem.targets if t.name in windows]
+    return tuple(name for name, fall in zip(names, falls, strict=True) if fall > LEAST)

@@ -1,0 +1,86 @@
+"""What each effect of the library would take of what a model leaves: one pass of derivatives for all of them.
+
+At an optimum the residual has no component along what is free. What a further effect would take of it follows from
+its derivative less what the free ones can imitate (Rao's score test), each record's samples counted for their worth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.beside.beside import lifted
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.disturbance.scores import Score, by_own_residuals, following, score_of
+from mechid.identification.output_error.reduction import combined
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Landscape:
+    """Derivatives at a model's optimum to what is free, and to all effects that it has not.
+
+    Attributes
+    ----------
+    residual : (m,)
+    free : (m, n)
+        Derivatives to what is free.
+    effects : mapping of str to (m, k)
+        Derivatives to each effect.
+    worth : float
+        Effective samples of all records.
+    """
+
+    residual: FloatArray
+    free: FloatArray
+    effects: Mapping[str, FloatArray]
+    worth: float
+
+    def score(self, *names: str) -> Score:
+        """Return what some effects together would take."""
+        further = np.column_stack([self.effects[name] for name in names])
+        return score_of(self.residual, self.free, further, further.shape[1], self.worth)
+
+    def scores(self) -> dict[str, Score]:
+        """Return what each effect by itself would take."""
+        return {name: self.score(name) for name in self.effects}
+
+    def like(self, name: str) -> Iterator[str]:
+        """Yield the effects that take as much as one does, and with it no more: which of them it is remains open."""
+        own = self.score(name)
+        for other in self.effects:
+            if other != name:
+                both, alone = self.score(name, other), self.score(other)
+                if both.over < own.over and both.over < alone.over:
+                    yield other
+
+
+def landscape_of(model: Model) -> Landscape | None:
+    """Return the landscape at a model's optimum; None where the derivatives fail there.
+
+    The terms and disturbances that the model has are free, those of the library that it has not are the effects.
+    """
+    windows = model.setting.windows
+    plain, worth = by_own_residuals(model.problem, model.q, windows)
+    wide = model.widened(plain)
+    here = lifted(model.problem, model.q, wide)
+    triangles = wide.triangles(here, windows)
+    if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
+        return None
+    records = combined(triangles)
+    priors = plain.prior_triangles(model.q)
+    follows = following(plain, model.q, wide)[:, ~plain.coordinates.on_bound(model.q)]
+    moved = ~plain.coordinates.on_bound(model.q)
+    residual = np.concatenate([records.fun, *(t.fun for t in priors)])
+    free = np.vstack([records.jacobian @ follows, *(t.jacobian[:, moved] for t in priors)])
+    below = residual.size - records.fun.size
+    effects = {}
+    for name, own in model.parameters.items():
+        columns = [j for j, parameter in enumerate(wide.coordinates.names) if parameter in own]
+        if name not in model.effects and columns:
+            effects[name] = np.vstack([records.jacobian[:, columns], np.zeros((below, len(columns)))])
+    return Landscape(residual, free, effects, worth)

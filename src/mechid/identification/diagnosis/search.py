@@ -1,0 +1,208 @@
+"""Which effects the records ask for: added one at a time where the score test asks for them, each kept by real fits."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from scipy.stats import chi2, false_discovery_control
+
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.landscape import Landscape, landscape_of
+from mechid.identification.disturbance.scores import Score, worth_of
+from mechid.identification.uncertainty.noise import MISFIT
+from mechid.plant.superset import rivals_of
+
+LEAST = 30.0
+"""Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
+SHARE = 0.1
+"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain."""
+FALSE_DISCOVERIES = 0.05
+TRIES = 2
+"""Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
+MOST = 8
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect added or removed, the cost after that in sigmas squared, and the Bayesian criterion."""
+
+    added: str
+    removed: str
+    cost: float
+    bic: float
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """Where the search has ended.
+
+    Attributes
+    ----------
+    model : Model
+        With all effects that are needed.
+    before : Model
+        The mechanism as written, or what the fit had instead, without any of them.
+    steps : tuple of Step
+    tried : mapping of str to str
+        Effects that were fitted and not kept, with why.
+    needed : mapping of str to Score
+        What the fit loses without each effect.
+    less : mapping of str to Model
+        The model without each effect.
+    like : mapping of str to tuple of str
+        Effects that explain the same as well, by that which is named.
+    """
+
+    model: Model
+    before: Model
+    steps: tuple[Step, ...]
+    tried: Mapping[str, str]
+    needed: Mapping[str, Score]
+    less: Mapping[str, Model]
+    like: Mapping[str, tuple[str, ...]]
+
+    @property
+    def left(self) -> float:
+        """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
+        return self.model.misfit / max(self.before.misfit, 1.0) if self.model.over_noise > MISFIT else 0.0
+
+
+def searched(before: Model, start: Model, told: Told = lambda words: None) -> Found:
+    """Return the effects that the records ask for.
+
+    Parameters
+    ----------
+    before : Model
+        Without any effect.
+    start : Model
+        Where to begin: with the effects that the fit has already, or `before` itself.
+    told : callable
+        Told of progress.
+    """
+    tried: dict[str, str] = {}
+    model, steps = _grown(start, tried, told)
+    model, further = _pruned(model, told)
+    steps = [*steps, *further]
+    if model.over_noise > MISFIT:
+        better, law_steps = _with_a_law(before, model, tried, told)
+        if better is not model:
+            model, steps = better, law_steps
+    less = {name: model.without(name) for name in (*model.terms, *model.disturbances)}
+    less |= dict.fromkeys(model.laws, before)
+    needed = {name: gain(without, model) for name, without in less.items()}
+    like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
+    return Found(model, before, tuple(steps), tried, needed, less, like)
+
+
+def gain(less: Model, more: Model) -> Score:
+    """Return what a model explains beyond another, each record's samples counted for what they are worth."""
+    worth = worth_of(more.problem, more.q, more.setting.windows)
+    fall = max(less.cost - more.cost, 0.0)
+    freedom = max(more.problem.size - less.problem.size, 1)
+    return Score(worth * fall / more.cost, freedom, _of_misfit(less, fall), worth)
+
+
+def _of_misfit(model: Model, fall: float) -> float:
+    """Return the share of what a model leaves beyond noise that a fall of the cost is; noise may hide some of it."""
+    return fall / max(model.misfit, fall, 1.0)
+
+
+def counts(score: Score) -> bool:
+    """Tell whether what an effect explains is more than chance and than what its freedom costs."""
+    return score.chi_square > LEAST and score.over > 0.0 and score.share >= SHARE
+
+
+def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    steps: list[Step] = []
+    while len(model.effects) < MOST:
+        landscape = landscape_of(model)
+        better = _one_more(model, landscape, tried, told) if landscape else None
+        if better is None:
+            break
+        steps.append(_step(better, added=better.beyond(model)))
+        model = better
+    return model, steps
+
+
+def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: Told) -> Model | None:
+    """Return the model with the likeliest further effect that a fit confirms."""
+    for name in list(_asked(model, landscape))[:TRIES]:
+        if name in tried:
+            continue
+        told(f"{name} is fitted")
+        more = model.with_effect(name)
+        score = gain(model, more)
+        if counts(score):
+            return more
+        tried[name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+    return None
+
+
+def _asked(model: Model, landscape: Landscape) -> Iterator[str]:
+    """Yield the effects that the score test asks for, the likeliest first."""
+    scores = {name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    if not scores:
+        return
+    chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
+    sure = false_discovery_control(chances) <= FALSE_DISCOVERIES
+    asked = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
+    yield from sorted(asked, key=lambda name: -asked[name].over)
+
+
+def _pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
+    """Return the model without the effects that a fit does as well without, the least needed first."""
+    steps: list[Step] = []
+    while effects := (*model.terms, *model.disturbances):
+        if len(effects) + len(model.laws) == 1:
+            break
+        rest = {name: model.without(name) for name in effects}
+        least = min(rest, key=lambda name: rest[name].cost)
+        told(f"without {least}")
+        if counts(replace(gain(rest[least], model), share=1.0)):
+            break
+        model = rest[least]
+        steps.append(_step(model, removed=least))
+    return model, steps
+
+
+def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
+    best, steps = smooth, list[Step]()
+    for law in rivals_of(before.base):
+        told(f"{law.name} is fitted")
+        with_law = before.with_law(law)
+        score = gain(before, with_law)
+        if not counts(score):
+            tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+            continue
+        first = _step(with_law, added=law.name)
+        whole, further = _grown(with_law, tried, told)
+        if _bic(whole, best) < _bic(best, whole):
+            best, steps = whole, [first, *further]
+    return best, steps
+
+
+def _bic(model: Model, other: Model) -> float:
+    """Return the Bayesian criterion, the noise that of the better of two models."""
+    better = min(model, other, key=lambda one: one.cost)
+    worth = worth_of(better.problem, better.q, better.setting.windows)
+    return worth * model.cost / better.cost + model.problem.size * math.log(max(worth, math.e))
+
+
+def _step(model: Model, *, added: str = "", removed: str = "") -> Step:
+    return Step(added, removed, model.cost, _bic(model, model))
+
+
+def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
+    """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
+    landscape = landscape_of(less)
+    if landscape is None or name not in landscape.effects:
+        return
+    for other in landscape.like(name):
+        if other not in model.effects:
+            swapped = less.with_effect(other)
+            if not counts(replace(gain(swapped, model), share=1.0)):
+                yield other

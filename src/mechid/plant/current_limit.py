@@ -1,0 +1,81 @@
+"""A current drive that runs out of voltage: its loops follow the commanded currents as fast as the supply lets them."""
+
+from __future__ import annotations
+
+from sympy import Float, Symbol, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, Guard, Rival, Switch
+from mechid.plant.start import start as own_start
+
+TABLE = "stepper.current_limit"
+ACARNLEY = "Acarnley, Stepping Motors: a Guide to Theory and Practice, 4th ed. (2002), chapter 5: chopper drive"
+BAND = 1e-6
+"""Of the peak current: within it a loop follows. Far below a microstep, far above rounding."""
+k_v, R, L, U_s, I_peak = symbols("k_v R_loop L_loop U_loop I_peak")
+DECLARATIONS = (
+    Declaration(key="voltage", symbol=U_s.name, unit="V", lower=0.0, source=ACARNLEY,
+                meaning="supply voltage, the most that a phase is given"),
+    Declaration(key="resistance", symbol=R.name, unit="ohm", lower=0.0, source=ACARNLEY, supply_power=-1,
+                meaning="resistance of a coil and its switches"),
+    Declaration(key="inductance", symbol=L.name, unit="H", lower=0.0, source=ACARNLEY, supply_power=-1,
+                meaning="inductance of a coil"),
+    Declaration(key="back_emf_constant", symbol=k_v.name, unit="V s/rad", lower=0.0, source=ACARNLEY,
+                tied_to="stepper.torque_constant", meaning="back-EMF constant"),
+)  # fmt: skip
+
+
+def loop(phase: str) -> Block:
+    """Return a phase's loop: i = i_ref while the supply suffices, else L di/dt = +-U_s - R i - emf until it does.
+
+    Three modes; i_ref in A is what the ideal drive gives, held from step to step, emf in V the coil's. Within the
+    supply the chopper holds the current, so that di/dt = 0; a step of the command, or an emf that wants more than
+    U_s, ends that. A chopper's ripple is not there. Acarnley (2002).
+
+    Parameters
+    ----------
+    phase : str
+        ``"A"`` or ``"B"``; the first declares the parameters of both.
+    """
+    i, i_ref, emf = Symbol(f"i_coil_{phase}"), Symbol(f"i_ref_{phase}_in"), Symbol(f"emf_{phase}_in")
+    forced, side, own = Symbol(f"forced_{phase}"), Symbol(f"side_{phase}"), Symbol(f"i_{phase}_start")
+    behind, band, wanted = i_ref - i, Float(BAND) * I_peak, R * i + emf
+    switch = Switch(
+        name=f"current {phase}",
+        modes={
+            "following": {forced: 0.0, side: 0.0},
+            "rising": {forced: 1.0, side: 1.0},
+            "falling": {forced: 1.0, side: -1.0},
+        },
+        guards={
+            "following": (
+                Guard(margin=band - behind, target="rising"), Guard(margin=band + behind, target="falling"),
+                Guard(margin=U_s - wanted, target="rising"), Guard(margin=U_s + wanted, target="falling"),
+            ),
+            "rising": (Guard(margin=behind),),
+            "falling": (Guard(margin=-behind),),
+        },
+        entry=((behind - band, "rising"), (-behind - band, "falling")),
+        otherwise="following",
+        ideal={forced: 0.0, side: 0.0},
+    )  # fmt: skip
+    return Block(
+        name=f"loop_{phase}",
+        table=TABLE,
+        declarations=DECLARATIONS if phase == "A" else (),
+        inputs=(i_ref, emf),
+        rates={i: forced * (side * U_s - wanted) / L},
+        initial={i: i_ref + own},
+        starts=(own_start(f"current_{phase.lower()}", own, "A",
+                          f"current of phase {phase} at the start, off where it settles", "T_hold/k_m"),),
+        outputs={f"i_{phase}": i},
+        switch=switch,
+        reference=ACARNLEY,
+    )  # fmt: skip
+
+
+RIVAL = Rival(
+    name=TABLE, words="the current drive runs out of voltage", table=TABLE, grown=False,
+    free={"voltage": (Float(24.0), Float(3.0), Float(200.0)), "resistance": (Float(5.0), Float(0.2), Float(100.0)),
+          "inductance": (Float(0.01), Float(2e-4), Float(0.3))},
+)  # fmt: skip

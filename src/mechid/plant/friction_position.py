@@ -1,0 +1,124 @@
+"""Dry friction that varies with the angle of the rotor or of the output, whatever the law."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from sympy import Expr, Float, Integer, Symbol, sympify
+
+from mechid.errors import InputFileError
+from mechid.plant.block import Block, Extension, Switch
+from mechid.plant.drive_train import G, alpha, alpha_gear
+from mechid.plant.friction import Site
+from mechid.plant.harmonic import ListedHarmonic, coordinates_of
+from mechid.plant.layout import Layout
+
+ARMSTRONG = "Armstrong, Dupont, Canudas de Wit, Automatica 30 (1994) 1083-1138"
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Over:
+    """An angle over which friction varies: its list, what turns, the angle, its turns a turn of the rotor, orders."""
+
+    table: str
+    what: str
+    angle: Symbol
+    turns: Expr
+    letters: tuple[str, str, str, str, str]
+    looked_for: tuple[int, ...]
+    name: str
+
+    def harmonics(self, orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
+        """Return the harmonics of the level of friction over this angle."""
+        return tuple(
+            ListedHarmonic(
+                table=self.table, index=index, order=order, letters=self.letters, unit="1", most=1.0, turns=self.turns,
+                source=ARMSTRONG,
+                meanings=(f"periods of dry friction per turn of the {self.what}",
+                          "amplitude of the variation over the mean of dry friction", "phase of the variation"),
+            )
+            for index, order in enumerate(orders)
+        )  # fmt: skip
+
+    def extensions(self, orders: Sequence[int]) -> tuple[Extension, ...]:
+        """Return the harmonics that may be there beside, of 20 % of dry friction."""
+        return tuple(
+            Extension(name=self.name, words=f"dry friction varies with the angle of the {self.what}", table=self.table,
+                      order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.2)}, grown=False)
+            for order in self.looked_for if order not in orders
+        )  # fmt: skip
+
+
+ROTOR = _Over(
+    table="friction.position", what="rotor", angle=alpha, turns=Integer(1), looked_for=(1, 2),
+    letters=("n_f", "A_f", "phi_f", "c_f", "s_f"), name="friction.position",
+)  # fmt: skip
+OUTPUT = _Over(
+    table="friction.output_position", what="output", angle=alpha_gear, turns=1 / G, looked_for=(1,),
+    letters=("n_g", "A_g", "phi_g", "c_g", "s_g"), name="friction.position:output",
+)  # fmt: skip
+
+
+def varying(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool) -> tuple[Block, ...]:
+    """Return a law of friction whose static and Coulomb friction vary: each times 1 + sum A_n sin(n x + phi_n).
+
+    x is the angle of the rotor or of the output, n whole: friction returns with each turn. Armstrong et al. (1994),
+    section 2. Static friction keeps its ratio to Coulomb friction.
+
+    Parameters
+    ----------
+    law : tuple of Block
+        That of the site first.
+    site : Site
+    layout : Layout
+    geared : bool
+        Whether there is an output beside the rotor.
+
+    Raises
+    ------
+    InputFileError
+        The layout has such a list where nothing turns, no output is, or friction is a block of the user's own.
+    """
+    turning = site.rate == "rad/s"
+    _refuse(layout, turning=turning, geared=geared)
+    first, *rest = law
+    over = [ROTOR, OUTPUT] if geared else [ROTOR]
+    beside = tuple(e for one in over if turning for e in one.extensions(layout.whole_orders(one.table)))
+    first = replace(first, extensions=(*first.extensions, *beside))
+    found = [(one.angle, h) for one in over for h in one.harmonics(layout.whole_orders(one.table))]
+    return (_varied(first, site, found) if found else first, *rest)
+
+
+def _varied(law: Block, site: Site, found: Sequence[tuple[Symbol, ListedHarmonic]]) -> Block:
+    """Return a law with the levels of dry friction times a term of the angles."""
+    level, harmonics = site.symbol("level_fr"), [h for _, h in found]
+    varied = {s: s * level for s in map(site.symbol, ("T_frs", "T_frd"))}
+    terms = {symbol: sympify(e).xreplace(varied) for symbol, e in law.terms.items()}
+    return replace(
+        law,
+        declarations=(*law.declarations, *(d for h in harmonics for d in h.declarations)),
+        coordinates={**law.coordinates, **coordinates_of(harmonics)},
+        polar=(*law.polar, *(h.polar for h in harmonics)),
+        terms={level: 1 + sum((h.over(angle) for angle, h in found), Integer(0)), **terms},
+        switch=_switched(law.switch, varied) if law.switch else None,
+    )
+
+
+def _switched(switch: Switch, varied: Mapping[Symbol, Expr]) -> Switch:
+    guards = {
+        mode: tuple(replace(guard, margin=sympify(guard.margin).xreplace(varied)) for guard in guards)
+        for mode, guards in switch.guards.items()
+    }
+    return replace(switch, guards=guards, entry=tuple((sympify(e).xreplace(varied), mode) for e, mode in switch.entry))
+
+
+def _refuse(layout: Layout, *, turning: bool, geared: bool) -> None:
+    there = next((one.table for one in (OUTPUT, ROTOR) if layout.orders.get(one.table)), "")
+    if there and ROTOR.table.partition(".")[0] in layout.own:
+        raise InputFileError(f"{there}: stands beside a friction of your own, which does not know of it; write the "
+                             "variation into your block, or take a law of the library")  # fmt: skip
+    if there and not turning:
+        raise InputFileError(f"{there}: is per turn, and this axis slides; delete it")
+    if there == OUTPUT.table and not geared:
+        raise InputFileError(f"{there}: there is no gear, the output is the rotor; write [[{ROTOR.table}]]")

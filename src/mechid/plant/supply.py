@@ -1,0 +1,43 @@
+"""The source behind a voltage drive: its resistance lets the voltage of both phases fall with the current drawn.
+
+A bridge that switches at the duty e_X without loss draws e_X i_X from its source, since the power on both sides is the
+same (Erickson and Maksimovic): u_X = (U - R_s i_s) e_X with i_s = e_A i_A + e_B i_B; V, A, ohm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from sympy import Expr, Float, Integer, Symbol, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Extension
+
+TABLE = "supply"
+ERICKSON = "Erickson, Maksimovic, Fundamentals of Power Electronics, 3rd ed. (2020), chapter 3: dc transformer model"
+R_s, SAG = symbols("R_s U_sag")
+DUTIES = {x: Symbol(f"duty_{x}_in") for x in "AB"}
+RESISTANCE = Declaration(
+    key=f"{TABLE}.resistance", symbol=R_s.name, unit="ohm", lower=0.0, supply_power=2, source=ERICKSON,
+    meaning="resistance of the source that feeds the driver",
+)  # fmt: skip
+EXTENSION = Extension(
+    name="supply.sag", words="the supply voltage falls with the current drawn", table=TABLE,
+    widths={"resistance": Float(0.1) * Symbol("R")}, grown=False,
+)  # fmt: skip
+"""A source of a tenth of the coils' resistance."""
+
+
+def sag(currents: Mapping[str, Expr]) -> Expr:
+    """Return by how much the source's voltage falls, V, of the currents of both phases, A."""
+    return R_s * sum((DUTIES[x] * i for x, i in currents.items()), Integer(0))
+
+
+def settled(alone: Mapping[str, Expr], resistances: Mapping[str, Expr]) -> dict[str, Expr]:
+    """Return the currents settled behind the source, from those on an ideal one.
+
+    (R_X + R_s e_X^2) i_X + R_s e_X e_Y i_Y = U e_X + u_0X, solved for both (Sherman and Morrison).
+    """
+    through = {x: DUTIES[x] / R for x, R in resistances.items()}
+    common = sag(alone) / (1 + sag(through))
+    return {x: i - through[x] * common for x, i in alone.items()}
