@@ -90,6 +90,10 @@ def _error(fit: Fit, name: str, value: float) -> float:
 
 
 def _ratio(fit: Fit, name: str, bound: float) -> float:
-    """Return the fit's sigma over its bound, inf where it gives none."""
-    error = fit.parameters[name].std_error
+    """Return the fit's sigma over its bound, inf where it gives none.
+
+    At a stick/slip threshold the errors count the step that was refused, of which no bound knows: there without it.
+    """
+    found = fit.parameters[name]
+    error = found.std_error_white if fit.outcome.stopped_short else found.std_error
     return error / bound if error else math.inf

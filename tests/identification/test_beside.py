@@ -121,7 +121,7 @@ def test_the_terms_of_a_fit_come_back_from_its_file():
 def test_records_are_followed_although_the_file_lacks_a_harmonic(allowed):
     """Truth: the mechanism that made the records, with a harmonic of the torque constant that the file lacks."""
     table = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": [
-        {"order": 3, "amplitude": 0.02, "phase_deg": 40.0}]}}  # fmt: skip
+        {"order": 3, "amplitude": 0.06, "phase_deg": 40.0}]}}  # fmt: skip
     made_by = mechanism_from_table(table, "with a harmonic").with_values(TRUTH)
     names = ("full_46", "full_23", "micro_46")
     records = [

@@ -19,6 +19,7 @@ from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.contradiction.agreement import explains
 from mechid.identification.disturbance.disturbance import Disturbance, Found, without
 from mechid.identification.disturbance.possible import possible
+from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import Growth, floors, grow, horizons_at
@@ -71,7 +72,7 @@ def grown_beside(
     if fitted is not None:
         wide = wide.at(replace(wide.growth, q=fitted.growth.q))
     wide = _grown_wide(watch, wide, superset, seed)
-    return _settled(watch, state, wide) if wide.growth.complete else None
+    return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
 
 def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wide | None:
@@ -85,13 +86,31 @@ def fitted_beside(louder: SearchState, campaign: Campaign, q: FloatArray) -> Wid
     return wide.at(Growth(solution.q, whole, follows, 0))
 
 
-def settled_louder(watch: Watch, louder: SearchState, fitted: Wide | None) -> tuple[SearchState, Growth] | None:
-    """Return the state with terms beside at a raised noise level; None where that does not explain most of a record."""
+def settled_louder(
+    watch: Watch, louder: SearchState, growth: Growth, fitted: Wide | None
+) -> tuple[SearchState, Growth] | None:
+    """Return the state at a raised noise level, with terms beside where these are needed.
+
+    None where most of a record is not explained there.
+    """
     if fitted is None or not fitted.growth.complete or not explained_mostly(fitted.problem, fitted.growth.q):
         return None
+    if not _needs_terms(fitted):
+        plain = watch.note(louder.at(growth.q, growth.horizons))
+        return (plain, growth) if explained_mostly(louder.problem, growth.q) else None
     found, problem, q = _needed_disturbances(fitted)
     state = replace(louder.of(problem), found=(*louder.found, *found), beside=fitted.beside)
     return watch.note(state.at(q, fitted.growth.horizons)), replace(fitted.growth, q=q)
+
+
+def _needs_terms(fitted: Wide) -> bool:
+    """Tell whether any term is needed, each channel at what its residual is worth: a raised level hides what is."""
+    problem, worth = by_own_residuals(fitted.problem, fitted.growth.q, fitted.problem.whole())
+    named: dict[str, list[str]] = {term: [] for term in fitted.beside.terms}
+    for name, term in fitted.beside.new.items():
+        named[term].append(name)
+    triangle = problem.joint(fitted.growth.q, problem.whole())
+    return bool(needed(triangle, _away(problem, fitted.growth.q), groups_of(problem, named), worth))
 
 
 def _all_beside(
@@ -165,10 +184,11 @@ def _away(problem: Problem, q: FloatArray) -> FloatArray:
     return np.concatenate([problem.coordinates.of_mechanism(q), own])
 
 
-def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState, Growth]:
+def _settled(watch: Watch, state: SearchState, wide: Wide, seed: int) -> tuple[SearchState, Growth] | None:
     """Return the state that follows all records, without the disturbances that are not needed.
 
-    Where the mechanism as written follows them from here, it is without terms too.
+    Where the mechanism as written follows them from here, it is without terms too. Terms that leave more than it does
+    explain nothing: it is grown from here, and None returned where that does not follow all records.
     """
     found, problem, q = _needed_disturbances(wide)
     whole = {t.name: t.samples for t in problem.targets}
@@ -177,7 +197,13 @@ def _settled(watch: Watch, state: SearchState, wide: Wide) -> tuple[SearchState,
     values = problem.coordinates.values(q)
     alone = solve(plain, plain.coordinates.point(values), plain.whole(), steps=STEPS, tolerance=1e-6).q
     at = replace(state, found=(*state.found, *found))
-    if horizons_at(plain, alone, whole, floors(plain)) == whole:
+    follows = horizons_at(plain, alone, whole, floors(plain)) == whole
+    if not follows and plain.total_norm(alone, plain.whole()) < problem.total_norm(q, problem.whole()):
+        growth = _grow(watch, plain, alone, seed)
+        if not growth.complete:
+            return None
+        follows, alone = True, growth.q
+    if follows:
         return watch.note(at.of(plain).at(alone, whole)), Growth(alone, whole, True, wide.growth.rounds)
     at = replace(at.of(problem), beside=wide.beside)
     return watch.note(at.at(q, whole)), Growth(q, whole, True, wide.growth.rounds)
@@ -234,7 +260,7 @@ def _grown_rival(
 ) -> tuple[SearchState, Growth] | None:
     watch.tell("laws beside", f"{', '.join(beside.terms)} from its best start")
     wide = _grown_wide(watch, _begun(beside.problem(state.problem), best.q, beside), None, seed)
-    return _settled(watch, state, wide) if wide.growth.complete else None
+    return _settled(watch, state, wide, seed) if wide.growth.complete else None
 
 
 def _rival_starts(

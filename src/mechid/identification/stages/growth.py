@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
-from mechid.identification.contradiction.agreement import Agreement, agreement, explains
+from mechid.identification.contradiction.agreement import Agreement, agreement, carried, explains
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
@@ -33,6 +33,8 @@ FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
 FIRST_ESCAPES = 8
 """Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
+FURTHER_ESCAPES = 2
+"""From where the records that it follows have their values by themselves."""
 MUCH_FURTHER = 2.0
 """Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
 
@@ -75,6 +77,7 @@ def _grown(
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
     growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
+    growth = growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
     if growth.complete:
         return state, growth
     beside = grown_beside(watch, state, campaign, best.q, seed)
@@ -92,10 +95,28 @@ def _grown(
         return beside
     readings = common_readings(state.problem, growth, seed, watch.journal) if fitted else []
     if not any(reading.complete for reading in readings):  # else it is no lack of the mechanism
-        beside = settled_louder(watch, louder[0], fitted)
+        beside = settled_louder(watch, *louder, fitted)
         if beside is not None:
             return beside
     return _grown_otherwise(watch, state, campaign, best, found, growth, louder, seed)
+
+
+def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed: int) -> Growth:
+    """Fit the records that are followed to their ends by themselves, and grow all from there.
+
+    What stops early pulls the values away from where the others have them, and often follows at once from there.
+    """
+    problem = state.problem
+    names = [t.name for t in problem.targets if growth.horizons[t.name] == t.samples]
+    if not names:
+        return growth
+    watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
+    rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
+    begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
+    told = partial(_note_growth, watch, state, 1, growth)
+    q = carried(own, begun.q, problem)
+    whole = grow(problem, q, rng, told, escapes=FURTHER_ESCAPES, journal=watch.journal)
+    return whole if whole.complete else growth
 
 
 def _grown_otherwise(
