@@ -175,3 +175,31 @@ def test_a_budget_flies_the_mechanism_as_written_and_counts_what_it_lacks(walked
         (mode,) = read(tmp_path / f"{name}_budget" / "budget.json")["modes"]
         lacking[name] = mode["line_of_sight_rms_lacking_rad"][0]
     assert lacking["bench"] > 1.5 * lacking["whole"]
+
+
+def test_diagnose_names_the_harmonic(walked, tmp_path):
+    printed = done("diagnose", walked.fit, "--out", tmp_path / "diagnosis", "--workers", 1)
+    assert TERM in printed
+    content = read(tmp_path / "diagnosis" / "diagnose.json")
+    (one,) = content["missing"]
+    assert (one["name"], one["words"]) == (TERM, WORDS)
+    amplitude = one["parameters"]["stepper.torque_harmonic.0.amplitude"]
+    assert abs(amplitude["value"] - walked.size["harmonic"]) < 4.0 * amplitude["std_error"]
+
+
+def test_a_mechanism_completes_itself_and_every_command_goes_on_with_it(walked, tmp_path):
+    """The completed fit is that of the file in which the harmonic was written by hand."""
+    folder = tmp_path / "completed"
+    done("identify", walked.folder / "bench", "--out", folder, "--workers", 1, "--complete")
+    found, by_hand = read(folder / "estimate.json"), read(walked.whole / "estimate.json")
+    assert found["grade"] == "A"
+    assert [step["added"] for step in found["completed"]] == [TERM] or found["completed"] == []
+    assert found["beside"] is None
+    for name, p in by_hand["parameters"].items():
+        if p["std_error"] and p["unit"] != "deg":
+            assert abs(found["parameters"][name]["value"] - p["value"]) < p["std_error"], name
+    done("report", folder)
+    done("profile", folder, "--parameter", "gear.stiffness", "--out", tmp_path / "profile", "--workers", 1)
+    assert "nothing is left to explain" in done("diagnose", folder, "--out", tmp_path / "again").lower()
+    campaign = load_campaign(walked.campaign, mechanism_file=folder / "mechanism_completed.toml")
+    assert read_estimated(folder / "estimate.json", campaign).values["stepper.torque_harmonic.0.amplitude"] > 0.0

@@ -31,7 +31,9 @@ KEYS = ("mechanism", "identify", CLOCK.key, "record", "stage", CAMPAIGN, OWN)
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
-def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bool | None = None) -> Campaign:
+def load_campaign(
+    path: Path | str, *, read_records: bool = True, need_files: bool | None = None, mechanism_file: Path | None = None
+) -> Campaign:
     """Return the campaign that a file describes, its records read.
 
     Parameters
@@ -43,6 +45,8 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     need_files : bool or None
         Whether a record without a file is refused; None refuses it where records are read. Without one it is
         planned: enough to check, to simulate and to design the test.
+    mechanism_file : Path or None
+        In place of the one that the campaign file names.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def load_campaign(path: Path | str, *, read_records: bool = True, need_files: bo
     refuse_unknown_keys(table, KEYS, place)
     table = gathered(table, place)
     options = read_identify_options(table, place)
-    mechanism_path = file.parent / _mechanism(table, place)
+    mechanism_path = mechanism_file or file.parent / _mechanism(table, place)
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)

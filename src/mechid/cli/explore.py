@@ -21,14 +21,16 @@ def explore(
     """Turn parameters in the browser and watch model and fit."""
     from mechid.campaign import load_campaign
     from mechid.campaign.bench import TRUTH_NAME
+    from mechid.cli.finished_fit import completed_file
     from mechid.cli.journal import FILE_NAME as JOURNAL_NAME
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.web import Explorer, Source, read_estimated
 
-    loaded = load_campaign(campaign)
+    folder = fit or (campaign if campaign.is_dir() else campaign.parent)
+    completed = completed_file(folder) if (folder / FILE_NAME).is_file() else None
+    loaded = load_campaign(campaign, mechanism_file=completed)
     prepare_kernels(loaded)
-    folder = fit or loaded.path.parent
     journal = folder / JOURNAL_NAME
     has_estimate = (folder / FILE_NAME).is_file() or (fit is not None and not journal.is_file())
     estimate = read_estimated(folder / FILE_NAME, loaded) if has_estimate else None

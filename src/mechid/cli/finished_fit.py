@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,8 @@ from mechid.cli.journal import identified_campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
+
+COMPLETED_NAME = "mechanism_completed.toml"
 
 
 @dataclass(frozen=True)
@@ -42,4 +45,10 @@ def finished_fit(source: Path, campaign: Path | None) -> FinishedFit:
     estimate = read_estimate(folder / FILE_NAME, needs=(*TABLES, "records", "provenance"))
     beside = source if source.is_file() else folder / CAMPAIGN_NAME
     path = campaign or (beside if beside.is_file() else identified_campaign(folder))
-    return FinishedFit(load_campaign(path), estimate)
+    return FinishedFit(load_campaign(path, mechanism_file=completed_file(folder, estimate)), estimate)
+
+
+def completed_file(folder: Path, estimate: Mapping[str, Any] | None = None) -> Path | None:
+    """Return the mechanism file of a result folder that identify has completed; None where it is the campaign's."""
+    found = read_estimate(folder / FILE_NAME) if estimate is None else estimate
+    return folder / COMPLETED_NAME if found.get("completed") is not None else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -10,19 +11,23 @@ from typing import Any
 import typer
 
 from mechid.analysis import RecordValidation, validate
-from mechid.campaign import Campaign
+from mechid.campaign import Campaign, load_campaign
+from mechid.campaign.mechanism_text import write_mechanism
+from mechid.cli.finished_fit import COMPLETED_NAME
 from mechid.cli.journal import FILE_NAME, StageLines
 from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
+from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import GRADE_WORDS
+from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.report import print_report, report_data, write_results
+from mechid.report.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on
 
@@ -39,11 +44,13 @@ def identify_into(
     workers: int | None = None,
     truth: Mapping[str, float] | None = None,
     resume: bool = False,
+    complete: bool = False,
 ) -> None:
     """Identify a campaign, leave the results in a folder, and print them.
 
     `truth` is that of a synthetic campaign; where it is given the report says so. With `resume` the last run in the
-    folder's journal is taken up where it was stopped.
+    folder's journal is taken up where it was stopped. With `complete` the mechanism gets what its records say it lacks,
+    and is identified again.
 
     Raises
     ------
@@ -53,19 +60,40 @@ def identify_into(
         It was interrupted, with its exit code; the results are those so far.
     """
     fit, journal = _followed(campaign, folder, seed, workers, resume)
+    diagnosed: list[Path] = []
+    if complete and fit.grade is not Grade.FAILED:
+        campaign, fit, diagnosed = _completed(campaign, fit, folder, seed, workers)
     validation = validate(campaign, fit)
     is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
     mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
     fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
     data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
     files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-    files += [journal, *_report(data, campaign, fit, validation, folder)]
+    files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder)]
     print_report(data, console_on(), files)
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
         raise typer.Exit(INTERRUPTED)
     if not fit.grade.good:
         raise FitError(_refusal(fit, folder))
+
+
+def _completed(
+    campaign: Campaign, fit: Fit, folder: Path, seed: int, workers: int | None
+) -> tuple[Campaign, Fit, list[Path]]:
+    """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
+    with ProgressLine(console_on(err=True)) as line:
+        found = diagnose(campaign, fit, workers=workers, listener=line.tell)
+        files = write_diagnosis(found, diagnosis_data(found), folder)
+        steps = tuple(asdict(step) for step in found.steps)
+        if found.mechanism is None:
+            return campaign, fit, files
+        path = folder / COMPLETED_NAME
+        write_mechanism(found.mechanism, path, PROPOSED)
+        whole = load_campaign(campaign.path, mechanism_file=path)
+        near = {p.name: p.value for p in whole.mechanism.free}
+        again = identify(whole, seed=seed, workers=workers, listener=line.tell, near=near)
+    return whole, replace(again, completed=steps), [path, *files]
 
 
 def _refusal(fit: Fit, folder: Path) -> str:

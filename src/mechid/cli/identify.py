@@ -13,6 +13,9 @@ def identify(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     seed: Annotated[int, typer.Option(min=0, help="Of the search; equal seeds give equal results.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    complete: Annotated[
+        bool, typer.Option("--complete", help="Add what the records say the mechanism file lacks, and identify again.")
+    ] = False,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Estimate the free parameters, each with its uncertainty."""
@@ -22,4 +25,4 @@ def identify(
 
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
-    identify_into(loaded, out, seed=seed, workers=workers, resume=resume)
+    identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)

@@ -17,6 +17,7 @@ def report(
     """Make the report of an identification anew."""
     from mechid.analysis import validate
     from mechid.campaign import load_campaign
+    from mechid.cli.finished_fit import completed_file
     from mechid.cli.journal import identified_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.result.estimate_file import FILE_NAME
@@ -27,7 +28,8 @@ def report(
     from mechid.report.writing import write_report
 
     synthetic, truth = read_truth(folder)
-    loaded = load_campaign(campaign or identified_campaign(folder))
+    path = campaign or identified_campaign(folder)
+    loaded = load_campaign(path, mechanism_file=completed_file(folder))
     fit = read_fit(folder / FILE_NAME, loaded)
     prepare_kernels(loaded)
     validation = validate(loaded, fit)

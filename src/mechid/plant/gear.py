@@ -19,6 +19,8 @@ NORDIN = "Nordin, Gutman, Automatica 38 (2002) 1633-1649"
 ERROR = "gear.kinematic_error"
 ERROR_ORDERS = (1, 2, 4)
 """Harmonics of the kinematic error, per turn of the input, that are looked for where a file lacks one."""
+FURTHER_ERROR_ORDERS = (3, 5, 6, 8)
+"""Those that a finished fit is asked for too."""
 TUTTLE = "Tuttle, Seering, IEEE Trans. Robotics and Automation 12 (1996) 368-374"
 
 
@@ -90,8 +92,9 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the kinematic error that may be there beside, of 0.1 mrad: some 20 seconds of arc."""
     return tuple(
         Extension(name=f"{ERROR}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
-                  table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)})
-        for order in ERROR_ORDERS if order not in orders
+                  table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)},
+                  grown=order in ERROR_ORDERS)
+        for order in (*ERROR_ORDERS, *FURTHER_ERROR_ORDERS) if order not in orders
     )  # fmt: skip
 
 

@@ -23,9 +23,13 @@ WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
 """Periods of a detent per electrical period that are looked for where a file lacks one."""
+FURTHER_DETENT_ORDERS = (3, 5, 6, 7, 10)
+"""Those that a finished fit is asked for too."""
 HARMONIC = "stepper.torque_harmonic"
-HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th"}
+HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th"}
 """The same of the torque constant."""
+GROWN_HARMONIC = 5
+"""The highest of these that growth frees."""
 SCALES: Mapping[str, tuple[str | None, str | None]] = {
     "voltage": ("k_m*U/R", "k_m*k_v/R"),
     "current": ("k_m*I_peak", None),
@@ -201,7 +205,8 @@ def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the torque constant that may be there beside, of 3 %."""
     return tuple(
         Extension(name=f"{HARMONIC}:{order}", words=f"{ordinal} harmonic of the torque constant",
-                  table=HARMONIC, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)})
+                  table=HARMONIC, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)},
+                  grown=order <= GROWN_HARMONIC)
         for order, ordinal in HARMONIC_ORDERS.items() if order not in harmonics
     )  # fmt: skip
 
@@ -329,6 +334,6 @@ def _detent_extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Ext
     return tuple(
         Extension(name=table, words="detent torque with a period of {period_deg:.3g} deg of the rotor", table=table,
                   order=order, structure={"period_deg": 720 / (p * order)},
-                  widths={"amplitude": Float(0.02) * holding})
-        for order in DETENT_ORDERS if order not in orders
+                  widths={"amplitude": Float(0.02) * holding}, grown=order in DETENT_ORDERS)
+        for order in (*DETENT_ORDERS, *FURTHER_DETENT_ORDERS) if order not in orders
     )  # fmt: skip

@@ -13,12 +13,15 @@ from numpy.typing import NDArray
 from mechid.identification.beside.beside import Beside, lifted, terms_beside
 from mechid.identification.disturbance.disturbance import Disturbance
 from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, superset_of
 
 FloatArray = NDArray[np.float64]
+ESCAPES = 1
+"""Of a growth of what a joint fit leaves beyond noise."""
 STEPS = 30
 TOLERANCE = 1e-7
 
@@ -157,6 +160,12 @@ class Model:
     def fitted(self, near: Model) -> Model:
         """Return it at its optimum, sought from that of another."""
         return self.fitted_from(lifted(near.problem, near.q, self.problem))
+
+    def regrown(self) -> Model:
+        """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch."""
+        growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
+        other = self.fitted_from(growth.q)
+        return other if other.cost < self.cost else self
 
     def fitted_from(self, q: FloatArray) -> Model:
         """Return it at its optimum, sought from a point of its problem."""

@@ -134,6 +134,7 @@ def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: T
             continue
         told(f"{name} is fitted")
         more = model.with_effect(name)
+        more = more.regrown() if more.over_noise > MISFIT else more
         score = gain(model, more)
         if counts(score):
             return more

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -279,6 +280,9 @@ class Fit:
         What the files do not declare and the records ask for, put into the fit.
     beside : TermsBeside or None
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
+    completed : tuple of mapping, or None
+        How the mechanism was completed, a step each: what was ``added`` or ``removed``, and the ``cost`` and the
+        Bayesian criterion (``bic``) after it. None where the mechanism is as the campaign file names it.
     """
 
     mechanism: Mechanism
@@ -297,6 +301,7 @@ class Fit:
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
     beside: TermsBeside | None = None
+    completed: tuple[Mapping[str, Any], ...] | None = None
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
@@ -311,6 +316,7 @@ class Fit:
             "consistency": self.consistency.to_dict() if self.consistency else None,
             "missing": [one.to_dict() for one in self.missing],
             "beside": self.beside.to_dict() if self.beside else None,
+            "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: _record_dict(r) for name, r in self.records.items()},
             "stages": [_stage_dict(s) for s in self.stages],
             "warnings": list(self.warnings),

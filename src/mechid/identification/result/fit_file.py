@@ -103,6 +103,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
+        completed=tuple(content["completed"]) if content.get("completed") is not None else None,
     )
 
 
