@@ -281,8 +281,7 @@ class Fit:
     beside : TermsBeside or None
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     completed : tuple of mapping, or None
-        How the mechanism was completed, a step each: what was ``added`` or ``removed``, and the ``cost`` and the
-        Bayesian criterion (``bic``) after it. None where the mechanism is as the campaign file names it.
+        Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
     """
 
     mechanism: Mechanism
@@ -318,7 +317,7 @@ class Fit:
             "beside": self.beside.to_dict() if self.beside else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: _record_dict(r) for name, r in self.records.items()},
-            "stages": [_stage_dict(s) for s in self.stages],
+            "stages": [{**asdict(s), "records": dict(s.records), "free": list(s.free)} for s in self.stages],
             "warnings": list(self.warnings),
             "notes": list(self.notes),
             "provenance": dict(self.provenance),
@@ -343,11 +342,4 @@ def _record_dict(r: RecordFit) -> dict[str, object]:
         "prefilter_order": r.prefilter_order, "rejected": r.rejected,
         "noise_rests_on": r.noise_rests_on, "noise_known": r.noise_known,
         "channels": {quantity: asdict(c) for quantity, c in r.channels.items()}, "taken": r.taken.to_dict(),
-    }  # fmt: skip
-
-
-def _stage_dict(s: StageReport) -> dict[str, object]:
-    return {
-        "name": s.name, "records": dict(s.records), "free": list(s.free), "cost": s.cost,
-        "evaluations": s.evaluations, "seconds": s.seconds, "note": s.note,
     }  # fmt: skip
