@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from mechid.analysis.validation import validate
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.prediction import simulate
+    from mechid.identification.diagnosis.completion import identify
     from mechid.identification.diagnosis.diagnosis import diagnose
-    from mechid.identification.identify import identify
     from mechid.identification.result.fit import Fit
     from mechid.simulation.trajectory import Trajectory
 
@@ -36,7 +36,7 @@ _HOMES = {
     "Trajectory": "mechid.simulation.trajectory",
     "compare": "mechid.analysis.comparison",
     "diagnose": "mechid.identification.diagnosis.diagnosis",
-    "identify": "mechid.identification.identify",
+    "identify": "mechid.identification.diagnosis.completion",
     "load_campaign": "mechid.campaign.campaign_file",
     "simulate": "mechid.campaign.prediction",
     "validate": "mechid.analysis.validation",

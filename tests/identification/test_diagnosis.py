@@ -106,3 +106,13 @@ def test_a_failed_fit_is_refused_with_what_to_do():
         {"text": "no start could be simulated", "next_command": "mechid check"}]}  # fmt: skip
     with pytest.raises(FitError, match=r"a failed fit cannot be diagnosed.*Next: mechid check"):
         diagnose(bench, failed)
+
+
+def test_a_mechanism_completes_itself():
+    """Truth: the harmonic and the parameters that made the records."""
+    fit = mechid.identify(made(HARMONIC), workers=1, near=TRUTH, complete=True)
+    assert fit.grade == "A"
+    assert [step["added"] for step in fit.completed] == ["stepper.torque_harmonic:3"]
+    own = fit.parameters["stepper.torque_harmonic.0.amplitude"]
+    assert abs(own.value - 0.01) < 4.0 * own.std_error
+    assert mechid.identify(made(), workers=1, near=TRUTH, complete=True).completed == ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, replace
+from dataclasses import replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
+from mechid.identification.diagnosis.completion import identified_with
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
@@ -85,15 +86,13 @@ def _completed(
     with ProgressLine(console_on(err=True)) as line:
         found = diagnose(campaign, fit, workers=workers, listener=line.tell)
         files = write_diagnosis(found, diagnosis_data(found), folder)
-        steps = tuple(asdict(step) for step in found.steps)
         if found.mechanism is None:
-            return campaign, fit, files
+            return campaign, replace(fit, completed=()), files
         path = folder / COMPLETED_NAME
         write_mechanism(found.mechanism, path, PROPOSED)
         whole = load_campaign(campaign.path, mechanism_file=path)
-        near = {p.name: p.value for p in whole.mechanism.free}
-        again = identify(whole, seed=seed, workers=workers, listener=line.tell, near=near)
-    return whole, replace(again, completed=steps), [path, *files]
+        again = identified_with(whole, found, seed=seed, workers=workers, listener=line.tell)
+    return whole, again, [path, *files]
 
 
 def _refusal(fit: Fit, folder: Path) -> str:

@@ -1,0 +1,58 @@
+"""A mechanism that completes itself: identified, diagnosed, and identified again with what its records say it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+
+from mechid.campaign import Campaign
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.progress import Listener, silent
+from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
+from mechid.identification.identify import identify as identified
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Grade
+
+
+def identify(
+    campaign: Campaign,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+    journal: Journal | None = None,
+    near: Mapping[str, float] | None = None,
+    complete: bool = False,
+) -> Fit:
+    """Identify the free parameters of a campaign's mechanism from its records.
+
+    Parameters
+    ----------
+    campaign, seed, workers, listener, journal, near
+        As of `mechid.identification.identify.identify`.
+    complete : bool
+        Add to the mechanism what its records say it lacks, and identify again; `completed` of the fit has the steps,
+        and its `mechanism` and `parameters` are those of the completed one.
+
+    Raises
+    ------
+    FitError
+        If nothing is free, or no record is to be estimated from.
+    """
+    fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
+    if not complete or fit.grade is Grade.FAILED:
+        return fit
+    found = diagnose(campaign, fit, workers=workers, listener=listener)
+    if found.mechanism is None:
+        return replace(fit, completed=())
+    whole = replace(campaign, mechanism=found.mechanism)
+    return identified_with(whole, found, seed=seed, workers=workers, listener=listener)
+
+
+def identified_with(
+    whole: Campaign, found: Diagnosis, *, seed: int = 0, workers: int | None = None, listener: Listener = silent
+) -> Fit:
+    """Return the fit of a campaign whose mechanism has what a diagnosis proposes, begun at the values found with it."""
+    near = {p.name: p.value for p in whole.mechanism.free}
+    fit = identified(whole, seed=seed, workers=workers, listener=listener, near=near)
+    return replace(fit, completed=tuple(asdict(step) for step in found.steps))
