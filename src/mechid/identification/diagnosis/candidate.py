@@ -92,6 +92,20 @@ class Model:
         """RMS of what it leaves over that of the noise."""
         return math.sqrt(self.cost / self.setting.samples)
 
+    @property
+    def away(self) -> FloatArray:
+        """How far each coordinate of its effects is from where it is none, (n,)."""
+        values = self.problem.space.values(self.problem.coordinates.of_mechanism(self.q))
+        own = self.problem.coordinates.own
+        nulls = [values.get(c.parameter.replaces, c.parameter.value) for c in own]
+        records = self.problem.coordinates.of_records(self.q) - nulls
+        return np.concatenate([self.problem.coordinates.of_mechanism(self.q), records])
+
+    def keeping(self, effects: Collection[str]) -> Model:
+        """Return it with some of its terms and disturbances alone, fitted."""
+        terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
+        return replace(self, terms=tuple(terms), disturbances=tuple(disturbances)).fitted(self)
+
     def beyond(self, other: Model) -> str:
         """Return the name of the effect that it has and another has not."""
         return next((name for name in self.effects if name not in other.effects), "")
@@ -139,12 +153,7 @@ class Model:
 
     def without(self, effect: str) -> Model:
         """Return it without one of its terms or disturbances, fitted."""
-        fewer = replace(
-            self,
-            terms=tuple(name for name in self.terms if name != effect),
-            disturbances=tuple(name for name in self.disturbances if name != effect),
-        )
-        return fewer.fitted(self)
+        return self.keeping([name for name in self.effects if name != effect])
 
     def with_law(self, law: Law) -> Model:
         """Return it with a law in place of one of its mechanism, without the terms that are none beside it, fitted."""

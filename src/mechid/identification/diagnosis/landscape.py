@@ -7,12 +7,13 @@ its derivative less what the free ones can imitate (Rao's score test), each reco
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.beside.beside import lifted
+from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.disturbance.scores import Score, by_own_residuals, following, score_of
 from mechid.identification.output_error.reduction import combined
@@ -84,3 +85,22 @@ def landscape_of(model: Model) -> Landscape | None:
         if name not in model.effects and columns:
             effects[name] = np.vstack([records.jacobian[:, columns], np.zeros((below, len(columns)))])
     return Landscape(residual, free, effects, worth)
+
+
+def needed_effects(model: Model, wanted_small: Mapping[str, float] | None = None) -> frozenset[str]:
+    """Return the terms and disturbances of a model that its optimum needs, as its derivatives have it.
+
+    Parameters
+    ----------
+    model : Model
+    wanted_small : mapping of str to float, or None
+        Widths of small priors by dotted name, where the model was fitted with such.
+    """
+    problem = replace(model.problem, shrinkage=wanted_small or {})
+    weighted, worth = by_own_residuals(problem, model.q, model.setting.windows)
+    triangle = weighted.joint(model.q, model.setting.windows)
+    effects = (*model.terms, *model.disturbances)
+    if not np.all(np.isfinite(triangle.jacobian)):
+        return frozenset(effects)
+    groups = groups_of(weighted, {name: model.parameters[name] for name in effects})
+    return frozenset(needed(triangle, model.away, groups, worth))

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from scipy.stats import chi2, false_discovery_control
 
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.landscape import Landscape, landscape_of
+from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
 from mechid.identification.disturbance.scores import Score, worth_of
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.plant.superset import rivals_of
@@ -21,7 +21,10 @@ SHARE = 0.1
 FALSE_DISCOVERIES = 0.05
 TRIES = 2
 """Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
-MOST = 8
+MOSTLY = 0.5
+"""Share of the misfit that a law has to take to be tried with further effects where it alone is not the best."""
+MOST = 16
+"""Effects of a model."""
 Told = Callable[[str], None]
 
 
@@ -154,8 +157,8 @@ def _asked(model: Model, landscape: Landscape) -> Iterator[str]:
 
 
 def _pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
-    """Return the model without the effects that a fit does as well without, the least needed first."""
-    steps: list[Step] = []
+    """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
+    model, steps = _pruned_at_once(model, told)
     while effects := (*model.terms, *model.disturbances):
         if len(effects) + len(model.laws) == 1:
             break
@@ -169,6 +172,20 @@ def _pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
     return model, steps
 
 
+def _pruned_at_once(model: Model, told: Told) -> tuple[Model, list[Step]]:
+    """Return the model without what its derivatives say is not needed, where a fit says so too."""
+    kept = needed_effects(model)
+    lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]
+    if not lost:
+        return model, []
+    told(f"without {', '.join(lost)}")
+    fewer = model.keeping(kept)
+    fewer = fewer.regrown() if fewer.over_noise > MISFIT else fewer
+    if counts(replace(gain(fewer, model), share=1.0)):
+        return model, []
+    return fewer, [_step(fewer, removed=name) for name in lost]
+
+
 def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
     best, steps = smooth, list[Step]()
@@ -178,6 +195,9 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
         score = gain(before, with_law)
         if not counts(score):
             tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+            continue
+        if score.share < MOSTLY and _bic(with_law, best) >= _bic(best, with_law):
+            tried[law.name] = "leaves more than the effects without it"
             continue
         first = _step(with_law, added=law.name)
         whole, further = _grown(with_law, tried, told)

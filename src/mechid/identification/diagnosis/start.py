@@ -6,13 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from mechid.campaign import Campaign
-from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.diagnosis.candidate import Model, Setting
+from mechid.identification.diagnosis.landscape import needed_effects
 from mechid.identification.disturbance.possible import possible
-from mechid.identification.disturbance.scores import by_own_residuals
 from mechid.identification.identify import make_problem
 from mechid.identification.refit.reopened import MOVED, as_fitted
 from mechid.identification.result.terms_beside import TermsBeside
@@ -48,31 +45,18 @@ def _with_terms(plain: Model, found: TermsBeside, values: Mapping[str, float]) -
         model = replace(plain, base=base, laws=(law.name,)).at({**values, **own})
         return model.fitted(model)
     model = replace(plain, terms=found.names)
-    assert model.library is not None
+    library = model.library
+    assert library is not None
     names: dict[str, list[str]] = {}
-    for name, term in model.library.term_of.items():
+    for name, term in library.term_of.items():
         names.setdefault(term, []).append(name)
     there = {n: v for term, own in names.items() for n, v in _values(term, own, found).items()}
     model = model.at({**values, **there})
-    kept = _kept(model)
-    return replace(model, terms=kept).fitted(model)
+    kept = needed_effects(model, wanted_small=library.widths)
+    return replace(model, terms=tuple(name for name in model.terms if name in kept)).fitted(model)
 
 
 def _values(term: str, names: Sequence[str], found: TermsBeside) -> dict[str, float]:
     """Return the values that a fit gives the parameters of a term, by their names in the library: entries are moved."""
     there = sorted(name for name, p in found.parameters.items() if p.term == term)
     return {n: found.parameters[own].value for n, own in zip(sorted(names), there, strict=False)}
-
-
-def _kept(model: Model) -> tuple[str, ...]:
-    """Return the terms that the joint optimum of all needs, by its derivatives."""
-    assert model.library is not None
-    problem = replace(model.problem, shrinkage=model.library.widths)
-    weighted, worth = by_own_residuals(problem, model.q, model.setting.windows)
-    triangle = weighted.joint(model.q, model.setting.windows)
-    if not np.all(np.isfinite(triangle.jacobian)):
-        return model.terms
-    groups = groups_of(weighted, {name: model.parameters[name] for name in model.terms})
-    away = np.where(np.arange(problem.size) < problem.space.size, model.q, 0.0)
-    kept = needed(triangle, away, groups, worth)
-    return tuple(name for name in model.terms if name in kept)
