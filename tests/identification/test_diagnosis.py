@@ -12,7 +12,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
-from mechid.errors import FitError
+from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.report.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
@@ -116,3 +116,13 @@ def test_a_mechanism_completes_itself():
     own = fit.parameters["stepper.torque_harmonic.0.amplitude"]
     assert abs(own.value - 0.01) < 4.0 * own.std_error
     assert mechid.identify(made(), workers=1, near=TRUTH, complete=True).completed == ()
+
+
+def test_a_fit_of_other_files_is_refused():
+    bench = made()
+    estimate = identify(bench, workers=1, near=TRUTH).to_dict()
+    digests = dict.fromkeys(estimate["provenance"]["inputs_sha256"], "0" * 64)
+    other = {**estimate, "provenance": {**estimate["provenance"], "inputs_sha256": digests}}
+    assert digests
+    with pytest.raises(InputFileError, match="not as in the fit; identify anew"):
+        diagnose(bench, other)

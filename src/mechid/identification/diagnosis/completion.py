@@ -55,4 +55,4 @@ def identified_with(
     """Return the fit of a campaign whose mechanism has what a diagnosis proposes, begun at the values found with it."""
     near = {p.name: p.value for p in whole.mechanism.free}
     fit = identified(whole, seed=seed, workers=workers, listener=listener, near=near)
-    return replace(fit, completed=tuple(asdict(step) for step in found.steps))
+    return replace(fit, completed=tuple({"step": number, **asdict(step)} for number, step in enumerate(found.steps, 1)))

@@ -17,6 +17,7 @@ from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.missing import Missing
@@ -86,10 +87,13 @@ def diagnose(
 
     Raises
     ------
+    InputFileError
+        A file of the campaign is not the one that was identified.
     FitError
         The fit has failed.
     """
     estimate = fit.to_dict() if isinstance(fit, Fit) else fit
+    refuse_other_files(campaign, estimate)
     _refuse_failed(estimate)
     with one_core_algebra():
         before, start = begun(campaign, estimate, workers=workers or os.cpu_count() or 1)

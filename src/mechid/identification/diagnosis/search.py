@@ -86,9 +86,10 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         Told of progress.
     """
     tried: dict[str, str] = {}
-    model, steps = _grown(start, tried, told)
-    model, further = _pruned(model, told)
-    steps = [*steps, *further]
+    steps = [_step(start, added=name) for name in start.effects]
+    model, added = _grown(start, tried, told)
+    model, removed = _pruned(model, told)
+    steps = [*steps, *added, *removed]
     if model.over_noise > MISFIT:
         better, law_steps = _with_a_law(before, model, tried, told)
         if better is not model:

@@ -157,11 +157,16 @@ def _as_moved(
 
 def _refuse_others(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
     """Refuse a fit of other files, and one without an optimum."""
-    if "grade" not in estimate:
-        raise InputFileError("estimate.json: grade: missing; it was written by an earlier version, identify anew")
+    refuse_other_files(campaign, estimate)
     if not Grade(estimate["grade"]).good:
         said = [f"{reason['text']} Next: {reason['next_command']}" for reason in estimate["grade_reasons"][:1]]
         raise FitError(" ".join(["the fit has no optimum to look around from:", GRADE_WORDS[estimate["grade"]], *said]))
+
+
+def refuse_other_files(campaign: Campaign, estimate: Mapping[str, Any]) -> None:
+    """Refuse a fit that an earlier version wrote, and one of other files than the campaign has now."""
+    if "grade" not in estimate:
+        raise InputFileError("estimate.json: grade: missing; it was written by an earlier version, identify anew")
     found = estimate["provenance"]["inputs_sha256"]
     other = [name for name, digest in file_digests(campaign).items() if found.get(name) != digest]
     if other:
