@@ -21,7 +21,7 @@ from pathlib import Path
 
 from incomplete.benches import drawn, make_bench
 from incomplete.complete import KINDS, Complete
-from incomplete.effects import EFFECTS
+from incomplete.effects import EFFECTS, NOTHING, effects_of
 from incomplete.fits import fitted, half
 from incomplete.summary import catalogue_table, complete_table, incomplete_table, told
 from mechid.campaign import load_campaign
@@ -30,6 +30,8 @@ from recovery.mechanisms import FAMILIES
 
 OUT = Path("build/incomplete")
 BENCHES, COMPLETE = "fits.jsonl", "complete.jsonl"
+ESTIMATES = "estimates"
+"""Folder of the estimate.json of each search from the catalogue, for `diagnosis_benches.py`."""
 CATALOGUE = "catalogue"
 """Part of a bench that is all of it, searched for from the catalogue."""
 
@@ -58,8 +60,8 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--effects", nargs="+", choices=list(EFFECTS), default=list(EFFECTS), metavar="NAME",
-                        help="of " + ", ".join(EFFECTS))  # fmt: skip
+    parser.add_argument("--effects", nargs="+", type=_effect, default=list(EFFECTS), metavar="NAME",
+                        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
     parser.add_argument("--seeds", type=_range, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
@@ -68,6 +70,11 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
     return parser.parse_args()
+
+
+def _effect(text: str) -> str:
+    effects_of(text)
+    return text
 
 
 def _range(text: str) -> tuple[int, int]:
@@ -98,12 +105,12 @@ def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> N
     for seed in seeds:
         for effect in effects:
             missing = [part for part in parts if (effect, seed, part) not in done]
-            for line in fits_of(effect, seed, missing) if missing else ():
+            for line in fits_of(effect, seed, missing, path.parent / ESTIMATES) if missing else ():
                 append(path, line)
 
 
-def fits_of(effect: str, seed: int, parts: list[str]) -> Iterator[dict]:
-    """Yield a line for each part of a bench."""
+def fits_of(effect: str, seed: int, parts: list[str], keep: Path) -> Iterator[dict]:
+    """Yield a line for each part of a bench; estimates of searches are kept in a folder."""
     for with_effect in (True, False):
         chosen = [part for part in parts if (part != "reference") == with_effect]
         if not chosen:
@@ -116,8 +123,9 @@ def fits_of(effect: str, seed: int, parts: list[str]) -> Iterator[dict]:
             searched = part == CATALOGUE
             records = half(campaign, part) if part in ("first", "second") else campaign
             records = replace(campaign, mechanism=FAMILIES[1].catalogue()) if searched else records
+            how = (None, None, keep / f"{effect}-{seed}.json") if searched else (near, 1)
             yield {"effect": effect, "seed": seed, "part": part, "size": drawn(effect, seed)[1],
-                   **fitted(records, bench.truth, None if searched else near, None if searched else 1)}  # fmt: skip
+                   **fitted(records, bench.truth, *how)}  # fmt: skip
 
 
 def completes(path: Path, draws: range) -> None:

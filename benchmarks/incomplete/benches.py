@@ -3,8 +3,8 @@
     bench = make_bench("gear_hysteresis", 3, folder)       # mechanism.toml, campaign.toml, records, truth.json
     true = true_record("gear_hysteresis", 3, {"stepping": "full", "rate": 37.0, "start_angle_deg": 45.0}, 2.0)
 
-Both draw the same mechanism and the same size of the effect from its name and the seed. `with_effect=False` gives the
-same mechanism, noise, offsets and drifts without the effect.
+Both draw the same mechanism and the same size of the effect from its name and the seed; "detent+clock" is a bench of
+two effects. `with_effect=False` gives the same mechanism, noise, offsets and drifts without the effect.
 """
 
 import json
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from incomplete.effects import EFFECTS, Size
+from incomplete.effects import EFFECTS, Size, effects_of, size_of
 from incomplete.recording import RATE_HZ, Run, TrueRecord, recorded, runs_of
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.mechanism_text import write_mechanism
@@ -76,7 +76,7 @@ def make_bench(effect: str, seed: int, folder: Path, *, with_effect: bool = True
                    delimiter=",", header="time_s,torque_Nm", comments="")  # fmt: skip
     truth = {p.name: p.value for p in mechanism.free}
     told = {"synthetic": True, "effect": effect, "seed": seed, "size": dict(size), "parameters": truth,
-            "in_library": EFFECTS[effect].in_library}  # fmt: skip
+            "in_library": all(EFFECTS[one].in_library for one in effects_of(effect))}  # fmt: skip
     write_whole(folder / "truth.json", json.dumps(told, indent=1) + "\n")
     return Bench(folder, effect, seed, truth, size, runs)
 
@@ -110,17 +110,15 @@ def true_record(
         mean. False is what the mechanism itself exerts.
     sample_rate_hz : float
     """
-    mechanism, size = drawn(effect, seed)
-    if not with_effect or not (as_recorded or EFFECTS[effect].in_mechanism):
-        size = {}
-    size = {key: value for key, value in size.items() if key != "supply"}
+    mechanism, size = drawn(effect, seed, of_rig=as_recorded)
+    size = {key: value for key, value in size.items() if with_effect and key != "supply"}
     return recorded(mechanism, size, Run(command, seconds), None, sample_rate_hz)
 
 
-def drawn(effect: str, seed: int) -> tuple[Mechanism, Size]:
-    """Return the true mechanism of a bench, effect left away, and the effect's size."""
+def drawn(effect: str, seed: int, *, of_rig: bool = True) -> tuple[Mechanism, Size]:
+    """Return the true mechanism of a bench, effect left away, and the effect's size, that of the rig or not."""
     mechanism = FAMILIES[1].catalogue().with_values(family_values(np.random.default_rng((_number(effect), seed, 0))))
-    return mechanism, dict(EFFECTS[effect].draw(np.random.default_rng((_number(effect), seed, 1))))
+    return mechanism, size_of(effect, np.random.default_rng((_number(effect), seed, 1)), of_rig=of_rig)
 
 
 def _number(effect: str) -> int:

@@ -1,4 +1,7 @@
-"""The effects, one of which a bench has and its mechanism file lacks: what each is, and how its size is drawn."""
+"""The effects that a bench has and its mechanism file lacks: what each is, and how its size is drawn.
+
+A bench's effect is a name of the table, several of them joined by "+", or `NOTHING`.
+"""
 
 import math
 from collections.abc import Callable, Mapping
@@ -153,3 +156,39 @@ EFFECTS: Mapping[str, Effect] = {
     "cross_axis_mode": Effect("mode of the rig at 100 to 700 Hz, 0.3 to 5 % of the total torque",
                               _cross_axis_mode, in_library=False, in_mechanism=False),
 }  # fmt: skip
+NOTHING = "nothing"
+"""Effect of a complete bench."""
+
+
+def effects_of(name: str) -> list[str]:
+    """Return the effects that a bench's effect stands for.
+
+    Raises
+    ------
+    ValueError
+        One is not of the table, or there twice.
+    """
+    names = [] if name == NOTHING else name.split("+")
+    unknown = [one for one in names if one not in EFFECTS]
+    if unknown or len(set(names)) < len(names):
+        raise ValueError(f"{name!r} is none of {NOTHING}, {', '.join(EFFECTS)}, nor some of them joined by '+'")
+    return names
+
+
+def size_of(name: str, rng: np.random.Generator, *, of_rig: bool = True) -> dict[str, float]:
+    """Return the size of a bench's effect, drawn; `of_rig=False` leaves away what the mechanism itself has not.
+
+    Raises
+    ------
+    ValueError
+        An effect is unknown, or two of them are one and the same thing at two sizes.
+    """
+    size: dict[str, float] = {}
+    left_out: set[str] = set()
+    for one in effects_of(name):
+        further = EFFECTS[one].draw(rng)
+        if size.keys() & further.keys():
+            raise ValueError(f"{name!r}: its effects set the same {', '.join(sorted(size.keys() & further.keys()))}")
+        size |= further
+        left_out |= further.keys() if not (of_rig or EFFECTS[one].in_mechanism) else set()
+    return {key: value for key, value in size.items() if key not in left_out}

@@ -3,26 +3,37 @@
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.identify import identify
+from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit, ParameterEstimate
+from mechid.writing import write_whole
 
 PARTS = ("whole", "first", "second", "reference")
 """All of the records; the first and the second half of the samples of each; all of them without the effect."""
 
 
 def fitted(
-    campaign: Campaign, truth: Mapping[str, float], near: Mapping[str, float] | None, workers: int | None = 1
+    campaign: Campaign,
+    truth: Mapping[str, float],
+    near: Mapping[str, float] | None,
+    workers: int | None = 1,
+    keep: Path | None = None,
 ) -> dict[str, Any]:
     """Fit a campaign from values near its optimum, or by a search where there are none, and return what is kept of it.
 
-    `concluding_s` is what comes after the search: identifiability, standard errors and their test by draws.
+    `concluding_s` is what comes after the search: identifiability, standard errors and their test by draws. The whole
+    estimate is written to the file `keep`.
     """
     began, began_cpu = time.perf_counter(), time.process_time()
     fit = identify(campaign, workers=workers, near=near)
     wall, cpu = time.perf_counter() - began, time.process_time() - began_cpu
+    if keep:
+        keep.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(keep, json_text(fit.to_dict()))
     return {
         "outcome": fit.outcome.code,
         "grade": str(fit.grade),

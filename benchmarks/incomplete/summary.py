@@ -7,7 +7,7 @@ from statistics import median
 
 import numpy as np
 
-from incomplete.effects import EFFECTS
+from incomplete.effects import EFFECTS, NOTHING, effects_of
 
 RESAMPLES = 4000
 LEAST = 1e-6
@@ -147,7 +147,8 @@ def catalogue_table(lines: Sequence[Mapping]) -> str:
         f"{'from the catalogue':24} fits  followed (A or B)  grades            wall s: median  worst  RMS z of A, B",
     ]
     groups = {words: [line for line in lines if line["effect"] in effects] for words, effects in GROUPS.items()}
-    effects = {effect: [line for line in lines if line["effect"] == effect] for effect in EFFECTS}
+    groups["several at once"] = [line for line in lines if len(effects_of(line["effect"])) > 1]
+    effects = {effect: [line for line in lines if line["effect"] == effect] for effect in (NOTHING, *EFFECTS)}
     for words, own in {**effects, **groups, "all": list(lines)}.items():
         if not own:
             continue

@@ -118,6 +118,20 @@ def test_what_the_mechanism_does_is_without_the_instruments():
     assert true_record("detent", 0, MICRO, 0.1, sample_rate_hz=20_000.0).time_s.size == 2001
 
 
+def test_two_effects_at_once_are_both_there():
+    """Truth: the same mechanism with either of their sizes left away; the recorder's is none of the mechanism."""
+    mechanism, size = drawn("detent+clock", 0)
+    assert size.keys() == drawn("detent", 0)[1].keys() | {"clock_ppm"}
+    assert drawn("detent+clock", 0, of_rig=False)[1].keys() == drawn("detent", 0)[1].keys()
+    both = recorded(mechanism, size, Run(RISING, 0.3), None).torque_Nm
+    for less in ({"clock_ppm": 0.0}, {"detent_3": 0.0}):
+        assert rms(both - recorded(mechanism, {**size, **less}, Run(RISING, 0.3), None).torque_Nm) > 2e-5
+    assert drawn("nothing", 0)[1] == {}
+    for wrong in ("detent+detent", "detent+detent_between", "detents"):
+        with pytest.raises(ValueError, match="detent"):
+            drawn(wrong, 0)
+
+
 def test_equal_seeds_give_equal_benches(tmp_path):
     """Truth: the files of the first, byte by byte; another seed draws another mechanism and size."""
     first, again = (make_bench("detent", 0, tmp_path / name) for name in "ab")
