@@ -15,7 +15,7 @@ folder.
 import argparse
 import json
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,9 +60,9 @@ def main() -> None:
 
 def _arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--effects", nargs="+", type=_effect, default=list(EFFECTS), metavar="NAME",
+    parser.add_argument("--effects", nargs="+", type=effect_named, default=list(EFFECTS), metavar="NAME",
                         help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
-    parser.add_argument("--seeds", type=_range, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
+    parser.add_argument("--seeds", type=seeds_from, default=(0, 5), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--halves", action="store_true", help="fit the first and the second half of each record too")
     parser.add_argument("--reference", action="store_true", help="fit each bench without its effect too")
     parser.add_argument("--catalogue", action="store_true", help="search from the catalogue")
@@ -72,12 +72,14 @@ def _arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _effect(text: str) -> str:
+def effect_named(text: str) -> str:
+    """Return a bench's effect as an option names it."""
     effects_of(text)
     return text
 
 
-def _range(text: str) -> tuple[int, int]:
+def seeds_from(text: str) -> tuple[int, int]:
+    """Return the first seed and the one behind the last of an option, as "0:5"."""
     first, _, last = text.partition(":")
     return int(first), int(last)
 
@@ -91,12 +93,12 @@ def read(path: Path) -> Iterator[dict]:
             continue
 
 
-def append(path: Path, line: dict) -> None:
-    """Append a line whole; one that a killed run left unfinished before it is ended first."""
+def append(path: Path, line: dict, said: Callable[[dict], str] = told) -> None:
+    """Append a line whole and say it; one that a killed run left unfinished before it is ended first."""
     unfinished = path.exists() and path.stat().st_size and not path.read_bytes().endswith(b"\n")
     with path.open("a") as file:
         file.write("\n" * bool(unfinished) + json.dumps(line) + "\n")
-    print(told(line), flush=True)
+    print(said(line), flush=True)
 
 
 def benches(path: Path, effects: list[str], seeds: range, parts: list[str]) -> None:

@@ -48,6 +48,7 @@ def data():
         ],
         "warnings": [],
         "beside": None,
+        "lacking": [],
         "correlation": {"names": ["a", "b"], "matrix": [[1.0, 0.97], [0.97, 1.0]]},
         "information": {
             "parameters": ["gear.stiffness", "friction.static"],

@@ -179,6 +179,8 @@ class Campaign:
     stages : tuple of Stage
         Empty where mechid is to plan them.
     options : IdentifyOptions
+    considered : tuple of str
+        Names of the effects that a diagnosis looks for; empty where it looks for all.
     warnings : tuple of str
         What is odd and yet usable, one line each.
     """
@@ -189,6 +191,7 @@ class Campaign:
     records: tuple[CampaignRecord, ...]
     stages: tuple[Stage, ...] = ()
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
+    considered: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def record(self, name: str) -> CampaignRecord:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
+from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
 from mechid.campaign.identify_options import read_identify_options
 from mechid.campaign.measured_input import joined, with_inputs
 from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
@@ -27,7 +28,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.records import read_record
 
 FILE_NAME = "campaign.toml"
-KEYS = ("mechanism", "identify", CLOCK.key, "record", "stage", CAMPAIGN, OWN)
+KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, "record", "stage", CAMPAIGN, OWN)
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -64,7 +65,7 @@ def load_campaign(
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
     table = gathered(table, place)
-    options = read_identify_options(table, place)
+    options, effects = read_identify_options(table, place), read_considered(table, place)
     mechanism_path = mechanism_file or file.parent / _mechanism(table, place)
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
@@ -88,6 +89,7 @@ def load_campaign(
         records=records,
         stages=read_stages(table, place, mechanism, records),
         options=options,
+        considered=effects,
         warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
     )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
@@ -21,6 +22,7 @@ from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
 from mechid.identification.diagnosis.completion import identified_with
 from mechid.identification.diagnosis.diagnosis import diagnose
+from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
@@ -64,6 +66,7 @@ def identify_into(
     diagnosed: list[Path] = []
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, seed, workers)
+    fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
     validation = validate(campaign, fit)
     is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
     mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME

@@ -140,6 +140,9 @@ class Rival:
         Whether it is among those that are tried with starts of their own where growth stalls.
     imitated_by : str
         A disturbance of the records that takes its place where it is lacking, as ``"record.delay"`` a low-pass's.
+    hides : bool
+        Whether a fit without it may leave no more than noise and yet be wrong, so that it is looked for there too: from
+        `null`, or from a start so near to nothing that a linear fit says whether it is there.
     """
 
     name: str
@@ -152,6 +155,7 @@ class Rival:
     tried: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     grown: bool = True
     imitated_by: str = ""
+    hides: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

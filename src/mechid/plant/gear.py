@@ -109,7 +109,7 @@ def _rivals() -> tuple[Rival, ...]:
     return (
         *plays,
         Rival(name="friction.load_dependent", words="friction that grows with the torque in the gear",
-              table="friction", law="load_dependent", free={"load_share": share}, null="load_share"),
+              table="friction", law="load_dependent", free={"load_share": share}, null="load_share", hides=True),
     )  # fmt: skip
 
 

@@ -58,6 +58,8 @@ class Law:
     tries : tuple of mapping of str to float
         Values of its other parameters at which that derivative is to be looked at: a fit of it begins at the best of
         them. Empty where its start will do.
+    hides : bool
+        Whether a fit without it may leave no more than noise and yet be wrong.
     """
 
     name: str
@@ -66,6 +68,7 @@ class Law:
     own: tuple[str, ...] = ()
     null: str = ""
     tries: tuple[Mapping[str, float], ...] = ()
+    hides: bool = False
 
     def at_null(self, values: Mapping[str, float]) -> Mechanism:
         """Return the mechanism where there is nothing of it, its amplitude free and its other parameters held."""
@@ -170,7 +173,7 @@ def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law
                 null = f"{rival.table}.{rival.null}" if rival.null else ""
                 tries = ({f"{rival.table}.{key}": v} for key, values in rival.tried.items() for v in values)
                 own = tuple(f"{rival.table}.{key}" for key in rival.free)
-                yield Law(rival.name, other, rival.imitated_by, own, null, tuple(tries))
+                yield Law(rival.name, other, rival.imitated_by, own, null, tuple(tries), rival.hides)
 
 
 def words_of(mechanism: Mechanism) -> dict[str, str]:

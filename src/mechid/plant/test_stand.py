@@ -23,7 +23,7 @@ ALIAS_ORDERS = (4, 2)
 
 _FILTERS = (
     Rival(name="charge_amplifier", words="high-pass of the charge amplifier", table="charge_amplifier",
-          free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}),
+          free={"time_constant": (Float(1.0), Float(0.02), Float(100.0))}, hides=True),
     *(Rival(name=f"anti_alias:{order}", words=f"low-pass of the recorder, order {order}", table="anti_alias",
             order=order, grown=order == ALIAS_ORDERS[0], imitated_by="record.delay",
             free={"frequency": (Float(12000.0), Float(2000.0), Float(30000.0))})

@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Missing, OwnValue
 from mechid.identification.result.terms_beside import CLEAR, TermBeside, TermsBeside
 from mechid.report.digits import with_sigma
@@ -27,7 +29,33 @@ NONE_CLEAR = (
     f"None of them is clear by itself, at least {CLEAR:g} standard errors from nothing: together they stand for "
     "something that mechid cannot name. Look at the residuals' spectra and orders for what it may be."
 )
+LACKING = "What the model is missing"
+NOTHING_NAMED = "No effect that mechid knows stands out by itself."
+DIAGNOSE = (
+    '"mechid diagnose" with the result folder fits the effects of the library with all else, says which are needed '
+    "and which these records cannot tell apart, and proposes a mechanism file; "
+    '"mechid identify --complete" goes on with it.'
+)
+COMPLETED = "The mechanism was completed by what the records ask for; this is what they ask for beyond."
 OTHER_WORDS = "No different from nothing within their errors, so leave them out of the mechanism file:"
+
+
+def lacking_lines(fit: Fit) -> list[str]:
+    """Return what a fit of grade B or C says that its model is missing, a line each; none of another one."""
+    if fit.grade not in (Grade.B, Grade.C):
+        return []
+    lines = [f"{_capital(one.words)} ({one.name}): estimated with the rest, as below." for one in fit.missing]
+    clear = fit.beside.clear if fit.beside else ()
+    lines += [f"{_capital(fit.beside.words[name])} ({name}): a clear term beside the mechanism file."
+              for name in clear if fit.beside]  # fmt: skip
+    lines += [f"{_capital(one.words)} ({one.name}): by its derivative alone it takes {100.0 * one.share:.2g} % of what "
+              f"is left (chi-square {one.chi_square:.3g} for {one.dof}); no fit has tested it."
+              for one in fit.suggested]  # fmt: skip
+    return [*(lines or [NOTHING_NAMED]), DIAGNOSE if fit.completed is None else COMPLETED]
+
+
+def _capital(words: str) -> str:
+    return f"{words[:1].upper()}{words[1:]}"
 
 
 def missing_data(one: Missing) -> dict[str, Any]:

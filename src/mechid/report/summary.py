@@ -10,6 +10,7 @@ from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.report.details import worst_pair
 from mechid.report.digits import digits, plain
+from mechid.report.lacking import LACKING
 from mechid.report.noise import above_words, against_noise
 from mechid.report.quantities import quantity_words, torque_alone
 from mechid.report.use import held_out, left_out, left_out_words
@@ -32,6 +33,8 @@ Residuals = list[tuple[Data, AgainstNoise]]
 def summary_data(data: Data) -> dict[str, Any]:
     """Return the verdict on what a report shows: grade, tone, headline, and answers to three questions.
 
+    An incomplete model has a fourth: what it is missing.
+
     Parameters
     ----------
     data : mapping
@@ -48,6 +51,7 @@ def summary_data(data: Data) -> dict[str, Any]:
             {"question": "Is this fit good?", "answers": _quality(data, residuals)},
             {"question": "What is least certain?", "answers": _uncertain(data)},
             {"question": "What would improve it?", "answers": _improvement(data, residuals)},
+            *([{"question": LACKING, "answers": data["lacking"]}] if data["lacking"] else []),
         ],
     }
 

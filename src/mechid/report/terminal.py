@@ -11,6 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
+from mechid.report.lacking import LACKING
 from mechid.report.quantities import torque_alone
 from mechid.report.text_table import Column, print_table, print_tables
 from mechid.report.use import held_out, left_out
@@ -98,6 +99,11 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     say(console, f"Parameters{legend}", "bold")
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     _print_priors(data, console)
+    if data["lacking"]:
+        say(console, LACKING, "bold")
+        for line in data["lacking"]:
+            say(console, line)
+        console.print()
     _print_missing(data, console)
     _print_beside(data["beside"], console)
     if torque_alone(data["channels"]):

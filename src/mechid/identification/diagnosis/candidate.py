@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -17,11 +17,13 @@ from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import Law, Superset, superset_of
+from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
 
 FloatArray = NDArray[np.float64]
 ESCAPES = 1
 """Of a growth of what a joint fit leaves beyond noise."""
+FOLLOWED = 1.01
+"""What a model leaves over the noise from which it is grown anew: more than a level known to 1 % explains."""
 STEPS = 30
 TOLERANCE = 1e-7
 
@@ -38,11 +40,14 @@ class Setting:
         What of the records the fit follows.
     disturbances : tuple of Disturbance
         That the records may have beside.
+    considered : frozenset of str
+        Names of the effects that are looked for.
     """
 
     problem: Problem
     windows: Windows
     disturbances: tuple[Disturbance, ...]
+    considered: frozenset[str]
 
     @property
     def samples(self) -> int:
@@ -140,6 +145,17 @@ class Model:
         return terms | own
 
     @property
+    def words(self) -> Mapping[str, str]:
+        """What each effect is in words, by its name: those of the mechanism as written, and disturbances."""
+        written = self.setting.problem.space.mechanism
+        return words_of(written) | {one.name: one.words for one in self.setting.disturbances}
+
+    @property
+    def other_laws(self) -> Iterator[Law]:
+        """Laws that are looked for and that it has not."""
+        return (law for law in rivals_of(self.base) if law.name in self.setting.considered - {*self.laws})
+
+    @property
     def law_parameters(self) -> tuple[str, ...]:
         """Dotted names of what is free of its laws."""
         known = self.setting.problem.space.mechanism.parameters
@@ -152,14 +168,28 @@ class Model:
         return replace(self, disturbances=(*self.disturbances, effect)).fitted(self)
 
     def without(self, effect: str) -> Model:
-        """Return it without one of its terms or disturbances, fitted."""
+        """Return it without one of its effects, fitted."""
+        if effect in self.laws:
+            return self._without_law(effect).fitted(self)
         return self.keeping([name for name in self.effects if name != effect])
 
-    def with_law(self, law: Law) -> Model:
-        """Return it with a law in place of one of its mechanism, without the terms that are none beside it, fitted."""
-        other = replace(self, base=law.mechanism, laws=(*self.laws, law.name))
+    def _without_law(self, name: str) -> Model:
+        base, values = self.setting.problem.space.mechanism, self.problem.coordinates.values(self.q)
+        rest = tuple(law for law in self.laws if law != name)
+        for other in rest:
+            law = next(one for one in rivals_of(base) if one.name == other)
+            base = law.mechanism.with_values({n: values[n] for n in law.own if n in values})
+        return replace(self, base=base, laws=rest)
+
+    def with_law(self, law: Law, mechanism: Mechanism | None = None) -> Model:
+        """Return it with a law in place of one of its mechanism, fitted from that law's start or from a mechanism."""
+        return self.in_place_of(law, mechanism or law.mechanism).fitted(self)
+
+    def in_place_of(self, law: Law, mechanism: Mechanism) -> Model:
+        """Return it with a mechanism that has a law, without the terms that are none beside it, not fitted."""
+        other = replace(self, base=mechanism, laws=(*self.laws, law.name))
         known = {t.name for t in other.library.terms} if other.library else set()
-        return replace(other, terms=tuple(name for name in self.terms if name in known)).fitted(self)
+        return replace(other, terms=tuple(name for name in self.terms if name in known))
 
     def at(self, values: Mapping[str, float]) -> Model:
         """Return it at values by dotted name, not fitted."""
@@ -171,7 +201,12 @@ class Model:
         return self.fitted_from(lifted(near.problem, near.q, self.problem))
 
     def regrown(self) -> Model:
-        """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch."""
+        """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
+
+        A model that leaves no more than noise has not.
+        """
+        if self.over_noise <= FOLLOWED:
+            return self
         growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
         other = self.fitted_from(growth.q)
         return other if other.cost < self.cost else self

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 
@@ -9,6 +10,7 @@ from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
+from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify as identified
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
@@ -41,7 +43,7 @@ def identify(
     """
     fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
     if not complete or fit.grade is Grade.FAILED:
-        return fit
+        return with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
     found = diagnose(campaign, fit, workers=workers, listener=listener)
     if found.mechanism is None:
         return replace(fit, completed=())

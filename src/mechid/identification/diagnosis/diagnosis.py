@@ -14,6 +14,7 @@ from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.hum import hum_left
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
 from mechid.identification.diagnosis.start import begun
@@ -22,7 +23,6 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import words_of
 
 EXPLAINED = 0.1
 """Share of the misfit that may be left where effects are named: what leaves more is a substitute for something else."""
@@ -102,7 +102,7 @@ def diagnose(
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
         found = searched(before, start, told)
-        return _concluded(found)
+        return _concluded(found, hum_left(found.model, estimate))
 
 
 def _refuse_failed(estimate: Mapping[str, Any]) -> None:
@@ -112,9 +112,9 @@ def _refuse_failed(estimate: Mapping[str, Any]) -> None:
         raise FitError(" ".join(["a failed fit cannot be diagnosed:", GRADE_WORDS[Grade(grade)], *said]))
 
 
-def _concluded(found: Found) -> Diagnosis:
+def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
     model, named = found.model, found.left <= EXPLAINED
-    words = words_of(found.before.base) | {one.name: one.words for one in model.setting.disturbances}
+    words = model.words
     tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in found.tried.items()]
     if not named:
         tried += [
@@ -124,7 +124,7 @@ def _concluded(found: Found) -> Diagnosis:
             for name, score in found.needed.items()
         ]
     proposal = proposal_of(model) if named and model.effects else None
-    missing = [_missing(found, proposal, name, words) for name in found.needed] if proposal else []
+    missing = [*hum, *(_missing(found, proposal, name, words) for name in found.needed if proposal)]
     return Diagnosis(
         missing=tuple(sorted(missing, key=lambda one: -one.chi_square)),
         unexplained=found.left if named else 1.0 if not model.effects else found.left,

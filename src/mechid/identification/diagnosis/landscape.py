@@ -63,7 +63,8 @@ class Landscape:
 def landscape_of(model: Model) -> Landscape | None:
     """Return the landscape at a model's optimum; None where the derivatives fail there.
 
-    The terms and disturbances that the model has are free, those of the library that it has not are the effects.
+    The terms and disturbances that the model has are free; the effects are those of the library that it has not, as far
+    as they are looked for.
     """
     windows = model.setting.windows
     plain, worth = by_own_residuals(model.problem, model.q, windows)
@@ -82,7 +83,7 @@ def landscape_of(model: Model) -> Landscape | None:
     effects = {}
     for name, own in model.parameters.items():
         columns = [j for j, parameter in enumerate(wide.coordinates.names) if parameter in own]
-        if name not in model.effects and columns:
+        if name in model.setting.considered - {*model.effects} and columns:
             effects[name] = np.vstack([records.jacobian[:, columns], np.zeros((below, len(columns)))])
     return Landscape(residual, free, effects, worth)
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 
 from scipy.stats import chi2, false_discovery_control
 
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
+from mechid.identification.diagnosis.laws import promise
 from mechid.identification.disturbance.scores import Score, worth_of
 from mechid.identification.uncertainty.noise import MISFIT
-from mechid.plant.superset import rivals_of
 
 LEAST = 30.0
 """Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
@@ -89,13 +89,15 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
     steps = [_step(start, added=name) for name in start.effects]
     model, added = _grown(start, tried, told)
     model, removed = _pruned(model, told)
-    steps = [*steps, *added, *removed]
-    if model.over_noise > MISFIT:
-        better, law_steps = _with_a_law(before, model, tried, told)
+    model, hidden = _with_hidden(model, tried, told)
+    steps = [*steps, *added, *removed, *hidden]
+    if model.over_noise > FOLLOWED:
+        bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
+        better, law_steps = _with_a_law(bare, model, tried, told)
         if better is not model:
             model, steps = better, law_steps
-    less = {name: model.without(name) for name in (*model.terms, *model.disturbances)}
-    less |= dict.fromkeys(model.laws, before)
+    alone = len(model.effects) == 1
+    less = {name: before if alone else model.without(name) for name in model.effects}
     needed = {name: gain(without, model) for name, without in less.items()}
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
     return Found(model, before, tuple(steps), tried, needed, less, like)
@@ -133,12 +135,11 @@ def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list
 
 def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: Told) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
-    for name in list(_asked(model, landscape))[:TRIES]:
+    for name in asked(model, landscape)[:TRIES]:
         if name in tried:
             continue
         told(f"{name} is fitted")
-        more = model.with_effect(name)
-        more = more.regrown() if more.over_noise > MISFIT else more
+        more = model.with_effect(name).regrown()
         score = gain(model, more)
         if counts(score):
             return more
@@ -146,24 +147,22 @@ def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: T
     return None
 
 
-def _asked(model: Model, landscape: Landscape) -> Iterator[str]:
-    """Yield the effects that the score test asks for, the likeliest first."""
+def asked(model: Model, landscape: Landscape) -> list[str]:
+    """Return the effects that the score test asks for, the likeliest first."""
     scores = {name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
     if not scores:
-        return
+        return []
     chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
     sure = false_discovery_control(chances) <= FALSE_DISCOVERIES
-    asked = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
-    yield from sorted(asked, key=lambda name: -asked[name].over)
+    likely = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
+    return sorted(likely, key=lambda name: -likely[name].over)
 
 
 def _pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
     """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
     model, steps = _pruned_at_once(model, told)
-    while effects := (*model.terms, *model.disturbances):
-        if len(effects) + len(model.laws) == 1:
-            break
-        rest = {name: model.without(name) for name in effects}
+    while len(model.effects) > 1:
+        rest = {name: model.without(name) for name in model.effects}
         least = min(rest, key=lambda name: rest[name].cost)
         told(f"without {least}")
         if counts(replace(gain(rest[least], model), share=1.0)):
@@ -180,19 +179,35 @@ def _pruned_at_once(model: Model, told: Told) -> tuple[Model, list[Step]]:
     if not lost:
         return model, []
     told(f"without {', '.join(lost)}")
-    fewer = model.keeping(kept)
-    fewer = fewer.regrown() if fewer.over_noise > MISFIT else fewer
+    fewer = model.keeping(kept).regrown()
     if counts(replace(gain(fewer, model), share=1.0)):
         return model, []
     return fewer, [_step(fewer, removed=name) for name in lost]
 
 
+def _with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    """Return the model with the laws that it may lack although it leaves no more than noise."""
+    steps: list[Step] = []
+    for law in [law for law in model.other_laws if law.hides]:
+        score, start = promise(model, law)
+        if not counts(score):
+            continue
+        told(f"{law.name} is fitted")
+        more = model.with_law(law, start).regrown()
+        if counts(gain(model, more)):
+            model, removed = _pruned(more, told)
+            steps += [_step(more, added=law.name), *removed]
+        else:
+            tried[law.name] = f"explains {100.0 * gain(model, more).share:.3g} % of the misfit in a fit"
+    return model, steps
+
+
 def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
     best, steps = smooth, list[Step]()
-    for law in rivals_of(before.base):
+    for law in before.other_laws:
         told(f"{law.name} is fitted")
-        with_law = before.with_law(law)
+        with_law = before.with_law(law, promise(before, law)[1] if law.tries else None)
         score = gain(before, with_law)
         if not counts(score):
             tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
@@ -201,9 +216,10 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
             tried[law.name] = "leaves more than the effects without it"
             continue
         first = _step(with_law, added=law.name)
-        whole, further = _grown(with_law, tried, told)
-        if _bic(whole, best) < _bic(best, whole):
-            best, steps = whole, [first, *further]
+        whole, further = _grown(with_law.regrown(), tried, told)
+        whole, removed = _pruned(whole, told)
+        if law.name in whole.laws and _bic(whole, best) < _bic(best, whole):
+            best, steps = whole, [first, *further, *removed]
     return best, steps
 
 

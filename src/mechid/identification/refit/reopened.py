@@ -105,10 +105,15 @@ def reopened(campaign: Campaign, estimate: Mapping[str, Any], *, workers: int = 
 
 
 def as_fitted(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
-    """Return a campaign as its fit had it: records otherwise than declared, with their own, hum removed."""
+    """Return a campaign as its fit had it: as that read its records, and with what these had of their own."""
+    return recalled(as_recorded(campaign, estimate), _found(estimate))
+
+
+def as_recorded(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
+    """Return a campaign as its fit read it: records otherwise than declared, hum removed."""
     taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
-    campaign = recalled(taken_campaign(campaign, taken), _found(estimate))
+    campaign = taken_campaign(campaign, taken)
     return replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
 
 

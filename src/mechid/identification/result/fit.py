@@ -14,7 +14,7 @@ from scipy.special import stdtrit
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.identification.result.missing import Missing, OwnValue, Suggested
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
@@ -278,6 +278,8 @@ class Fit:
         Why it has no better grade.
     missing : tuple of Missing
         What the files do not declare and the records ask for, put into the fit.
+    suggested : tuple of Suggested
+        What a fit of grade B or C without terms beside leaves to be explained, the likeliest first.
     beside : TermsBeside or None
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     completed : tuple of mapping, or None
@@ -299,6 +301,7 @@ class Fit:
     grade: Grade = Grade.FAILED
     reasons: tuple[Reason, ...] = ()
     missing: tuple[Missing, ...] = ()
+    suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
 
@@ -314,6 +317,7 @@ class Fit:
             "covariance": {"names": list(self.correlation_names), "matrix": self.covariance.tolist()},
             "consistency": self.consistency.to_dict() if self.consistency else None,
             "missing": [one.to_dict() for one in self.missing],
+            "suggested": [asdict(one) for one in self.suggested],
             "beside": self.beside.to_dict() if self.beside else None,
             "completed": None if self.completed is None else [dict(step) for step in self.completed],
             "records": {name: _record_dict(r) for name, r in self.records.items()},

@@ -17,7 +17,7 @@ from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
-from mechid.identification.result.missing import Missing
+from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.terms_beside import TermsBeside
 
@@ -103,6 +103,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
         reasons=tuple(map(Reason.from_dict, content["grade_reasons"])),
         missing=tuple(map(Missing.from_dict, content.get("missing", ()))),
         beside=TermsBeside.from_dict(content["beside"]) if content.get("beside") else None,
+        suggested=tuple(Suggested(**one) for one in content.get("suggested", ())),
         completed=tuple(content["completed"]) if content.get("completed") is not None else None,
     )
 

@@ -80,6 +80,28 @@ class Missing:
         return cls(**{**own, **lists, "parameters": parameters})
 
 
+@dataclass(frozen=True, kw_only=True)
+class Suggested:
+    """An effect that what a fit leaves asks for by its derivative alone; no fit has tested it.
+
+    Attributes
+    ----------
+    name, words : str
+    chi_square, p_value : float
+    dof : int
+        As of `Missing`.
+    share : float
+        Of the sum of squares that is left.
+    """
+
+    name: str
+    words: str
+    chi_square: float
+    dof: int
+    share: float
+    p_value: float
+
+
 class Hummed(Protocol):
     """A record as it was fitted, of which lines were removed."""
 

@@ -1,0 +1,208 @@
+"""Whether `mechid diagnose` names what a mechanism file lacks: benches with no, one or two effects left out.
+
+Each bench is that of `incomplete_benches.py`, searched for from the catalogue; where that has kept an estimate it is
+taken up, else the search comes first. One line of JSON is appended for each bench; what is in the folder already is not
+repeated, so a run may be stopped, taken up again, and done in pieces.
+
+    python benchmarks/diagnosis_benches.py --drawn 0:60 [--complete] [--fits FOLDER] [--out FOLDER]
+    python benchmarks/diagnosis_benches.py --effects NAME ... --seeds 0:10 [--complete] [--fits FOLDER] [--out FOLDER]
+    python benchmarks/diagnosis_benches.py --summary [--out FOLDER]
+"""
+
+import argparse
+import json
+import math
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+from incomplete.benches import make_bench
+from incomplete.effects import EFFECTS, NOTHING, effects_of
+from incomplete.names import false_names, names_of, unnamed
+from incomplete.summary import errors_of, rms
+from incomplete_benches import ESTIMATES, append, effect_named, read, seeds_from
+from mechid.campaign import Campaign, load_campaign
+from mechid.identification.diagnosis.completion import identified_with
+from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
+from mechid.identification.identify import identify
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.grade import Grade
+from mechid.identification.result.missing import Missing
+from mechid.writing import write_whole
+from recovery.mechanisms import FAMILIES
+
+OUT = Path("build/diagnosis")
+LINES = "diagnoses.jsonl"
+DRAWN = [name for name, effect in EFFECTS.items() if effect.in_library and name != "quantisation"]
+FIRST_SEED = 1000
+"""Of the benches that are drawn: no other benchmark uses them."""
+NEAR_PERCENT, NEAR_DEG, NEAR_SIGMA = 2.0, 2.0, 5.0
+
+
+def drawn(number: int) -> tuple[str, int]:
+    """Return effect and seed of a bench: none, one or two effects of the library that may stand together."""
+    rng = np.random.default_rng((FIRST_SEED, number))
+    for _ in range(int(1e3)):
+        chosen = sorted(rng.choice(DRAWN, size=rng.integers(1, 3), replace=False).tolist())
+        if len({name.removesuffix("_between") for name in chosen}) == len(chosen):
+            return "+".join(chosen), FIRST_SEED + number
+    raise AssertionError("no two effects stand together")
+
+
+def main() -> None:
+    """Diagnose what is not in the folder yet, and print the tables of what is."""
+    arguments = _arguments()
+    arguments.out.mkdir(parents=True, exist_ok=True)
+    path = arguments.out / LINES
+    done = {(line["effect"], line["seed"]): line for line in read(path)}
+    for effect, seed in [] if arguments.summary else _asked(arguments):
+        before = done.get((effect, seed))
+        if before is None or (arguments.complete and "completed" not in before):
+            append(path, diagnosed(effect, seed, arguments.fits or arguments.out, complete=arguments.complete), said)
+    lines = list({(line["effect"], line["seed"]): line for line in read(path)}.values())
+    if lines:
+        print(table(lines))
+
+
+def _arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--drawn", type=seeds_from, default=(0, 0), metavar="A:B", help="benches drawn, from A to B")
+    parser.add_argument("--effects", nargs="+", type=effect_named, default=[], metavar="NAME",
+                        help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
+    parser.add_argument("--seeds", type=seeds_from, default=(0, 1), metavar="A:B", help="of --effects")
+    parser.add_argument("--complete", action="store_true", help="identify again with what is proposed")
+    parser.add_argument("--fits", type=Path, help="folder of incomplete_benches.py, whose estimates are taken up")
+    parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
+    parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
+    return parser.parse_args()
+
+
+def _asked(arguments: argparse.Namespace) -> Iterator[tuple[str, int]]:
+    yield from (drawn(number) for number in range(*arguments.drawn))
+    yield from ((effect, seed) for seed in range(*arguments.seeds) for effect in arguments.effects)
+
+
+def diagnosed(effect: str, seed: int, fits: Path, *, complete: bool) -> dict[str, Any]:
+    """Return what a diagnosis of a bench says and what it took, and what the completed mechanism's fit is."""
+    with tempfile.TemporaryDirectory() as folder:
+        bench = make_bench(effect, seed, Path(folder))
+        campaign = replace(load_campaign(bench.folder), mechanism=FAMILIES[1].catalogue())
+    estimate, search_s = _estimate(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
+    line = {"effect": effect, "seed": seed, "size": dict(bench.size), "search_s": search_s, "grade": estimate["grade"]}
+    if estimate["grade"] == Grade.FAILED:
+        return {**line, "wall_s": 0.0, "missing": [], "words": "the fit has failed", "completed": None}
+    began = time.perf_counter()
+    found = diagnose(campaign, estimate)
+    line |= {"wall_s": time.perf_counter() - began, **_said_of(found)}
+    return {**line, "completed": _completed(campaign, estimate, found, bench.truth)} if complete else line
+
+
+def _estimate(campaign: Campaign, path: Path) -> tuple[dict[str, Any], float | None]:
+    """Return the estimate of a file, made where there is none, and how long that took."""
+    if path.exists():
+        return json.loads(path.read_text()), None
+    began = time.perf_counter()
+    fit = identify(campaign)
+    took = time.perf_counter() - began
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, json_text(fit.to_dict()))
+    return json.loads(path.read_text()), took
+
+
+def _said_of(found: Diagnosis) -> dict[str, Any]:
+    return {
+        "missing": [_entry(one) for one in found.missing],
+        "words": found.words,
+        "over_noise": found.over_noise,
+        "unexplained": found.unexplained,
+        "tried": [one.name for one in found.tried],
+    }
+
+
+def _entry(one: Missing) -> dict[str, Any]:
+    parameters = {name: [p.value, p.std_error] for name, p in one.parameters.items()}
+    return {"name": one.name, "aliases": list(one.aliases), "chi_square": one.chi_square, "share": one.share,
+            "parameters": parameters}  # fmt: skip
+
+
+def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
+    """Return the grade and the parameters beside the truth after the mechanism has what is proposed."""
+    began = time.perf_counter()
+    if found.mechanism is None:
+        grade, parameters = estimate["grade"], estimate["parameters"]
+    else:
+        fit = identified_with(replace(campaign, mechanism=found.mechanism), found).to_dict()
+        grade, parameters = fit["grade"], fit["parameters"]
+    own = {name: {"truth": value, **{key: parameters[name][key] for key in ("value", "unit", "std_error")}}
+           for name, value in truth.items()}  # fmt: skip
+    return {"grade": grade, "wall_s": time.perf_counter() - began, "parameters": own}
+
+
+def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:
+    """Return each entry's name with its aliases."""
+    return [(one["name"], *one["aliases"]) for one in line["missing"]]
+
+
+def is_exact(line: dict[str, Any]) -> bool:
+    """Tell whether just the effects that are missing were named."""
+    right = names_of(line["effect"], line["size"])
+    return not false_names(right, entries_of(line)) and not unnamed(right, entries_of(line))
+
+
+def is_near(done: dict[str, Any]) -> bool:
+    """Tell whether all parameters of a completed fit are within 5 standard errors and 2 % (2 deg) of the truth."""
+    return all(abs(z) <= NEAR_SIGMA for _, z in errors_of(done)) and all(map(_close, done["parameters"].values()))
+
+
+def _close(p: dict[str, Any]) -> bool:
+    if p["unit"] == "deg":
+        return abs((p["value"] - p["truth"] + 180.0) % 360.0 - 180.0) <= NEAR_DEG
+    return abs(p["value"] - p["truth"]) <= NEAR_PERCENT / 100.0 * abs(p["truth"])
+
+
+def said(line: dict[str, Any]) -> str:
+    """Return a bench's line of progress."""
+    named = ", ".join("|".join(entry) for entry in entries_of(line)) or "nothing"
+    done = line.get("completed")
+    after = f"  then {done['grade']}, RMS z {rms(errors_of(done)):.2f}, near {is_near(done)}" if done else ""
+    return (f"{line['effect']:40} {line['seed']:4d} {line['grade']:6} {line['wall_s']:6.1f} s  "
+            f"{'exact' if is_exact(line) else 'WRONG'}  {named}{after}")  # fmt: skip
+
+
+def table(lines: Sequence[dict[str, Any]]) -> str:
+    """Return the summary: sets named exactly, false names, and what completed mechanisms are like."""
+    groups: dict[str, list[dict[str, Any]]] = {}
+    for line in lines:
+        names = effects_of(line["effect"])
+        kind = NOTHING if not names else "two effects" if len(names) > 1 else "one effect"
+        kind = kind if all(EFFECTS[name].in_library for name in names) else "no block of the search holds it"
+        groups.setdefault(kind, []).append(line)
+        if len(names) == 1:
+            groups.setdefault(f"  {names[0]}", []).append(line)
+    rows = [f"{'benches':34} number  exact        false of all names  without false name  wall s: median  worst"]
+    for words, own in sorted(groups.items(), key=lambda pair: (pair[0].startswith(" "), pair[0])):
+        exact = sum(map(is_exact, own))
+        false = [false_names(names_of(one["effect"], one["size"]), entries_of(one)) for one in own]
+        wall = [one["wall_s"] for one in own]
+        rows.append(f"{words:34} {len(own):6d}  {exact:3d} ({exact / len(own):4.0%})   "
+                    f"{sum(map(len, false)):5d} of {sum(len(one['missing']) for one in own):4d}     "
+                    f"{sum(not one for one in false):8d}           {median(wall):10.1f} {max(wall):7.1f}")  # fmt: skip
+    done = [line["completed"] for line in lines if line.get("completed")]
+    if done:
+        grades = {grade: sum(one["grade"] == grade for one in done) for grade in "ABC"}
+        errors = [pair for one in done for pair in errors_of(one)]
+        within = sum(map(is_near, done))
+        rows.append(f"completed: {len(done)}, grades {grades}, within {NEAR_SIGMA:g} sigma and {NEAR_PERCENT:g} % "
+                    f"(deg) of the truth {within} ({within / len(done):.0%}), RMS z {rms(errors):.2f}, worst "
+                    f"{max((abs(z) for _, z in errors), default=math.nan):.1f}")  # fmt: skip
+    return "\n".join(rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""What `mechid diagnose` has to call each effect of a bench, and whether it did."""
+
+from collections.abc import Iterable, Sequence
+
+from incomplete.effects import Size, effects_of
+
+PLAIN = {
+    "imbalance": "stepper.imbalance",
+    "phase_offset": "stepper.phase_offset",
+    "backlash": "gear.backlash",
+    "output_friction": "output_friction",
+    "stribeck": "friction.stribeck",
+    "load_dependent_friction": "friction.load_dependent",
+    "charge_amplifier": "charge_amplifier",
+    "anti_alias": "anti_alias",
+    "supply_apart": "record.voltage",
+    "clock": "clock",
+    "cross_axis_mode": "housing.second_mode",
+    "friction_over_angle": "friction.position:output",
+}
+NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "inductance_over_angle",
+            "chopper_ripple")  # fmt: skip
+"""What no block holds, or what is noise: nothing is to be named for it."""
+
+
+def name_of(effect: str, size: Size) -> str:
+    """Return the name of one effect of a size; empty where it has none."""
+    match effect.removesuffix("_between"):
+        case "detent":
+            return f"stepper.detent:{360.0 / size['detent_order_3']:.3g}deg"
+        case "torque_harmonic":
+            return f"stepper.torque_harmonic:{size['harmonic_order']:g}"
+        case "kinematic_error":
+            return f"gear.kinematic_error:{size['kinematic_order']:g}"
+        case "mains_hum":
+            return f"mains:{size['mains_hz']:g}Hz"
+        case other:
+            return "" if other in NAMELESS else PLAIN[other]
+
+
+def names_of(effect: str, size: Size) -> list[str]:
+    """Return the names of a bench's effects, those without a name left out."""
+    return [name for one in effects_of(effect) if (name := name_of(one, size))]
+
+
+def false_names(names: Iterable[str], entries: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return the first name of each entry, a name with its aliases, that holds none of the right names."""
+    right = set(names)
+    return [entry[0] for entry in entries if not right & set(entry)]
+
+
+def unnamed(names: Iterable[str], entries: Sequence[tuple[str, ...]]) -> list[str]:
+    """Return the right names that no entry holds."""
+    held = {name for entry in entries for name in entry}
+    return [name for name in names if name not in held]

@@ -1,0 +1,28 @@
+"""The ``[diagnose]`` table of a campaign file: which effects are looked for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.campaign.place import Place, found, refuse_unknown_keys, texts
+from mechid.command.entry import is_table
+
+DIAGNOSE = "diagnose"
+CONSIDER = "consider"
+REMEDY = 'write names of effects as mechid diagnose gives them, as consider = ["stepper.detent:0.9deg", "clock"]'
+
+
+def read_considered(table: Mapping[str, Any], place: Place) -> tuple[str, ...]:
+    """Return the names of the effects that a campaign file has a diagnosis consider; none where all are.
+
+    Raises
+    ------
+    InputFileError
+        The table has another key, or its entry is not a list of texts.
+    """
+    entry, here = table.get(DIAGNOSE, {}), place.key(DIAGNOSE)
+    if not is_table(entry):
+        raise here.error(f"{found(entry)}; write a table, [{DIAGNOSE}]")
+    refuse_unknown_keys(entry, (CONSIDER,), here)
+    return texts(entry[CONSIDER], here.key(CONSIDER), REMEDY) if CONSIDER in entry else ()

@@ -1,0 +1,28 @@
+"""Mains hum that a fit has removed from its records: whether they have it with the effects found since."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.search import LEAST
+from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
+from mechid.identification.disturbance.mains import mains
+from mechid.identification.disturbance.scores import scores
+from mechid.identification.result.missing import Missing
+
+
+def hum_left(model: Model, estimate: Mapping[str, Any]) -> list[Missing]:
+    """Return the hum that a fit names and its records show beside a model too: steps have lines like the mains'."""
+    named = [Missing.from_dict(one) for one in estimate["missing"] if one["name"].startswith(MAINS_PREFIX)]
+    if not named:
+        return []
+    lines = tuple(lines_of(model.problem))
+    removed = Disturbance("", "", lines_hz={t.name: lines for t in model.problem.targets})
+    bare, q = without(model.problem, model.q, [removed])
+    seen = mains(bare, q)
+    if seen is None:
+        return []
+    score = scores(bare, q, model.setting.windows, [seen])[seen.name]
+    return [one for one in named if one.name == seen.name and score.over > 0.0 and score.chi_square > LEAST]

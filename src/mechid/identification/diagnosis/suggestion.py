@@ -1,0 +1,44 @@
+"""What a fit that misses something leaves to be explained, by its derivatives alone: the short form of a diagnosis."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scipy.stats import chi2
+
+from mechid.campaign import Campaign
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.landscape import landscape_of
+from mechid.identification.diagnosis.search import asked
+from mechid.identification.diagnosis.start import as_written
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Grade
+from mechid.identification.result.missing import Suggested
+
+MOST = 3
+"""Effects that are suggested."""
+
+
+def with_suggestions(campaign: Campaign, fit: Fit, workers: int = 1) -> Fit:
+    """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
+
+    One that has terms beside the mechanism has found them already, and gets none.
+    """
+    if fit.grade not in (Grade.B, Grade.C) or fit.beside:
+        return fit
+    with one_core_algebra():
+        model = as_written(campaign, fit.to_dict(), workers=workers)
+        return replace(fit, suggested=_suggested(model))
+
+
+def _suggested(model: Model) -> tuple[Suggested, ...]:
+    landscape = landscape_of(model)
+    if landscape is None:
+        return ()
+    scores, words = landscape.scores(), model.words
+    return tuple(
+        Suggested(name=name, words=words[name], chi_square=one.chi_square, dof=one.dof, share=one.share,
+                  p_value=float(chi2.sf(one.chi_square, one.dof)))
+        for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
+    )  # fmt: skip
