@@ -1,0 +1,45 @@
+"""What the page says of a diagnosis: each effect named with what it explains, and what was tried and is not named."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from mechid.report.digits import plain
+from mechid.web.diagnosed import OF_RECORDS, Diagnosed, NamedEffect
+
+Data = dict[str, Any]
+
+
+def diagnosed_data(said: Diagnosed) -> Data:
+    """Return the lists of the page; whether an effect is on is said with the rest that changes."""
+    return {
+        "words": said.words,
+        "effects": [_entry(one) for one in said.effects],
+        "tried": [{**one, "words": sentence(one["words"])} for one in said.tried],
+    }
+
+
+def _entry(one: NamedEffect) -> Data:
+    hover = one.why_fixed or "Off: there is nothing of it. On: the values found."
+    if one.is_of_records:
+        hover = f"{hover}{'' if hover.endswith('.') else '.'} {sentence(OF_RECORDS)}."
+    return {
+        "name": one.name,
+        "words": sentence(one.words),
+        "explains": f"explains {plain(100.0 * one.share, 3)} % of the misfit",
+        "aliases": [f"{words} ({name})" if words else name for name, words in one.aliases.items()],
+        "fixed": bool(one.why_fixed),
+        "why_fixed": sentence(one.why_fixed),
+        "hover": sentence(hover),
+    }
+
+
+def sentence(words: str) -> str:
+    """Return words that begin with a capital letter.
+
+    Examples
+    --------
+    >>> sentence("the supply sags")
+    'The supply sags'
+    """
+    return words[:1].upper() + words[1:]
