@@ -26,12 +26,20 @@ def _entry(one: NamedEffect) -> Data:
     return {
         "name": one.name,
         "words": sentence(one.words),
-        "explains": f"explains {plain(100.0 * one.share, 3)} % of the misfit",
+        "explains": f"Explains {plain(100.0 * one.share, 3)} % of the misfit",
         "aliases": [f"{words} ({name})" if words else name for name, words in one.aliases.items()],
+        "sliders": [] if one.is_of_records and one.why_fixed else _sliders(one),
         "fixed": bool(one.why_fixed),
         "why_fixed": sentence(one.why_fixed),
         "hover": sentence(hover),
     }
+
+
+def _sliders(one: NamedEffect) -> list[tuple[str, str]]:
+    """Return each table that an effect's parameters stand in, and the first of them there."""
+    tables = [name.rpartition(".")[0] for name in one.found]
+    firsts = {table: name for table, name in reversed([*zip(tables, one.found, strict=True)])}
+    return [(table, firsts[table]) for table in dict.fromkeys(tables)]
 
 
 def sentence(words: str) -> str:
