@@ -1,19 +1,16 @@
-"""Effects that a diagnosis names, with a switch each. Truth: the simulation without them, the file as it was written."""
+"""Effects that a diagnosis names, with a switch each. Truth: the simulation without them, the file as written."""
 
-import json
-import tomllib
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import synthetic
-from layouts import mechanism_of
-from mechid.campaign import mechanism_text, read_mechanism
+from diagnosis_folder import DETENT, detent, left, less, missing
+from mechid.campaign import read_mechanism
 from mechid.campaign.campaign import record_parameter_name
 from mechid.errors import InputFileError, UsageError
-from mechid.identification.result.diagnosis_file import FILE_NAME, FORMAT, PROPOSED_NAME
-from mechid.identification.result.missing import Missing, OwnValue
+from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME
 from mechid.plant.superset import rivals_of, superset_of
 from mechid.web import Source, read_diagnosed
 from mechid.web.diagnosed_shown import diagnosed_data
@@ -21,52 +18,12 @@ from mechid.web.estimate import Estimate
 from mechid.web.session import Session
 from mechid.web.shown import shown_data
 
-DETENT = ("stepper.detent.1.amplitude", "stepper.detent.1.phase_deg")
 VOLTAGE = {record_parameter_name(name, "peak_voltage"): v for name, v in (("full_46", 5.8), ("micro_46", 5.6))}
-TRIED = [{"name": "gear.backlash", "words": "backlash of the gear", "why": "explains 2 % of the misfit in a fit"}]
-
-
-def missing(name, values, block, aliases=()):
-    own = {n: OwnValue(value=v, std_error=1e-3, unit="1") for n, v in values.items()}
-    return Missing(name=name, words=f"what {name} is", parameters=own, chi_square=900.0, dof=len(own), share=0.9,
-                   p_value=0.0, records=("full_46",), toml="", block=block, aliases=aliases)  # fmt: skip
-
-
-def left(folder, proposed, *effects, **changes):
-    """Leave what mechid diagnose leaves."""
-    content = {"format": FORMAT, "missing": [one.to_dict() for one in effects], "tried": TRIED, "steps": [],
-               "unexplained": {"share": 0.0, "words": "What is said of the whole."}} | changes  # fmt: skip
-    (folder / FILE_NAME).write_text(json.dumps(content), encoding="utf-8")
-    if proposed is not None:
-        (folder / PROPOSED_NAME).write_text(mechanism_text(proposed), encoding="utf-8")
-    return folder
-
-
-def less(mechanism, *entries):
-    """Return a mechanism whose file lacks some tables."""
-    table = tomllib.loads(mechanism_text(mechanism))
-    for entry in entries:
-        table.pop(entry) if entry in table else table["stepper"]["detent"].pop(1)
-    return mechanism_of(table)
 
 
 @pytest.fixture
-def whole():
-    """Return the demo's mechanism: gear and second detent are to be estimated."""
-    return synthetic.truth().with_free(("gear.stiffness", *DETENT))
-
-
-def detent(whole):
-    values = {name: whole.value(name) for name in DETENT}
-    return missing("stepper.detent:3.6deg", values, "stepper.detent", aliases=("stepper.imbalance",))
-
-
-@pytest.fixture
-def session(campaign, whole, tmp_path):
-    """Return a tab of the campaign whose file lacks the second detent, and the diagnosis that names it."""
-    written = replace(campaign, mechanism=less(whole, "stepper.detent"))
-    proposed, said = read_diagnosed(left(tmp_path, whole, detent(whole)), written, None)
-    return Session(Source(proposed, workers=1, diagnosed=said))
+def session(diagnosed):
+    return Session(diagnosed)
 
 
 def saved(session, tmp_path):
@@ -160,7 +117,8 @@ def test_of_two_entries_of_a_list_the_second_moves_up_where_the_first_is_off(cam
 
 
 @pytest.mark.parametrize(
-    ("name", "key", "has_switch"), [("friction.load_dependent", "load_share", True), ("gear.backlash", "backlash", False)]
+    ("name", "key", "has_switch"),
+    [("friction.load_dependent", "load_share", True), ("gear.backlash", "backlash", False)],
 )
 def test_a_law_in_place_of_another_has_a_switch_where_it_has_a_null(campaign, tmp_path, name, key, has_switch):
     base = synthetic.truth()
@@ -190,7 +148,9 @@ def test_values_of_records_have_a_switch_and_follow_the_mechanism_where_it_is_of
     session = Session(Source(changed, diagnosed=said))
 
     def off_by(volts):
-        truth = synthetic.torque_of(whole.with_values({"stepper.peak_voltage": volts}), synthetic.COMMANDS["full_46"], 3001)
+        truth = synthetic.torque_of(
+            whole.with_values({"stepper.peak_voltage": volts}), synthetic.COMMANDS["full_46"], 3001
+        )
         return np.abs(session.pictures()["full_46"].modelled - truth).max()
 
     assert off_by(VOLTAGE["record.full_46.peak_voltage"]) < 1e-4
@@ -206,12 +166,12 @@ def test_values_of_records_have_a_switch_and_follow_the_mechanism_where_it_is_of
     assert saved(session, tmp_path).parameters.keys() == whole.parameters.keys()
 
 
-def test_hum_has_no_switch_and_the_page_says_why(campaign, whole, tmp_path):
+def test_what_has_no_value_to_set_as_hum_has_no_switch_and_the_page_says_why(campaign, whole, tmp_path):
     effect = missing("mains:50Hz", {"campaign.mains_hz": 50.0}, "")
     changed, said = read_diagnosed(left(tmp_path, whole, effect), replace(campaign, mechanism=whole), None)
     (entry,) = diagnosed_data(said)["effects"]
     assert entry["fixed"]
-    assert "no value to set" in entry["hover"]
+    assert "no such value to set" in entry["hover"]
     assert Session(Source(changed, diagnosed=said)).state.knobs.keys().isdisjoint(effect.parameters)
 
 
@@ -230,9 +190,10 @@ def test_a_diagnosis_of_another_campaign_is_refused(campaign, whole, tmp_path):
     left(tmp_path, less(whole, "housing"), detent(whole))
     with pytest.raises(InputFileError, match=r"it lacks housing"):
         read_diagnosed(tmp_path, written, None)
+    law = next(law for law in rivals_of(whole) if law.name == "gear.backlash")
+    left(tmp_path, law.mechanism, detent(whole))
     with pytest.raises(InputFileError, match=r"gear\.backlash is in one of them only"):
-        law = next(law for law in rivals_of(whole) if law.name == "gear.backlash")
-        read_diagnosed(left(tmp_path, law.mechanism, detent(whole)), written, None)
+        read_diagnosed(tmp_path, written, None)
     left(tmp_path, whole, replace(detent(whole), records=("other",)))
     with pytest.raises(InputFileError, match='names the record "other"'):
         read_diagnosed(tmp_path, written, None)

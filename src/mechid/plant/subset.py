@@ -49,7 +49,9 @@ def subset_of(mechanism: Mechanism, base: Mechanism, tables: Collection[str]) ->
         table, _, key = name.rpartition(".")
         parameter = mechanism.parameters[f"{moved.get(table, table)}.{key}"]
         parameters[name] = replace(parameter, name=name, declaration=declaration)
-    options = {o: law for o, law in mechanism.options.items() if o.rpartition(".")[0] not in tables or o in base.options}
+    options = {
+        o: law for o, law in mechanism.options.items() if o.rpartition(".")[0] not in tables or o in base.options
+    }
     changed = {o: base.options[o] for o in options if o.rpartition(".")[0] in tables}
     return Mechanism(plant, parameters, {**options, **changed})
 

@@ -1,10 +1,10 @@
-"""The effects that a diagnosis names, as the page needs them: what each is, where there is nothing of it, its switch."""
+"""What a diagnosis says of a campaign, read from its result folder, and the mechanism that it proposes."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,65 +22,10 @@ from mechid.plant.subset import nulls_of, subset_of
 from mechid.plant.superset import rivals_of, words_of
 from mechid.web.estimate import Estimate
 from mechid.web.knobs import opened
+from mechid.web.named_effect import IN_PLACE, NO_VALUE, NamedEffect
 
 SAME = 1e-9
 """Relative difference of values that are the same, written down and read again."""
-IN_PLACE = (
-    "no switch: it stands in place of what the mechanism file had, and none of its values means that it is not there; "
-    "without --diagnosis the page shows the mechanism as written"
-)
-NO_VALUE = "no switch: it has no value to set; the lines are removed from the records as offset and drift are"
-OF_RECORDS = "it is of the records: its values stand in the campaign file, and Save mechanism.toml leaves them out"
-
-
-@dataclass(frozen=True, kw_only=True)
-class NamedEffect:
-    """An effect that a diagnosis names.
-
-    Attributes
-    ----------
-    name, words : str
-    share : float
-        Of the misfit, that it explains.
-    aliases : mapping of str to str
-        What these records cannot tell it from: names, and words where they are known.
-    found : mapping of str to float
-        Its parameters by dotted name, at the values found.
-    nulls : mapping of str to float
-        Where there is nothing of it; empty where no value is that.
-    follows : mapping of str to str
-        Values that records have of their own, and whose they have where it is off.
-    free : frozenset of str
-        Of its parameters, those that a fit may move where it is on.
-    is_of_records : bool
-        Whether it is none of the mechanism.
-    why_fixed : str
-        Why it has no switch; empty where it has one.
-    """
-
-    name: str
-    words: str
-    share: float
-    aliases: Mapping[str, str]
-    found: Mapping[str, float]
-    nulls: Mapping[str, float]
-    follows: Mapping[str, str] = field(default_factory=dict)
-    free: frozenset[str] = frozenset()
-    is_of_records: bool = False
-    why_fixed: str = ""
-
-    @property
-    def tables(self) -> set[str]:
-        """Dotted names of the tables, and entries of lists, that its parameters stand in; none of records."""
-        return set() if self.is_of_records else {name.rpartition(".")[0] for name in self.found}
-
-    def nulls_at(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return where there is nothing of it beside the values of all else."""
-        return {name: values.get(self.follows.get(name, ""), null) for name, null in self.nulls.items()}
-
-    def is_on(self, values: Mapping[str, float]) -> bool:
-        """Tell whether there is anything of it."""
-        return not self.nulls or any(values.get(name, null) != null for name, null in self.nulls_at(values).items())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -228,7 +173,14 @@ def _effect(
         why = "" if nulls else IN_PLACE
     aliases = {name: words.get(name, "") for name in one.aliases}
     return NamedEffect(
-        name=one.name, words=one.words, share=one.share, aliases=aliases, found=found, nulls=nulls, why_fixed=why, **rest
+        name=one.name,
+        words=one.words,
+        share=one.share,
+        aliases=aliases,
+        found=found,
+        nulls=nulls,
+        why_fixed=why,
+        **rest,
     )
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from mechid.report.digits import plain
-from mechid.web.diagnosed import OF_RECORDS, Diagnosed, NamedEffect
+from mechid.web.diagnosed import Diagnosed
+from mechid.web.named_effect import OF_RECORDS, NamedEffect
 
 Data = dict[str, Any]
 
@@ -38,7 +39,7 @@ def _entry(one: NamedEffect) -> Data:
 def _sliders(one: NamedEffect) -> list[tuple[str, str]]:
     """Return each table that an effect's parameters stand in, and the first of them there."""
     tables = [name.rpartition(".")[0] for name in one.found]
-    firsts = {table: name for table, name in reversed([*zip(tables, one.found, strict=True)])}
+    firsts = dict(reversed([*zip(tables, one.found, strict=True)]))
     return [(table, firsts[table]) for table in dict.fromkeys(tables)]
 
 

@@ -19,10 +19,11 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.start_given import identify_from
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
-from mechid.web.diagnosed import Diagnosed, NamedEffect
+from mechid.web.diagnosed import Diagnosed
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
+from mechid.web.named_effect import NamedEffect
 from mechid.web.picture import Effect, Picture, Scene, Stretch
 from mechid.web.state import State, campaign_at, first_state
 from mechid.web.sweep import SweepPicture, sweep_picture
@@ -128,6 +129,7 @@ class Session:
         if effect is None or effect.why_fixed:
             raise UsageError(f"no effect {name} to switch")
         self.state = self._at(effect.found if is_on else effect.nulls_at(self.state.now.values))
+        self.hand = next(iter(effect.nulls))
 
     def take(self, name: str) -> None:
         """Take a knob in hand without turning it."""
@@ -145,17 +147,27 @@ class Session:
 
     def to_estimate(self) -> None:
         """Set all knobs to the last estimate; effects that it has not are off."""
-        if self.estimate:
+        if self.estimate and self.reaches_estimate:
             self.state = self._at(self._estimated(self.estimate))
 
     def to_file(self) -> None:
         """Set all knobs to the values of the mechanism file."""
         self.state = self._at({q.name: q.value for q in self.source.campaign.parameters.values()})
 
+    @property
+    def reaches_estimate(self) -> bool:
+        """Whether the mechanism can be that of the last estimate: a law that no null leads to has to be in that too."""
+        if self.estimate is None:
+            return False
+        fixed = (one for one in self.source.effects if not one.nulls and not one.is_of_records)
+        return all(one.found.keys() <= self.estimate.values.keys() for one in fixed)
+
     def _estimated(self, estimate: Estimate) -> dict[str, float]:
         """Return the values of an estimate, and where there is nothing of the effects that it has not."""
         there = {**self.state.now.values, **estimate.values}
-        return {name: v for one in self.source.effects for name, v in one.nulls_at(there).items()} | dict(estimate.values)
+        return {name: v for one in self.source.effects for name, v in one.nulls_at(there).items()} | dict(
+            estimate.values
+        )
 
     def _at(self, values: Mapping[str, float]) -> State:
         """Return the state at some values: a fit does not move an effect that is off, and one switched on it may."""
@@ -193,7 +205,7 @@ class Session:
 
     def compared(self) -> dict[str, Picture]:
         """Return the shown records beside the model at the estimate."""
-        if not self.estimate:
+        if not self.estimate or not self.reaches_estimate:
             return {}
         at = self.state.at(self._estimated(self.estimate))
         for name in self.shown:

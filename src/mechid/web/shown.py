@@ -130,6 +130,7 @@ def shown_data(
         ],
         "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
         "effects": {one.name: one.is_on(session.state.now.values) for one in session.source.effects},
+        "reaches_estimate": session.reaches_estimate,
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),

@@ -224,7 +224,7 @@ function printed() {
   }
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
   set(at("undo"), "disabled", !told.can_undo);
-  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
+  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.reaches_estimate);
   set(at("compare"), "checked", told.compares);
   at("panels").classList.toggle("comparing", told.compares);
   for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === told.primary);
