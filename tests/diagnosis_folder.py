@@ -20,8 +20,14 @@ def missing(name, values, block, aliases=()):
 
 def left(folder, proposed, *effects, **changes):
     """Leave what mechid diagnose leaves."""
-    content = {"format": FORMAT, "missing": [one.to_dict() for one in effects], "tried": TRIED, "steps": [],
-               "unexplained": {"share": 0.0, "words": "What is said of the whole."}} | changes  # fmt: skip
+    content = {
+        "format": FORMAT,
+        "missing": [one.to_dict() | {"frequencies_hz": {}} for one in effects],
+        "tried": TRIED,
+        "steps": [],
+        "unexplained": {"share": 0.0, "words": "What is said of the whole."},
+        **changes,
+    }
     (folder / FILE_NAME).write_text(json.dumps(content), encoding="utf-8")
     if proposed is not None:
         (folder / PROPOSED_NAME).write_text(mechanism_text(proposed), encoding="utf-8")

@@ -166,6 +166,25 @@ def test_values_of_records_have_a_switch_and_follow_the_mechanism_where_it_is_of
     assert saved(session, tmp_path).parameters.keys() == whole.parameters.keys()
 
 
+def test_a_fit_leaves_what_is_off_as_it_is(campaign, whole, tmp_path):
+    """Truth: the stiffness behind the records, which were made at the mechanism's own voltage."""
+    base = whole.with_free(("gear.stiffness",))
+    changed, said = read_diagnosed(
+        left(tmp_path, base, missing("record.voltage", VOLTAGE, "")), replace(campaign, mechanism=base), None
+    )
+    session = Session(Source(changed, workers=1, diagnosed=said))
+    session.switch("record.voltage", is_on=False)
+    session.turn("gear.stiffness", 1.02 * whole.value("gear.stiffness"))
+    session.fit_from_here()
+    assert session.run.wait(60.0)
+    assert session.take_up(), session.run.fault
+    assert abs(session.estimate.away("gear.stiffness", whole.value("gear.stiffness"))) < 4.0
+    assert not VOLTAGE.keys() & session.estimate.values.keys()
+    assert shown_data(session, {}, {}, {})["effects"] == {"record.voltage": False}
+    session.switch("record.voltage", is_on=True)
+    assert session.pictures()["full_46"].numbers.residual.ratio > 1.5
+
+
 def test_what_has_no_value_to_set_as_hum_has_no_switch_and_the_page_says_why(campaign, whole, tmp_path):
     effect = missing("mains:50Hz", {"campaign.mains_hz": 50.0}, "")
     changed, said = read_diagnosed(left(tmp_path, whole, effect), replace(campaign, mechanism=whole), None)

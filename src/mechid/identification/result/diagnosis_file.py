@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,8 @@ def read_diagnosis(path: Path | str) -> dict[str, Any]:
 
 def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
     """Return the content with what every reader rests on; KeyError or TypeError where that is not there."""
-    missing = [Missing.from_dict(one) for one in content["missing"]]
+    known = {field.name for field in fields(Missing)}
+    missing = [Missing.from_dict({k: v for k, v in one.items() if k in known}) for one in content["missing"]]
     tried = [{key: str(one[key]) for key in ("name", "words", "why")} for one in content["tried"]]
     unexplained = {"share": float(content["unexplained"]["share"]), "words": str(content["unexplained"]["words"])}
     return {**content, "missing": missing, "tried": tried, "unexplained": unexplained}
