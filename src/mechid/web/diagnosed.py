@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from mechid.campaign import Campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
@@ -17,6 +16,7 @@ from mechid.identification.disturbance.possible import possible
 from mechid.identification.identify import make_problem
 from mechid.identification.result.diagnosis_file import FILE_NAME, PROPOSED_NAME, REMEDY, read_diagnosis
 from mechid.identification.result.missing import Missing
+from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.subset import nulls_of, subset_of
 from mechid.plant.superset import rivals_of, words_of
@@ -160,27 +160,26 @@ def _effect(
     one: Missing, base: Mechanism, mechanism: Mechanism, possibly: Mapping[str, Disturbance], words: Mapping[str, str]
 ) -> NamedEffect:
     found = {name: p.value for name, p in one.parameters.items()}
-    rest: dict[str, Any] = {"free": frozenset(found)}
-    if not one.block:
-        own = {p.name: p for p in possibly[one.name].parameters} if one.name in possibly else {}
-        can = found.keys() <= own.keys()
-        nulls = {name: own[name].value for name in found} if can else {}
-        rest |= {"is_of_records": True, "follows": {n: own[n].replaces for n in nulls if own[n].replaces}}
-        why = "" if nulls else NO_VALUE
-    else:
-        rest["free"] = frozenset(name for name in found if mechanism.parameters[name].is_free)
-        nulls = _nulls(one, base, mechanism)
-        why = "" if nulls else IN_PLACE
     aliases = {name: words.get(name, "") for name in one.aliases}
-    return NamedEffect(
-        name=one.name,
-        words=one.words,
-        share=one.share,
-        aliases=aliases,
-        found=found,
-        nulls=nulls,
-        why_fixed=why,
-        **rest,
+    effect = NamedEffect(name=one.name, words=one.words, share=one.share, aliases=aliases, found=found)
+    if not one.block:
+        return _of_records(effect, possibly.get(one.name))
+    free = frozenset(name for name in found if mechanism.parameters[name].is_free)
+    nulls = _nulls(one, base, mechanism)
+    return replace(effect, nulls=nulls, free=free, why_fixed="" if nulls else IN_PLACE)
+
+
+def _of_records(effect: NamedEffect, disturbance: Disturbance | None) -> NamedEffect:
+    """Return an effect of the records; without a switch where it is none of those that the page can put into them."""
+    own = {p.name: p for p in disturbance.parameters} if disturbance else {}
+    if not effect.found.keys() <= own.keys():
+        return replace(effect, is_of_records=True, why_fixed=NO_VALUE)
+    return replace(
+        effect,
+        is_of_records=True,
+        nulls={name: own[name].value for name in effect.found},
+        follows={name: own[name].replaces for name in effect.found if own[name].replaces},
+        free=frozenset(effect.found),
     )
 
 
@@ -197,7 +196,7 @@ def _disturbed(campaign: Campaign, missing: Iterable[Missing], possibly: Mapping
     found = {name: p.value for one in missing for name, p in one.parameters.items()}
     known = campaign.mechanism.parameters
 
-    def reaching(p: Any) -> Any:
+    def reaching(p: Parameter) -> Parameter:
         ends = opened(known[p.replaces]) if p.replaces else p
         return replace(p, value=found[p.name], min=min(p.min, ends.min), max=max(p.max, ends.max))
 

@@ -43,7 +43,7 @@ class NamedEffect:
     share: float
     aliases: Mapping[str, str]
     found: Mapping[str, float]
-    nulls: Mapping[str, float]
+    nulls: Mapping[str, float] = field(default_factory=dict)
     follows: Mapping[str, str] = field(default_factory=dict)
     free: frozenset[str] = frozenset()
     is_of_records: bool = False
