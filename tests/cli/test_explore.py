@@ -10,6 +10,8 @@ import urllib.request
 
 import pytest
 
+import synthetic
+from diagnosis_folder import DETENT, left, missing
 from mechid.campaign import load_campaign
 from mechid.cli import journal
 from mechid.identification.result.estimate_file import read_estimate
@@ -73,6 +75,14 @@ def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run
 def test_what_is_wrong_is_said_before_anything_is_served(refused, changed, staged, tmp_path):
     assert "there is no such file" in refused(3, "explore", staged, "--no-browser", "--fit", tmp_path / "nowhere")
     assert "stiffnes" in refused(3, "explore", changed("mechanism.toml", "stiffness =", "stiffnes ="), "--no-browser")
+
+
+def test_a_diagnosis_that_is_not_there_or_of_another_file_is_said(refused, staged, tmp_path):
+    assert '"mechid diagnose" writes it' in refused(3, "explore", staged, "--no-browser", "--diagnosis", tmp_path)
+    proposed = synthetic.truth().with_values({"gear.ratio": 51.0})
+    left(tmp_path, proposed, missing("stepper.detent:3.6deg", dict.fromkeys(DETENT, 0.01), "stepper.detent"))
+    line = refused(3, "explore", staged, "--no-browser", "--diagnosis", tmp_path)
+    assert "mechanism_proposed.toml: is not of" in line
 
 
 def test_a_port_that_is_taken_is_said(refused, staged):

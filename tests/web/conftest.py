@@ -12,8 +12,9 @@ import pytest
 
 import synthetic
 from browser import chromium
+from diagnosis_folder import DETENT, detent, left, less
 from mechid.command import Command, RateProfile
-from mechid.web import Explorer, Source
+from mechid.web import Explorer, Source, read_diagnosed
 from mechid.web.estimate import Estimate
 from synthetic import COMMANDS, displaced, measured
 
@@ -82,6 +83,28 @@ def estimated(source, campaign):
     estimate = Estimate(source="made up", values=values, sigmas=sigmas, summary=summary, records=campaign.records)
     with served(replace(source, estimate=estimate)) as found:
         yield found, estimate
+
+
+@pytest.fixture(scope="session")
+def whole():
+    """Return the demo's mechanism: stiffness and second detent are to be estimated."""
+    return synthetic.truth().with_free(("gear.stiffness", *DETENT))
+
+
+@pytest.fixture(scope="session")
+def diagnosed(campaign, whole, tmp_path_factory):
+    """Return an explorer's source whose file lacks the second detent, with the diagnosis that names it."""
+    folder = left(tmp_path_factory.mktemp("diagnosis"), whole, detent(whole))
+    written = replace(campaign, mechanism=less(whole, "stepper.detent"))
+    proposed, said = read_diagnosed(folder, written, None)
+    return Source(proposed, workers=1, diagnosed=said)
+
+
+@pytest.fixture(scope="session")
+def switched(diagnosed):
+    """Yield the address of an explorer with a switch for the detent that a diagnosis names."""
+    with served(diagnosed) as found:
+        yield found
 
 
 @pytest.fixture(scope="module")

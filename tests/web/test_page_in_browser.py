@@ -9,6 +9,7 @@ import pytest
 
 import synthetic
 from browser import faults, requests
+from diagnosis_folder import DETENT
 from mechid.campaign import read_mechanism
 from mechid.simulation.interruption import ask
 from mechid.web.server import UNUSED_MS
@@ -349,6 +350,34 @@ def test_two_tabs_do_not_disturb_each_other(browser, address):
     asked(browser, do="take", name=KNOB)
     knob = told(browser)["knobs"][KNOB]
     assert (knob["value"], knob["free"]) == (start, True)
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_the_switch_of_an_effect_moves_the_curves_at_once_and_undo_takes_it_back(browser, switched, diagnosed, width):
+    """Truth: the simulation with the effect's amplitude at zero."""
+    opened(browser, switched, width)
+    switch = browser.find_element("css selector", ".effect-named [role=switch]")
+    assert switch.is_selected()
+    on = browser.execute_script(SOURCE, "time_0")
+    browser.execute_script("arguments[0].click()", switch)
+    idle(browser)
+    off = browser.execute_script(SOURCE, "time_0")
+    twin = Session(diagnosed)
+    twin.turn(DETENT[0], 0.0)
+    picture = twin.pictures()["full_46"]
+    kept = np.round(np.array(off["modelled at"]) * synthetic.RATE_HZ).astype(int)
+    assert off["modelled"] == picture.modelled[kept].tolist()
+    assert off["modelled spectrum"] == picture.modelled_spectrum.tolist()
+    assert not switch.is_selected()
+    browser.find_element("id", "undo").click()
+    idle(browser)
+    assert switch.is_selected()
+    assert browser.execute_script(SOURCE, "time_0") == on
+    said = browser.find_element("css selector", ".effects").text
+    assert "Explains 90 % of the misfit" in said
+    assert "Tried and not named: 1" in said
+    assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+    assert faults(browser) == []
 
 
 def test_hostile_titles_columns_and_paths_show_as_text(browser, address, source):

@@ -11,6 +11,8 @@ from rich.console import Console
 
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.identification.diagnosis.diagnosis import Diagnosis
+from mechid.identification.result.diagnosis_file import FILE_NAME as DATA_NAME
+from mechid.identification.result.diagnosis_file import FORMAT, PROPOSED_NAME
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.lacking import missing_data
 from mechid.report.markdown import bullets, table
@@ -19,9 +21,7 @@ from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_tables
 from mechid.writing import write_together
 
-FORMAT = "mechid-diagnosis/1"
-DATA_NAME, PAGE_NAME, MARKDOWN_NAME = "diagnose.json", "diagnose.html", "diagnose.md"
-PROPOSED_NAME = "mechanism_proposed.toml"
+PAGE_NAME, MARKDOWN_NAME = "diagnose.html", "diagnose.md"
 PROPOSED = (
     "Proposed by mechid diagnose: the mechanism file with the effects that the records ask for, at the values found\n"
     "together with them. Nothing of it is sure before it was identified anew and makes sense for this mechanism."

@@ -1,7 +1,8 @@
 """The explorer: a local page on which parameters are turned and fits watched."""
 
+from mechid.web.diagnosed import read_diagnosed
 from mechid.web.estimate import Estimate, read_estimated
 from mechid.web.server import Explorer
 from mechid.web.session import Source
 
-__all__ = ["Estimate", "Explorer", "Source", "read_estimated"]
+__all__ = ["Estimate", "Explorer", "Source", "read_diagnosed", "read_estimated"]

@@ -80,9 +80,8 @@ def knobs(campaign: Campaign) -> dict[str, Knob]:
 
     The states of a record's start have none: they are estimated, and nobody knows one by hand.
     """
-    own = [_opened(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to]
-    opened = campaign.mechanism.with_parameters({q.name: q for q in own})
-    logarithms = _logarithms(opened)
+    own = [opened(q) for q in campaign.mechanism.parameters.values() if not q.declaration.structural and not q.tied_to]
+    logarithms = _logarithms(campaign.mechanism.with_parameters({q.name: q for q in own}))
     offsets = [q for r in campaign.records for q in r.parameters if q.is_free and not is_of_start(q)]
     bounded = {q.name for q in campaign.free}
     return {
@@ -94,7 +93,7 @@ def _logarithms(mechanism: Mechanism) -> set[str]:
     return {c.name for c in SearchSpace(mechanism).coordinates if c.kind == "log"}
 
 
-def _opened(q: Parameter) -> Parameter:
+def opened(q: Parameter) -> Parameter:
     """Return a parameter free, in its bounds or, where the file has none, in a range around its value."""
     if q.is_free:
         return q

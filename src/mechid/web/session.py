@@ -19,9 +19,11 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.start_given import identify_from
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
+from mechid.web.diagnosed import Diagnosed
 from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.fit_run import FitRun, RunState
 from mechid.web.followed_run import FollowedRun
+from mechid.web.named_effect import NamedEffect
 from mechid.web.picture import Effect, Picture, Scene, Stretch
 from mechid.web.state import State, campaign_at, first_state
 from mechid.web.sweep import SweepPicture, sweep_picture
@@ -36,7 +38,8 @@ class Source:
     """What all tabs begin from: a campaign whose files are read, and a finished fit of it where there is one.
 
     `journal` is that of an identification into the result folder, which may be at work; `workers` are threads of a
-    fit. A synthetic campaign is called so on the page.
+    fit. A synthetic campaign is called so on the page. `diagnosed` is what is said of a campaign whose mechanism is the
+    one that a diagnosis proposes: the page begins at its values, and each effect has a switch.
     """
 
     campaign: Campaign
@@ -44,6 +47,12 @@ class Source:
     workers: int | None = None
     journal: Path | None = None
     is_synthetic: bool = False
+    diagnosed: Diagnosed | None = None
+
+    @property
+    def effects(self) -> tuple[NamedEffect, ...]:
+        """Those that a diagnosis names."""
+        return self.diagnosed.effects if self.diagnosed else ()
 
     @cached_property
     def scenes(self) -> dict[str, Scene]:
@@ -92,7 +101,7 @@ class Session:
         self.source, self.campaign = source, source.campaign
         self.estimate = source.estimate
         self.state: State = first_state(self.campaign)
-        if self.estimate:
+        if self.estimate and not source.effects:
             self.state = replace(self.state.at(self.estimate.values), past=())
         self.scenes = source.scenes
         self.shown: tuple[str, ...] = tuple(self.scenes)[:1]
@@ -109,8 +118,18 @@ class Session:
 
     def turn(self, name: str, value: float, grip: str = "") -> None:
         """Turn a knob; it is in hand then."""
-        self.state = self.state.turned(name, value, grip)
+        off = (one for one in self.source.effects if not one.is_on(self.state.now.values))
+        along = [own for one in off for own, followed in one.follows.items() if followed == name]
+        self.state = self.state.turned(name, value, grip, along=along)
         self.hand = name
+
+    def switch(self, name: str, *, is_on: bool) -> None:
+        """Set an effect to the values found, or to where there is nothing of it and no fit moves it."""
+        effect = self.source.diagnosed.effect(name) if self.source.diagnosed else None
+        if effect is None or effect.why_fixed:
+            raise UsageError(f"no effect {name} to switch")
+        self.state = self._at(effect.found if is_on else effect.nulls_at(self.state.now.values))
+        self.hand = next(iter(effect.nulls))
 
     def take(self, name: str) -> None:
         """Take a knob in hand without turning it."""
@@ -127,13 +146,38 @@ class Session:
         self.state = self.state.undone()
 
     def to_estimate(self) -> None:
-        """Set all knobs to the last estimate."""
-        if self.estimate:
-            self.state = self.state.at(self.estimate.values)
+        """Set all knobs to the last estimate; effects that it has not are off."""
+        if self.estimate and self.reaches_estimate:
+            self.state = self._at(self._estimated(self.estimate))
 
     def to_file(self) -> None:
-        """Set all knobs to the values of mechanism.toml."""
-        self.state = self.state.at({q.name: q.value for q in self.source.campaign.parameters.values()})
+        """Set all knobs to the values of the mechanism file."""
+        self.state = self._at({q.name: q.value for q in self.source.campaign.parameters.values()})
+
+    @property
+    def reaches_estimate(self) -> bool:
+        """Whether the mechanism can be that of the last estimate: a law that no null leads to has to be in that too."""
+        if self.estimate is None:
+            return False
+        fixed = (one for one in self.source.effects if not one.nulls and not one.is_of_records)
+        return all(one.found.keys() <= self.estimate.values.keys() for one in fixed)
+
+    def _estimated(self, estimate: Estimate) -> dict[str, float]:
+        """Return the values of an estimate, and where there is nothing of the effects that it has not."""
+        there = {**self.state.now.values, **estimate.values}
+        return {name: v for one in self.source.effects for name, v in one.nulls_at(there).items()} | dict(
+            estimate.values
+        )
+
+    def _at(self, values: Mapping[str, float]) -> State:
+        """Return the state at some values: a fit does not move an effect that is off, and one switched on it may."""
+        was, moved = self.state.now.values, self.state.at(values)
+        free = self.state.now.free
+        for effect in self.source.effects:
+            before, after = effect.is_on(was), effect.is_on(moved.now.values)
+            if before != after:
+                free = free | effect.free if after else free - effect.found.keys()
+        return self.state.at(values, free=free)
 
     def look(self, names: tuple[str, ...], seconds: float) -> None:
         """Show some records, the first `seconds` of each."""
@@ -161,9 +205,9 @@ class Session:
 
     def compared(self) -> dict[str, Picture]:
         """Return the shown records beside the model at the estimate."""
-        if not self.estimate:
+        if not self.estimate or not self.reaches_estimate:
             return {}
-        at = self.state.at(self.estimate.values)
+        at = self.state.at(self._estimated(self.estimate))
         for name in self.shown:
             if (name, self.seconds) not in self._compared:
                 self._compared[name, self.seconds] = self._picture(name, at)
@@ -193,9 +237,14 @@ class Session:
         return Stretch(self.seconds, own, self._steps[name])
 
     def mechanism_file(self) -> str:
-        """Return the text of a mechanism.toml with the values, and the free parameters, as they are set."""
+        """Return the text of a mechanism.toml with the values, and the free parameters, as they are set.
+
+        An effect that is off does not stand in it.
+        """
+        said, mechanism = self.source.diagnosed, self.mechanism
         return mechanism_text(
-            self.mechanism, f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}"
+            said.without_off(mechanism, self.state.now.values) if said else mechanism,
+            f"set by hand with mechid explore, from {self.campaign.mechanism_path.name}",
         )
 
     # The fit.
@@ -213,6 +262,8 @@ class Session:
     @property
     def is_at_catalogue(self) -> bool:
         """Whether what is free stands where the file has it, and no estimate: a fit from there seldom succeeds."""
+        if self.source.effects:
+            return False  # the file proposed holds values that were found
         now = self.state.now
         begun = {q.name: q.value for q in self.source.campaign.parameters.values()}
         estimated = self.estimate.values if self.estimate else {}
@@ -232,7 +283,7 @@ class Session:
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
             raise UsageError("a fit is at work; cancel it first")
-        campaign = campaign_at(self.campaign, self.state)
+        campaign = self._without_off(campaign_at(self.campaign, self.state))
 
         def judged(told: Listener) -> Estimate:
             fit = work(campaign, told)
@@ -241,6 +292,13 @@ class Session:
 
         self.run = FitRun(judged)
         self.run.start()
+
+    def _without_off(self, campaign: Campaign) -> Campaign:
+        """Return a campaign whose records have the mechanism's values in place of those of effects that are off."""
+        off = {n for one in self.source.effects if not one.is_on(self.state.now.values) for n in one.follows}
+        records = campaign.records
+        kept = (replace(r, parameters=tuple(q for q in r.parameters if q.name not in off)) for r in records)
+        return replace(campaign, records=tuple(kept)) if off else campaign
 
     def cancel(self) -> None:
         """Stop the fit at work; everything else stays as it is."""

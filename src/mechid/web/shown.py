@@ -34,6 +34,7 @@ def page_data(campaign: Campaign, knobs: Mapping[str, Knob], scenes: Mapping[str
     return {
         "title": campaign.path.resolve().parent.name or campaign.path.name,
         "path": str(campaign.path),
+        "mechanism": campaign.mechanism_path.name,
         "groups": _groups(knobs),
         "notches": NOTCHES,
         "records": [_scene_entry(scene) for scene in scenes.values()],
@@ -128,6 +129,8 @@ def shown_data(
             {"name": name, "words": _sweep_words(sweep), "tops_hz": sweep.tops_hz} for name, sweep in sweeps.items()
         ],
         "uses": {name: _use_words(scene, session.estimate) for name, scene in session.scenes.items()},
+        "effects": {one.name: one.is_on(session.state.now.values) for one in session.source.effects},
+        "reaches_estimate": session.reaches_estimate,
         "hand": session.hand,
         "seconds": session.seconds,
         "can_undo": bool(session.state.past),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 from mechid.campaign import Campaign
@@ -35,8 +35,8 @@ class State:
     grip: str = field(default="")
     above: Mapping[str, str] = field(default_factory=dict)
 
-    def turned(self, name: str, value: float, grip: str = "") -> State:
-        """Return the state with a knob at another value, within its ends.
+    def turned(self, name: str, value: float, grip: str = "", *, along: Collection[str] = ()) -> State:
+        """Return the state with a knob at another value, within its ends, and those that go along with it.
 
         Where one never lies below another, as static friction above Coulomb friction, one takes the other with it.
 
@@ -54,6 +54,7 @@ class State:
                 other = upper if name == lower else lower
                 values[other] = self.knobs[other].within(values[name])
                 values[name] = min(values[name], values[upper]) if name == lower else max(values[name], values[lower])
+        values |= {other: self.knobs[other].within(values[name]) for other in along}
         return self._at(Setting(values, self.now.free), grip)
 
     def with_free(self, name: str, *, is_free: bool) -> State:
@@ -62,10 +63,11 @@ class State:
         free = self.now.free | {name} if is_free else self.now.free - {name}
         return self._at(Setting(self.now.values, free))
 
-    def at(self, values: Mapping[str, float]) -> State:
-        """Return the state at other values of some knobs; names that are no knobs are passed over."""
+    def at(self, values: Mapping[str, float], *, free: frozenset[str] | None = None) -> State:
+        """Return the state at other values of some knobs, other ones free; names that are no knobs are passed over."""
         known = {name: self.knobs[name].within(v) for name, v in values.items() if name in self.knobs}
-        return self._at(Setting({**self.now.values, **known}, self.now.free))
+        given = self.now.free if free is None else free & self.knobs.keys()
+        return self._at(Setting({**self.now.values, **known}, given))
 
     def undone(self) -> State:
         """Return the state before the last change; the first one stays."""

@@ -12,6 +12,7 @@ from bokeh.model import DataModel
 from bokeh.server.contexts import BokehSessionContext
 
 from mechid.errors import MechidError, UsageError
+from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
 from mechid.web.fit_shown import course
@@ -59,6 +60,7 @@ class Tab:
         for root in roots.values():
             document.add_root(root)
         data = page_data(source.campaign, self.session.state.knobs, self.session.scenes)
+        data["diagnosed"] = diagnosed_data(source.diagnosed) if source.diagnosed else None
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
         document.template_variables.update(data=data, slots=len(self.slots), sweeps=len(self.sweep_figures),
@@ -195,6 +197,7 @@ ACTIONS: Mapping[str, Action] = {
     "settle": lambda session, m: None,
     "take": lambda session, m: session.take(m["name"]),
     "free": lambda session, m: session.set_free(m["name"], is_free=bool(m["is"])),
+    "switch": lambda session, m: session.switch(m["name"], is_on=bool(m["is"])),
     "undo": lambda session, m: session.undo(),
     "estimate": lambda session, m: session.to_estimate(),
     "file": lambda session, m: session.to_file(),
@@ -207,4 +210,4 @@ ACTIONS: Mapping[str, Action] = {
 DRAGGED = ("turn",)
 RESTED = ("settle", "take")
 """The effect of a knob, and spectrograms, follow when the page has come to rest, and asks for it."""
-REDRAWN = ("undo", "estimate", "file", "look", "compare")
+REDRAWN = ("switch", "undo", "estimate", "file", "look", "compare")

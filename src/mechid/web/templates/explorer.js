@@ -80,6 +80,11 @@ for (const [name, row] of knobs) {
   });
 }
 
+const effects = new Map([...document.querySelectorAll(".effect-named")].map((row) => [row.dataset.effect, row]));
+for (const [name, row] of effects) {
+  row.querySelector("input")?.addEventListener("change", (event) => ask({ do: "switch", name, is: event.target.checked }));
+}
+
 for (const id of ["undo", "estimate", "file", "save", "fit", "search", "cancel"]) {
   at(id).addEventListener("click", () => ask({ do: id }));
 }
@@ -137,6 +142,12 @@ function printedKnob(row, now, before) {
   set(row.querySelector(".away"), "textContent", now.away);
   set(row.querySelector(".mark.estimate"), "title", now.estimate);
   marked(row, "estimate", now.estimate_place);
+}
+
+function printedEffect(row, isOn) {
+  const input = row.querySelector("input");
+  if (input) set(input, "checked", isOn);
+  row.classList.toggle("off", !isOn);
 }
 
 function printedPanel(panel, record) {
@@ -203,6 +214,7 @@ function printed() {
   const before = told;
   told = JSON.parse(wire.told);
   for (const [name, now] of Object.entries(told.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
+  for (const [name, isOn] of Object.entries(told.effects)) printedEffect(effects.get(name), isOn);
   for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
   document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
   document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, told.sweeps[k]));
@@ -212,7 +224,7 @@ function printed() {
   }
   at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
   set(at("undo"), "disabled", !told.can_undo);
-  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.verdict);
+  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.reaches_estimate);
   set(at("compare"), "checked", told.compares);
   at("panels").classList.toggle("comparing", told.compares);
   for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === told.primary);
