@@ -9,8 +9,10 @@ from typing import Any
 from mechid.campaign import Campaign
 from mechid.design.diagnosis_file import PROPOSED_NAME, DiagnosisFile
 from mechid.errors import InputFileError
+from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.refit.reopened import refuse_other_files
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import rivals_of, superset_of
 
@@ -62,6 +64,21 @@ def rival_groups(
     InputFileError
         The diagnosis is one of another campaign or fit.
     """
+    if not diagnosis.groups:
+        return ()
+    refuse_other_files(campaign, estimate)
+    with one_core_algebra():
+        return _fitted_groups(campaign, estimate, diagnosis, workers, told)
+
+
+def _fitted_groups(
+    campaign: Campaign,
+    estimate: Mapping[str, Any],
+    diagnosis: DiagnosisFile,
+    workers: int,
+    told: Callable[[str], None],
+) -> tuple[Group, ...]:
+    told("the mechanism with what the diagnosis names")
     plain, _ = begun(campaign, estimate, workers=workers)
     named = _named(plain, diagnosis)
     if abs(named.over_noise / diagnosis.over_noise - 1.0) > LIKE:

@@ -14,18 +14,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import detrend
 
 from mechid.campaign import Campaign
 from mechid.design.planned import PlannedRecord
 from mechid.design.rivals import Group
 from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.candidate import STEPS, TOLERANCE, Model
 from mechid.identification.diagnosis.search import LEAST
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.solve import solve
 
 FloatArray = NDArray[np.float64]
 CHANCE = 2.0
@@ -85,7 +87,7 @@ def least_misfit(known: FloatArray, shown: Sequence[FloatArray]) -> float:
 
 def pairs_of(campaign: Campaign, group: Group, records: Sequence[PlannedRecord], workers: int = 1) -> list[Pair]:
     """Return every two rivals of a group, each one once for the truth, and what each record would show of them."""
-    torques = [_predicted(campaign, model, records, workers) for model in group.models]
+    torques = [predicted_torque(campaign, model, records, workers) for model in group.models]
     pairs = []
     for true, model in enumerate(group.models):
         for other, against in enumerate(group.models):
@@ -105,13 +107,14 @@ def _moved(model: Model) -> NDArray[np.bool_]:
     return np.asarray(~model.problem.coordinates.on_bound(model.q))
 
 
-def _predicted(
+def predicted_torque(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], workers: int
 ) -> list[FloatArray]:
     """Return the torque of a model in each record, (samples,), NaN where it cannot be simulated."""
 
     def predicted(record: PlannedRecord) -> FloatArray:
-        problem, target = with_record(campaign, model, record)
+        problem = with_records(campaign, model, [record])
+        target = problem.targets[-1]
         (torque,) = problem.model.predict(target, lifted(model.problem, model.q, problem), target.samples)
         return torque
 
@@ -124,8 +127,8 @@ def _shown(
     """Return what a model leaves of each record, and its derivatives to what it moves already."""
 
     def shown(k: int) -> FloatArray:
-        problem, target = with_record(campaign, model, records[k])
-        there = replace(target, channels=(replace(target.leading, measured=torques[k]),))
+        problem = with_records(campaign, model, [records[k]])
+        there = measuring(problem.targets[-1], torques[k])
         q = lifted(model.problem, model.q, problem)
         with np.errstate(all="ignore"):
             triangle = problem.triangle(there, q, (0, there.samples))
@@ -135,22 +138,22 @@ def _shown(
     return mapped(shown, range(len(records)), workers)
 
 
-def with_record(campaign: Campaign, model: Model, record: PlannedRecord) -> tuple[Problem, Target]:
-    """Return the problem of a model with a further record, and this record's target there.
+def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedRecord]) -> Problem:
+    """Return the problem of a model with further records, the last of its targets.
 
-    It has of its own what the model's disturbances give every record, and counts as another one where a record of its
-    name is there already.
+    They have of their own what the model's disturbances give every record, and count as others where a record of
+    their name is there already.
     """
     plain = model.setting.problem
     names = {t.name for t in plain.targets}
-    target = replace(record, name=f"{record.name} again" if record.name in names else record.name).target()
-    own = []
+    new = [replace(r, name=f"{r.name} again" if r.name in names else r.name).target() for r in records]
+    some = []
     if model.disturbances:
-        for one in possible(replace(plain, targets=(*plain.targets, target)), campaign):
-            if one.name in model.disturbances and target.name in one.own:
-                own.append(replace(one, own={target.name: one.own[target.name]}))
-    problem = with_disturbances(replace(model.problem, targets=(*model.problem.targets, target)), own)
-    return problem, problem.targets[-1]
+        for one in possible(replace(plain, targets=(*plain.targets, *new)), campaign):
+            if one.name in model.disturbances:
+                some.append(replace(one, own={t.name: one.own[t.name] for t in new if t.name in one.own}))
+    problem = with_disturbances(replace(model.problem, targets=tuple(new)), some)
+    return replace(problem, targets=(*model.problem.targets, *problem.targets))
 
 
 def without_own(rows: FloatArray, problem: Problem, model: Model, q: FloatArray) -> FloatArray:
@@ -166,3 +169,25 @@ def without_own(rows: FloatArray, problem: Problem, model: Model, q: FloatArray)
     across, _ = np.linalg.qr(rows[:, [1 + j for j in new]])
     rows = rows - across @ (across.T @ rows)
     return np.asarray(rows[:, [0, *(1 + j for j in kept)]])
+
+
+def refitted(
+    campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray]
+) -> tuple[float, list[FloatArray]]:
+    """Return the cost of a model fitted to the records that there are and to further torques.
+
+    Also what it leaves of each of these, (samples,) in N m, a line taken off.
+    """
+    problem = with_records(campaign, model, records)
+    there = len(problem.targets) - len(records)
+    new = [measuring(t, torque) for t, torque in zip(problem.targets[there:], torques, strict=True)]
+    problem = replace(problem, targets=(*problem.targets[:there], *new))
+    windows = problem.whole() | dict(model.setting.windows)
+    q = solve(problem, lifted(model.problem, model.q, problem), windows, steps=STEPS, tolerance=TOLERANCE).q
+    left = [t.leading.measured - problem.model.predict(t, q, t.samples)[0] for t in new]
+    return problem.total_norm(q, windows) ** 2, [np.asarray(detrend(e), dtype=np.float64) for e in left]
+
+
+def measuring(target: Target, torque: FloatArray) -> Target:
+    """Return a target that has measured a torque, (samples,) in N m."""
+    return replace(target, channels=(replace(target.leading, measured=torque),))
