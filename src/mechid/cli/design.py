@@ -33,7 +33,7 @@ def design(
     from mechid.design.design import make_design
     from mechid.design.design_file import beside, read_design_file
     from mechid.design.diagnosis_file import read_diagnosis
-    from mechid.design.rivals import rival_groups
+    from mechid.design.rivals import Group, rival_groups
     from mechid.errors import UsageError
     from mechid.identification.refit.reopened import reopened
     from mechid.report.design import print_design, refuse_own_folder, write_design
@@ -56,7 +56,7 @@ def design(
             f"{diagnosed.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one"
         )
 
-    optimum, rivals = None, ()
+    optimum, rivals = None, tuple[Group, ...]()
     if fit:
         found = finished_fit(fit, loaded.path)
         optimum = reopened(found.campaign, found.estimate, workers=count)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 
@@ -22,12 +22,12 @@ LEAST_GAIN = 1.0
 
 @dataclass(frozen=True)
 class Promise:
-    """What is expected of a pair of rivals after the records proposed: to first order, and by a fit of what is expected.
+    """What is expected of a pair of rivals after the records proposed.
 
     Attributes
     ----------
     first_order, refitted : float
-        By how much the chi-square of the other is above that of the true one.
+        By how much the chi-square of the other is above that of the true one; by a fit of what is expected.
     record : str
         In which of the records proposed the two differ most.
     rms_Nm, frequency_hz : float
@@ -66,7 +66,7 @@ class GroupSeparation:
 
     @property
     def told_already(self) -> bool:
-        """Whether the records that there are speak against all rivals but one, once each is fitted as well as it can."""
+        """Whether the records that there are speak against all rivals but one, each fitted as well as it can be."""
         costs = sorted(model.cost for model in self.group.models)
         return costs[1] - costs[0] >= LEAST
 
@@ -220,9 +220,3 @@ def _promises(
 def _strongest_hz(series: FloatArray, rate_hz: float) -> float:
     spectrum = np.abs(np.fft.rfft(series * np.hanning(series.size)))
     return float(np.argmax(spectrum[1:]) + 1) * rate_hz / series.size
-
-
-def told_apart(separation: Separation, record: int) -> Mapping[str, Sequence[str]]:
-    """Return the groups that a record proposed is for: what it tells apart, by the name of the first rival."""
-    clear = [one for one in separation.groups if one.clear and record in separation.chosen]
-    return {one.group.names[0]: one.group.names[1:] for one in clear}
