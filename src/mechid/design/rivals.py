@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -93,11 +93,11 @@ def _fitted_groups(
         for alias in effect.aliases:
             told(f"{alias} in place of {effect.name} is fitted")
             models.append(_with(diagnosis, named, effect.name, alias))
-        groups.append(Group((effect.name, *effect.aliases), _from_the_best(models)))
+        groups.append(Group((effect.name, *effect.aliases), fitted_alike(models)))
     return tuple(groups)
 
 
-def _from_the_best(models: list[Model]) -> tuple[Model, ...]:
+def fitted_alike(models: Sequence[Model]) -> tuple[Model, ...]:
     """Return rivals fitted also from where the best of them has come: one may have stopped on a wrong branch."""
     best = min(models, key=lambda model: model.cost)
     again = (model if model is best else model.fitted(best) for model in models)
