@@ -1,5 +1,6 @@
 """What a design says of rival explanations, held against records of an independent simulator. SYNTHETIC."""
 
+import logging
 import tomllib
 from dataclasses import replace
 
@@ -18,8 +19,10 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
 
+LOG = logging.getLogger(__name__)
 KNOWN = ("micro_res", "full_slow")
 RATES = (10.0, 30.0, 60.0)
+NOISES = (5, 6, 7, 8)
 
 
 @pytest.fixture(autouse=True)
@@ -53,12 +56,17 @@ def designed(campaign, group):
     return pool, found
 
 
-def costs_with(campaign, group, record, effect, seed):
-    """Return the cost of each rival fitted to all records, a true and noisy one among them."""
+def falls_with(campaign, group, record, effect, seed):
+    """Return by how much the second rival loses with a true record as well: without noise, and in four draws."""
     command = tomllib.loads(f"command = {command_text(record.command)}")["command"]
     torque = true_record(effect, seed, command, record.duration_s).torque_Nm
-    torque = torque + record.sigma * np.random.default_rng(5).standard_normal(torque.size)
-    return [refitted(campaign, model, [record], [torque])[0] for model in group.models]
+    noises = [np.random.default_rng(n).standard_normal(torque.size) for n in NOISES]
+    falls = []
+    for noise in (0.0, *noises):
+        measured = torque + record.sigma * noise
+        true, other = (refitted(campaign, model, [record], [measured])[0] for model in group.models)
+        falls.append(other - true)
+    return falls
 
 
 @pytest.mark.slow
@@ -72,20 +80,30 @@ def costs_with(campaign, group, record, effect, seed):
 def test_the_wrong_rival_loses_by_what_the_design_says(effect, names, tmp_path):
     """Truth: the first rival, in a record that the independent simulator made of it.
 
-    Both are known from two records of 1 s. The record proposed is taken, both are fitted to all three, and the chi-square
-    by which the other loses is the one promised within three standard deviations of its noise, 2 sqrt(chi-square) each.
+    Both are known from two records of 1 s. The record proposed is taken and both are fitted to all three. The
+    chi-square promised, c, scatters by 2 sqrt(c) with the noise and with what the old records leave open of the truth:
+    the mean of four draws of noise is within three times that, and every one is enough for a diagnosis.
     """
     campaign, group = rivals_of_bench(effect, 3, names, tmp_path)
     pool, found = designed(campaign, group)
     (one,) = found.groups
     assert one.clear
-    assert one.expected >= CLEAR
     (chosen,) = found.chosen
     promise = next(p for p, pair in zip(one.promises, one.pairs, strict=True) if pair.true == names[0])
-    true, other = costs_with(campaign, group, pool[chosen], effect, 3)
-    print(effect, pool[chosen].name, one.pairs[0].now, promise, other - true)
-    assert other - true >= 30.0
-    assert other - true == pytest.approx(promise.refitted, abs=6.0 * np.sqrt(promise.refitted))
+    assert promise.refitted >= CLEAR
+    without_noise, *falls = falls_with(campaign, group, pool[chosen], effect, 3)
+    LOG.info(
+        "%s %s now %s %s without noise %s with %s",
+        effect,
+        pool[chosen].name,
+        one.pairs[0].now,
+        promise,
+        without_noise,
+        falls,
+    )
+    assert min(falls) >= 30.0
+    assert np.mean(falls) == pytest.approx(promise.refitted, abs=6.0 * np.sqrt(promise.refitted))
+    assert without_noise == pytest.approx(promise.refitted, abs=6.0 * np.sqrt(promise.refitted))
 
 
 @pytest.mark.slow
@@ -98,9 +116,8 @@ def test_a_constant_voltage_and_a_detent_of_an_electrical_period_make_the_same_t
     campaign, group = rivals_of_bench("phase_offset", 21, names, tmp_path)
     pool, found = designed(campaign, group)
     (one,) = found.groups
-    print(one.reach, [p.now for p in one.pairs])
     assert found.chosen == ()
     assert one.reach < 0.1
-    detent, offset = costs_with(campaign, group, pool[-1], "phase_offset", 21)
-    print(detent - offset)
-    assert abs(detent - offset) < 0.1
+    falls = falls_with(campaign, group, pool[-1], "phase_offset", 21)
+    LOG.info("at most %s to first order; with a true record %s", one.reach, falls)
+    assert np.max(np.abs(falls)) < 0.1

@@ -171,6 +171,7 @@ def choice(pairs: Sequence[Pair], allowed: NDArray[np.bool_], seconds: FloatArra
     if clear := [k for k in fits if alone[k] >= CLEAR]:
         return (min(clear, key=lambda k: (seconds[k], -alone[k])),)
     chosen: list[int] = []
+    farthest = max(fits, key=lambda k: alone[k])
     while _least(pairs, chosen) < CLEAR:
         left = total_s - float(sum(seconds[k] for k in chosen))
         here = _capped(pairs, chosen)
@@ -183,7 +184,7 @@ def choice(pairs: Sequence[Pair], allowed: NDArray[np.bool_], seconds: FloatArra
     for k in sorted(chosen, key=lambda k: -seconds[k]):
         rest = [j for j in chosen if j != k]
         chosen = rest if rest and _least(pairs, rest) >= enough else chosen
-    return tuple(chosen)
+    return tuple(chosen) or (farthest,)
 
 
 def _least(pairs: Sequence[Pair], records: Sequence[int]) -> float:

@@ -23,16 +23,27 @@ SAME = 1.0
 """Chi-square below which nothing at all is to be seen."""
 
 
+def chi_text(value: float | None) -> str:
+    """Return a chi-square as it is read: whole from 10 on.
+
+    Examples
+    --------
+    >>> chi_text(11266.2), chi_text(61.3), chi_text(3.318e-5), chi_text(None)
+    ('11266', '61', '3.3e-05', '-')
+    """
+    return plain(value, 2) if value is None or abs(value) < 10.0 else f"{value:.0f}"
+
+
 def rival_lines(data: Row) -> list[str]:
     """Return a sentence or two a group of rivals."""
     return [f"{' or '.join(group['names'])}: {_words(data, group)}" for group in data["rivals"] or ()]
 
 
 def _words(data: Row, group: Row) -> str:
-    needed = plain(group["needed"], 2)
+    needed = chi_text(group["needed"])
     if group["told_already"]:
         best = min(group["now"], key=lambda name: group["now"][name])
-        others = ", ".join(f"{name} by {plain(x, 3)}" for name, x in group["now"].items() if name != best)
+        others = ", ".join(f"{name} by {chi_text(x)}" for name, x in group["now"].items() if name != best)
         return (
             f"the records that there are tell already: fitted from where the others have come, {best} explains them "
             f"best, and the chi-square of others is larger: {others}. No record is proposed for it."
@@ -40,7 +51,7 @@ def _words(data: Row, group: Row) -> str:
     if not group["records"]:
         return _not_told(data, group, needed)
     drive = f"drive {', '.join(group['records'])} ({group['seconds']:.0f} s with what is between records)"
-    least = plain(group["expected"], 2)
+    least = chi_text(group["expected"])
     if not group["clear"]:
         return (
             f"{drive}; but where one is true and the other is fitted to what it makes, the chi-square of the other is "
@@ -57,11 +68,11 @@ def _not_told(data: Row, group: Row, needed: str) -> str:
     out = _left_out(data, group)
     if reach < SAME:
         return (
-            f"no record of torque that was looked at tells them apart: with all else adjusted, both make the same "
-            f"torque (an expected chi-square of {plain(max(reach, 0.0), 2)} at most; {needed} are needed). "
+            "no record of torque that was looked at tells them apart: with all else adjusted, both make the same "
+            f"torque (an expected chi-square below {SAME:g}; {needed} are needed). "
             f"Another kind of measurement has to say it{out}."
         )
-    farthest = f"{records} would come to {plain(reach, 2)}" if records else "no record fits into the test time"
+    farthest = f"{records} would come to {chi_text(reach)}" if records else "no record fits into the test time"
     return (
         f"no records that can be driven tell them apart in {data['limits']['total_s']:.0f} s: {farthest}, where "
         f"{needed} are needed. Give more test time, or other candidates{out}."
@@ -77,7 +88,7 @@ def _left_out(data: Row, group: Row) -> str:
     reach, best = max(told, key=lambda pair: pair[0])
     if reach < group["needed"]:
         return ""
-    return f". {best['name']} would come to {plain(reach, 2)} but is left out: {best['objection']}"
+    return f". {best['name']} would come to {chi_text(reach)} but is left out: {best['objection']}"
 
 
 def pair_rows(data: Row) -> list[dict[str, str]]:
@@ -86,9 +97,9 @@ def pair_rows(data: Row) -> list[dict[str, str]]:
         {
             "if_true": pair["if_true"],
             "against": pair["against"],
-            "now": plain(pair["now"], 2),
-            "expected": plain(pair["expected"], 3),
-            "first_order": plain(pair["first_order"], 3),
+            "now": chi_text(pair["now"]),
+            "expected": chi_text(pair["expected"]),
+            "first_order": chi_text(pair["first_order"]),
             "record": pair["record"] or "-",
             "differ": "-" if pair["differ_rms_Nm"] is None else plain(1e3 * pair["differ_rms_Nm"], 2),
             "hz": plain(pair["differ_most_hz"], 2),
