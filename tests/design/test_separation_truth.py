@@ -10,6 +10,9 @@ import pytest
 from incomplete.benches import make_bench, true_record
 from mechid.campaign import load_campaign
 from mechid.command import Command, RateProfile
+from mechid.design.candidates import CandidateChoice
+from mechid.design.design import make_design
+from mechid.design.design_file import DesignOptions, Limits
 from mechid.design.planned import PlannedRecord
 from mechid.design.proposal import command_text
 from mechid.design.rivals import Group, fitted_alike
@@ -18,6 +21,7 @@ from mechid.design.separation import CLEAR, refitted
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
+from mechid.report.design import write_design
 
 LOG = logging.getLogger(__name__)
 KNOWN = ("micro_res", "full_slow")
@@ -121,3 +125,24 @@ def test_a_constant_voltage_and_a_detent_of_an_electrical_period_make_the_same_t
     falls = falls_with(campaign, group, pool[-1], "phase_offset", 21)
     LOG.info("at most %s to first order; with a true record %s", one.reach, falls)
     assert np.max(np.abs(falls)) < 0.1
+
+
+@pytest.mark.slow
+def test_the_record_that_tells_is_proposed_first_and_says_why(tmp_path):
+    """Truth: laws between what is chosen, what is written and what is said of it."""
+    names = ("gear.kinematic_error:4", "gear.kinematic_error:3")
+    campaign, group = rivals_of_bench("kinematic_error", 3, names, tmp_path / "bench")
+    choices = CandidateChoice(steppings=("full",), rates=(10.0, 60.0), start_angles_deg=(45.0,), sweeps_s=())
+    options = DesignOptions(candidates=choices, limits=Limits(total_s=22.0), mechanisms=1)
+    design = make_design(campaign, options, rivals=[group])
+    data, _ = write_design(design, tmp_path / "out")
+    (entry,) = data["rivals"]
+    assert entry["clear"]
+    assert set(entry["records"]) <= {r["name"] for r in data["chosen"]["records"]}
+    (record,) = entry["records"]
+    alone = {c["name"]: c["tells_apart"][names[0]] for c in data["candidates"] if not c["objection"]}
+    assert alone[record] == max(alone.values())
+    assert alone[record] == pytest.approx(min(pair["first_order"] for pair in entry["pairs"]))
+    (line,) = [x for x in (tmp_path / "out" / "campaign.toml").read_text().splitlines() if "is to tell" in x]
+    assert f"is to tell {names[0]} from {names[1]}" in line
+    assert f"drive {record} (11 s" in (tmp_path / "out" / "design.md").read_text().replace("\\_", "_")

@@ -11,6 +11,7 @@ from mechid.design.diagnosis_file import PROPOSED_NAME, DiagnosisFile
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.search import LEAST
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.plant.mechanism import Mechanism
@@ -34,6 +35,13 @@ class Group:
 
     names: tuple[str, ...]
     models: tuple[Model, ...]
+
+    @property
+    def open(self) -> Group:
+        """Those that the records leave open: none of the others explains them better by what a diagnosis asks for."""
+        best = min(model.cost for model in self.models)
+        kept = [pair for pair in zip(self.names, self.models, strict=True) if pair[1].cost - best < LEAST]
+        return Group(tuple(name for name, _ in kept), tuple(model for _, model in kept))
 
 
 def rival_groups(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,6 @@ from mechid.campaign import Campaign
 from mechid.design.planned import PlannedRecord
 from mechid.design.rivals import Group
 from mechid.design.separation import CLEAR, Pair, pairs_of, predicted_torque, refitted
-from mechid.identification.diagnosis.search import LEAST
 
 FloatArray = NDArray[np.float64]
 LEAST_GAIN = 1.0
@@ -49,7 +47,7 @@ class GroupSeparation:
     ----------
     group : Group
     pairs : tuple of Pair
-        Every two rivals, each one once for the truth.
+        Every two rivals that the records leave open, each one once for the truth; none where these leave one only.
     promises : tuple of Promise
         A pair each; none where no record is proposed.
     reach : float
@@ -67,8 +65,7 @@ class GroupSeparation:
     @property
     def told_already(self) -> bool:
         """Whether the records that there are speak against all rivals but one, each fitted as well as it can be."""
-        costs = sorted(model.cost for model in self.group.models)
-        return costs[1] - costs[0] >= LEAST
+        return not self.pairs
 
     @property
     def expected(self) -> float:
@@ -82,7 +79,7 @@ class GroupSeparation:
 
     def worst(self, record: int) -> float | None:
         """Return the least that is expected of any pair after one record; None where it was not looked at."""
-        if not all(np.all(np.isfinite(pair.shown[record])) for pair in self.pairs):
+        if not self.pairs or not all(np.all(np.isfinite(pair.shown[record])) for pair in self.pairs):
             return None
         return min(pair.expected([record]) for pair in self.pairs)
 
@@ -132,22 +129,28 @@ def separation(
         Threads.
     """
     looked = [k for k, can in enumerate(driven) if can]
-    found = []
-    for group in groups:
-        pairs = pairs_of(campaign, group, [records[k] for k in looked], workers)
-        found.append(GroupSeparation(group, tuple(_spread(p, looked, len(records)) for p in pairs), (), 0.0, ()))
-    open_ = [one for one in found if not one.told_already]
     able = np.asarray(allowed & driven)
-    each = {id(one): choice(one.pairs, able, seconds, total_s) for one in open_}
-    reached = [one for one in open_ if _least(one.pairs, each[id(one)]) >= CLEAR]
-    chosen = choice(list(chain.from_iterable(one.pairs for one in reached)), able, seconds, total_s)
-    whole = []
-    for one in found:
-        far = each.get(id(one), ())
-        clear = bool(chosen) and one in reached and _least(one.pairs, chosen) >= CLEAR
-        promises = _promises(campaign, one, [records[k] for k in chosen], chosen, workers) if clear else ()
-        whole.append(replace(one, far=far, reach=_least(one.pairs, far), promises=promises))
-    return Separation(tuple(whole), chosen)
+
+    def looked_at(group: Group) -> GroupSeparation:
+        pairs = pairs_of(campaign, group.open, [records[k] for k in looked], workers)
+        whole = tuple(_spread(pair, looked, len(records)) for pair in pairs)
+        far = choice(whole, able, seconds, total_s)
+        return GroupSeparation(group, whole, (), _least(whole, far), far)
+
+    found = [looked_at(group) for group in groups]
+    chosen, told = tuple[int, ...](), list[GroupSeparation]()
+    for one in (one for one in found if one.pairs):
+        together = [*told, one]
+        tried = choice([pair for each in together for pair in each.pairs], able, seconds, total_s)
+        if all(_least(each.pairs, tried) >= CLEAR for each in together):
+            chosen, told = tried, together
+    promised = [
+        replace(one, promises=_promises(campaign, one, [records[k] for k in chosen], chosen, workers))
+        if one in told
+        else one
+        for one in found
+    ]
+    return Separation(tuple(promised), chosen)
 
 
 def _spread(pair: Pair, looked: Sequence[int], count: int) -> Pair:
@@ -188,7 +191,7 @@ def choice(pairs: Sequence[Pair], allowed: NDArray[np.bool_], seconds: FloatArra
 
 
 def _least(pairs: Sequence[Pair], records: Sequence[int]) -> float:
-    return min(pair.expected(records) for pair in pairs)
+    return min((pair.expected(records) for pair in pairs), default=0.0)
 
 
 def _capped(pairs: Sequence[Pair], records: Sequence[int]) -> float:
