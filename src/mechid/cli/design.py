@@ -19,6 +19,10 @@ def design(
     fit: Annotated[
         Path | None, typer.Option(metavar="DIR", help="A fit of the campaign: what to measure next.")
     ] = None,
+    diagnosis: Annotated[
+        Path | None,
+        typer.Option(metavar="DIR", help="A diagnosis of that fit: the record that tells its rival effects apart."),
+    ] = None,
     criterion: Annotated[str | None, typer.Option(help="D, A, E or the name of a parameter.")] = None,
     total_s: Annotated[float | None, typer.Option(min=0.0, help="Test time, what is between records included.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
@@ -28,20 +32,35 @@ def design(
     from mechid.cli.finished_fit import finished_fit
     from mechid.design.design import make_design
     from mechid.design.design_file import beside, read_design_file
+    from mechid.design.diagnosis_file import read_diagnosis
+    from mechid.design.rivals import Group, rival_groups
+    from mechid.errors import UsageError
     from mechid.identification.refit.reopened import reopened
     from mechid.report.design import print_design, refuse_own_folder, write_design
     from mechid.report.terminal import console_on
     from mechid.writing import refuse_unwritable
+
+    def tell(line: str) -> None:
+        typer.echo(line, err=True)
 
     count = workers or os.cpu_count() or 1
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
     refuse_unwritable(out)
     asked = (read_design_file(options) if options else beside(loaded.path)).asking(criterion, total_s)
-    optimum = None
+    if diagnosis and not fit:
+        raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
+    diagnosed = read_diagnosis(diagnosis) if diagnosis else None
+    if diagnosed and not diagnosed.groups:
+        tell(
+            f"{diagnosed.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one"
+        )
+
+    optimum, rivals = None, tuple[Group, ...]()
     if fit:
         found = finished_fit(fit, loaded.path)
         optimum = reopened(found.campaign, found.estimate, workers=count)
-    made = make_design(loaded, asked, fit=optimum, workers=count, told=lambda line: typer.echo(line, err=True))
+        rivals = rival_groups(found.campaign, found.estimate, diagnosed, workers=count, told=tell) if diagnosed else ()
+    made = make_design(loaded, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
     data, files = write_design(made, out)
     print_design(data, console_on(), files)

@@ -19,8 +19,10 @@ from mechid.design.loss_table import LossRow, loss_table
 from mechid.design.planned import PlannedRecord, planned_records
 from mechid.design.rate_map import RateMap, rate_map
 from mechid.design.record_set import RecordSet, record_set
+from mechid.design.rivals import Group
 from mechid.design.screening import Screening, screening
 from mechid.design.selection import Choice, Pool, select
+from mechid.design.separating import Separation, separation
 from mechid.design.standpoint import Standpoint, after_fit, before_test
 from mechid.design.step_loss import Margins, is_stepper, margins
 from mechid.design.trust import departing_share
@@ -63,6 +65,8 @@ class Design:
     margins : mapping of str to Margins
         Of the records planned and chosen.
     warnings : tuple of str
+    separation : Separation or None
+        How rival explanations of a diagnosis are told apart; None where there are none.
     """
 
     campaign: Campaign
@@ -79,6 +83,7 @@ class Design:
     losses: tuple[LossRow, ...]
     margins: dict[str, Margins]
     warnings: tuple[str, ...]
+    separation: Separation | None = None
 
     @property
     def total_s(self) -> float:
@@ -96,6 +101,7 @@ def make_design(
     options: DesignOptions | None = None,
     *,
     fit: Optimum | None = None,
+    rivals: Sequence[Group] = (),
     workers: int = 1,
     told: Callable[[str], None] = lambda line: None,
 ) -> Design:
@@ -108,6 +114,8 @@ def make_design(
     options : DesignOptions or None
     fit : Optimum or None
         A finished fit of the campaign, whose records are there already.
+    rivals : sequence of Group
+        Rival explanations of the fit's records: those that tell them apart are chosen first.
     workers : int
         Threads.
     told : callable
@@ -128,16 +136,23 @@ def make_design(
     count, seed = options.mechanisms, options.seed
     with one_core_algebra():
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
-        return _Making(campaign, options, here, workers, told).design()
+        return _Making(campaign, options, here, rivals, workers, told).design()
 
 
 class _Making:
     """A design in the making."""
 
     def __init__(
-        self, campaign: Campaign, options: DesignOptions, here: Standpoint, workers: int, told: Callable[[str], None]
+        self,
+        campaign: Campaign,
+        options: DesignOptions,
+        here: Standpoint,
+        rivals: Sequence[Group],
+        workers: int,
+        told: Callable[[str], None],
     ) -> None:
         self.campaign, self.options, self.here, self.workers, self.told = campaign, options, here, workers, told
+        self.rivals = rivals
         noise = options.recording.noise_Nm or here.sigma
         self.own, self.warnings = planned_records(campaign, replace(options.recording, noise_Nm=noise))
         self.mechanisms = [here.space.at(q) for q in here.points]
@@ -159,7 +174,8 @@ class _Making:
         objections = [o or h for o, h in zip(objections, hanging, strict=True)]
         criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
         worth = information * (1.0 - departing)[:, None, None]
-        choice = self._chosen(pool, worth, objections, criterion)
+        apart = self._separation(pool, screened, objections)
+        choice = self._chosen(pool, worth, objections, criterion, apart.chosen if apart else ())
         chosen = [pool[k] for k in choice.chosen]
         self.told("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
@@ -180,6 +196,7 @@ class _Making:
             losses=losses,
             margins=dict(zip((r.name for r in records), kept_off, strict=True)),
             warnings=(*self.warnings, *self._told_of_own(screened, planned)),
+            separation=apart,
         )
 
     def _pool(self) -> list[PlannedRecord]:
@@ -208,11 +225,34 @@ class _Making:
         usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
         return self.options.limits.total_s or usual
 
+    def _separation(
+        self, pool: Sequence[PlannedRecord], screened: Screening, objections: Sequence[str]
+    ) -> Separation | None:
+        """Return how rivals are told apart, in the time that the records to be kept leave."""
+        if not self.rivals:
+            return None
+        self.told("how clearly each record would tell rival explanations apart")
+        limits, seconds = self.options.limits, self._seconds(pool)
+        mechanisms = [
+            m.problem.space.at(m.problem.coordinates.of_mechanism(m.q)) for g in self.rivals for m in g.models
+        ]
+        lost = screened.lost[0] | screening(mechanisms, pool, self.workers).lost.any(axis=0)
+        kept = float(sum(seconds[self._index(name)] for name in limits.keep))
+        return separation(
+            self.campaign, self.rivals, pool, driven=~lost, allowed=np.array([not o for o in objections]),
+            seconds=seconds, total_s=self._total_s(seconds) - kept, workers=self.workers,
+        )  # fmt: skip
+
     def _chosen(
-        self, pool: Sequence[PlannedRecord], information: FloatArray, objections: Sequence[str], criterion: Criterion
+        self,
+        pool: Sequence[PlannedRecord],
+        information: FloatArray,
+        objections: Sequence[str],
+        criterion: Criterion,
+        first: Sequence[int],
     ) -> Choice:
         limits, seconds = self.options.limits, self._seconds(pool)
-        kept = [self._index(name) for name in limits.keep]
+        kept = list(dict.fromkeys([*(self._index(name) for name in limits.keep), *first]))
         before = np.broadcast_to(self.here.before, (len(self.here.points), *self.here.before.shape))
         allowed, total_s = np.array([not o for o in objections]), self._total_s(seconds)
         choice = select(Pool(information, before, seconds, total_s, allowed, limits.most_of_one), criterion, kept)

@@ -13,6 +13,9 @@ from mechid.design.planned import PlannedRecord
 from mechid.design.rate_limit import FAR, LEAST, NEAR, RESOLUTION, RateLimit
 from mechid.design.rate_map import RateMap
 from mechid.design.record_set import RecordSet
+from mechid.design.rivals import Group
+from mechid.design.separating import GroupSeparation
+from mechid.design.separation import CLEAR
 from mechid.design.step_loss import SLOW_RATIO, Margins
 
 FORMAT = "mechid-design/1"
@@ -45,9 +48,15 @@ def design_data(design: Design) -> dict[str, Any]:
         "trail": list(design.trail),
         "parameters": _parameters(design),
         "candidates": [
-            {**_record(design, r), "peak_torque_Nm": float(peak), "departing": float(share), "objection": objection}
-            for r, peak, share, objection in zip(
-                design.candidates, design.peaks, design.departing, design.objections, strict=True
+            {
+                **_record(design, r),
+                "peak_torque_Nm": float(peak),
+                "departing": float(share),
+                "objection": objection,
+                "tells_apart": _tells_apart(design, k),
+            }
+            for k, (r, peak, share, objection) in enumerate(
+                zip(design.candidates, design.peaks, design.departing, design.objections, strict=True)
             )
         ],
         "torque_over_rate": [_map(m) for m in design.maps],
@@ -61,7 +70,57 @@ def design_data(design: Design) -> dict[str, Any]:
         },
         "margins": {name: _margins(m) for name, m in design.margins.items()},
         "warnings": list(design.warnings),
+        "rivals": _rivals(design),
     }
+
+
+def _tells_apart(design: Design, record: int) -> dict[str, float | None]:
+    """Return the least chi-square that is expected between rivals after a record, by the first of each group."""
+    if design.separation is None:
+        return {}
+    return {one.group.names[0]: one.worst(record) for one in design.separation.groups}
+
+
+def _rivals(design: Design) -> list[dict[str, Any]] | None:
+    """Return an entry a group of rival explanations; None where no diagnosis was given, or it has none."""
+    found = design.separation
+    return None if found is None else [_group(design, one, found.chosen) for one in found.groups]
+
+
+def _group(design: Design, one: GroupSeparation, chosen: Iterable[int]) -> dict[str, Any]:
+    names = [design.candidates[k].name for k in chosen] if one.promises else []
+    between_s = design.options.limits.between_s
+    pairs = zip(one.pairs, one.promises or (None,) * len(one.pairs), strict=True)
+    return {
+        "names": list(one.group.names),
+        "now": _now(one.group),
+        "told_already": one.told_already,
+        "needed": CLEAR,
+        "clear": one.clear,
+        "expected": one.expected,
+        "records": names,
+        "seconds": sum(design.candidates[k].duration_s + between_s for k in chosen) if names else 0.0,
+        "pairs": [
+            {
+                "if_true": pair.true,
+                "against": pair.against,
+                "now": pair.now,
+                "first_order": promise.first_order if promise else None,
+                "expected": promise.refitted if promise else None,
+                "record": promise.record if promise else None,
+                "differ_rms_Nm": promise.rms_Nm if promise else None,
+                "differ_most_hz": promise.frequency_hz if promise else None,
+            }
+            for pair, promise in pairs
+        ],
+        "farthest": {"records": [design.candidates[k].name for k in one.far], "expected": one.reach},
+    }
+
+
+def _now(group: Group) -> dict[str, float]:
+    """Return by how much the chi-square of each rival is above that of the best, on the records that there are."""
+    best = min(model.cost for model in group.models)
+    return {name: model.cost - best for name, model in zip(group.names, group.models, strict=True)}
 
 
 def _set(design: Design, records: RecordSet) -> dict[str, Any]:

@@ -81,6 +81,9 @@ def _remark(record: PlannedRecord, data: Mapping[str, Any], peaks: Mapping[str, 
     found = data["margins"].get(record.name)
     if found and found["voltage"] is not None:
         remark += f", steps are lost below {100.0 * (1.0 - found['voltage']):.0f} % of the voltage"
+    for group in data["rivals"] or ():
+        if record.name in group["records"]:
+            remark += f"; is to tell {' from '.join(group['names'])}"
     return remark
 
 

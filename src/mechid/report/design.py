@@ -18,6 +18,7 @@ from mechid.report.design_figures import design_figures
 from mechid.report.digits import plain
 from mechid.report.figures import FOLDER_NAME, write_figures
 from mechid.report.markdown import bullets, table
+from mechid.report.rivals import PAIRS, pair_rows, rival_lines
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.writing import writable, write_together
@@ -43,6 +44,7 @@ LOSSES = (
     Column("pull-in steps/s", "pull_in"),
     Column("pull-out steps/s", "pull_out"),
 )
+RIVALS = "Effects that the records so far cannot tell apart"
 SHOWN_PEAKS, SHOWN_OBJECTIONS, SHOWN_RANGES = 4, 12, 3
 Row = Mapping[str, Any]
 
@@ -80,6 +82,11 @@ def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> Non
     """Print what `design_data` made, and where the files are."""
     say(console, headline(data), "bold")
     console.print()
+    if data["rivals"]:
+        say(console, RIVALS, "bold")
+        for line in rival_lines(data):
+            say(console, line)
+        print_table(console, PAIRS, [{"text": {}, **row} for row in pair_rows(data)])
     say(console, "Standard errors: at the values believed, and the median over the mechanisms that may be true", "bold")
     print_table(console, _columns(data), [{"text": {}, **row} for row in _parameter_rows(data)])
     print_table(console, RECORDS, [{"text": {}, **row} for row in _record_rows(data)])
@@ -127,6 +134,9 @@ def headline(data: Row) -> str:
 def design_markdown(data: Row) -> str:
     """Return the design's tables as Markdown."""
     parts = ["# Design of the next test", f"**{headline(data)}**", "## Standard errors"]
+    if data["rivals"]:
+        cells = [[row[c.key] for c in PAIRS] for row in pair_rows(data)]
+        parts[2:2] = [f"## {RIVALS}", bullets(rival_lines(data)), table([c.header for c in PAIRS], cells)]
     for title, columns, rows in (
         ("", _columns(data), _parameter_rows(data)),
         ("## Records, the most informative first", RECORDS, _record_rows(data)),
