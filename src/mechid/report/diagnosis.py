@@ -14,7 +14,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.identification.diagnosis.diagnosis import Diagnosis
 from mechid.identification.diagnosis.pictures import Pictures
 from mechid.identification.result.estimate_file import json_text
-from mechid.report.diagnosis_figures import STRETCH_NAME, diagnosis_figures, spectrum_name
+from mechid.report.diagnosis_figures import STRETCH_NAME, diagnosis_figures, hertz, spectrum_name
 from mechid.report.figures import FOLDER_NAME, write_figures
 from mechid.report.lacking import missing_data
 from mechid.report.markdown import bullets, cell, table
@@ -90,7 +90,7 @@ def _entry(data: dict[str, Any], pictures: Pictures) -> dict[str, Any]:
 
 def _place(record: str, found: Strongest) -> dict[str, Any]:
     """Return where in a record an effect acts, with the words for it."""
-    hz = [f"{each:.3g}" for each in found.frequencies_hz]
+    hz = [hertz(each) for each in found.frequencies_hz]
     text = " and ".join(filter(None, (", ".join(hz[:-1]), hz[-1]))) if hz else "-"
     kind = LINES if found.in_lines else BANDS
     return {"record": record, "frequencies_hz": list(found.frequencies_hz), "kind": kind, "text": text}
@@ -120,7 +120,9 @@ def write_diagnosis(found: Diagnosis, data: Mapping[str, Any], folder: Path | st
     """
     folder = Path(folder)
     with writable(folder):
-        figures = write_figures(diagnosis_figures(found.pictures), folder / FOLDER_NAME) if data["drawn"]["spectra"] else {}
+        figures = (
+            write_figures(diagnosis_figures(found.pictures), folder / FOLDER_NAME) if data["drawn"]["spectra"] else {}
+        )
     page = _page(data, figures)
     texts = {DATA_NAME: json_text(_plain(data)), MARKDOWN_NAME: diagnosis_markdown(data), PAGE_NAME: page}
     if found.mechanism is not None:
@@ -182,7 +184,14 @@ def _sentence(one: Mapping[str, Any]) -> str:
 
 def _page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     sentences = {one["name"]: _sentence(one) for one in data["missing"]}
-    words = {"next": NEXT, "acts": ACTS, "spectrum": SPECTRUM, "stretch": STRETCH, "meaning": MEANING, "path": PATH_TITLE}
+    words = {
+        "next": NEXT,
+        "acts": ACTS,
+        "spectrum": SPECTRUM,
+        "stretch": STRETCH,
+        "meaning": MEANING,
+        "path": PATH_TITLE,
+    }
     template = environment().get_template("diagnose.html")
     return template.render(
         data=data,
@@ -215,7 +224,8 @@ def print_diagnosis(data: Mapping[str, Any], console: Console, files: Sequence[P
 def _acts_line(one: Mapping[str, Any]) -> str:
     """Say where an effect acts, in a line."""
     places = (
-        f"{'' if place['kind'] == LINES else 'around '}{place['text']} Hz of {place['record']}" for place in one["places"]
+        f"{'' if place['kind'] == LINES else 'around '}{place['text']} Hz of {place['record']}"
+        for place in one["places"]
     )
     return f"{one['name']}: at {'; '.join(places)}"
 

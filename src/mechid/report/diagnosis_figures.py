@@ -45,6 +45,17 @@ def spectrum_name(record: str) -> str:
     return f"diagnosis_{record}_spectrum"
 
 
+def hertz(frequency: float) -> str:
+    """Return a frequency to three digits.
+
+    Examples
+    --------
+    >>> hertz(56.75), hertz(1000.0)
+    ('56.8', '1000')
+    """
+    return f"{float(f'{frequency:.3g}'):g}"
+
+
 def diagnosis_figures(pictures: Pictures) -> Iterator[tuple[str, Figure]]:
     """Yield the figures with their names."""
     for name, height, draw in _drawings(pictures):
@@ -85,7 +96,7 @@ def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
     """Mark frequencies with their number at the upper edge, on rows that take turns so that none covers another."""
     for k, (hz, colour) in enumerate(sorted(places)):
         axes.axvline(hz, color=colour, linewidth=0.7, linestyle=":", zorder=0)
-        axes.annotate(f"{hz:.3g}", (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * (k % LABEL_ROWS)),
+        axes.annotate(hertz(hz), (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * (k % LABEL_ROWS)),
                       textcoords="offset points", va="top", color="#000000", fontsize=7)  # fmt: skip
 
 
@@ -113,6 +124,6 @@ def _stretch(one: Stretch, figure: Any) -> None:
         over_time(below, drawn(one.measured - modelled, base), colour, width, words)
     above.set_ylabel(labels[TORQUE])
     below.set(xlabel=TIME, ylabel=labels[RESIDUAL])
-    below.margins(x=0.0)
+    below.set_xlim(one.start_s, one.start_s + (one.measured.size - 1) / one.sample_rate_hz)
     figure.align_ylabels([above, below])
     _legend_above(figure, above)

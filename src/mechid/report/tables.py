@@ -14,6 +14,7 @@ from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.lacking import beside_data, missing_data
+from mechid.report.path import completed_data
 from mechid.report.quantities import quantity_words
 from mechid.report.use import with_left_out, with_use
 from mechid.report.validation import order_rows, validation_rows
@@ -65,6 +66,7 @@ def report_data(
         "stages": [_stage(s) for s in fit.stages],
         "missing": [missing_data(one) for one in fit.missing],
         "beside": beside_data(fit.beside),
+        "completed": completed_data(fit.completed),
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),
         "provenance": dict(fit.provenance),

@@ -20,7 +20,7 @@ from mechid.identification.diagnosis.search import Found
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.uncertainty.noise import MISFIT
-from mechid.signal.density import power_density
+from mechid.signal.density import in_groups, power_density
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import is_finite
 from mechid.signal.strongest import Strongest, strongest
@@ -29,6 +29,8 @@ from mechid.signal.trend import Line
 FloatArray = NDArray[np.float64]
 MOST_DRAWN = 3
 """Records whose spectra are drawn: those of which the mechanism as written misses most."""
+GROUPS = 400
+"""Of a spectrum."""
 PERIODS = 8.0
 """Of the strongest line of what it misses, that the stretch is long."""
 SHORTEST_S, LONGEST_S = 0.05, 0.3
@@ -42,7 +44,7 @@ class ResidualSpectra:
     ----------
     record, quantity : str
     frequency_hz : (M,)
-        Without 0.
+        Groups of bins, about equally wide on a logarithmic axis.
     before, after : (M,)
         Of the mechanism as written, and of the model with all effects.
     shares : mapping of str to (M,)
@@ -204,13 +206,16 @@ def _acts(name: str, channels: Iterable[_Channel]) -> dict[str, Strongest]:
 
 
 def _spectra(one: _Channel) -> ResidualSpectra:
+    def grouped(series: FloatArray) -> tuple[FloatArray, FloatArray]:
+        return in_groups(*power_density(series, one.rate_hz), GROUPS)
+
     def root(series: FloatArray) -> FloatArray:
-        return np.asarray(np.sqrt(power_density(series, one.rate_hz)[1][1:]))
+        return np.asarray(np.sqrt(grouped(series)[1]))
 
     return ResidualSpectra(
         record=one.record,
         quantity=one.quantity,
-        frequency_hz=power_density(one.before, one.rate_hz)[0][1:],
+        frequency_hz=grouped(one.before)[0],
         before=root(one.before),
         after=root(one.after),
         shares={name: root(series) for name, series in one.shares.items()},
