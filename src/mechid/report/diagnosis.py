@@ -43,7 +43,8 @@ ACTS = (
     "An effect's share is what the model with all effects gives less what it gives without this one, everything else "
     "fitted again: what nothing else in the model can imitate."
 )
-SPECTRUM = "Density of what is left, on logarithmic axes. Dotted: the frequencies at which an effect acts most, Hz."
+SPECTRUM = "Density of the residual, measured less modelled, of the records that the mechanism as written misses most."
+DOTTED = "Dotted: the frequencies in Hz at which an effect acts most."
 STRETCH = "The part of the record that the mechanism as written misses most; below, measured less modelled."
 PATH_TITLE = "The path"
 COLUMNS = (
@@ -119,10 +120,10 @@ def write_diagnosis(found: Diagnosis, data: Mapping[str, Any], folder: Path | st
         The folder cannot be written to.
     """
     folder = Path(folder)
-    with writable(folder):
-        figures = (
-            write_figures(diagnosis_figures(found.pictures), folder / FOLDER_NAME) if data["drawn"]["spectra"] else {}
-        )
+    figures: dict[str, str] = {}
+    if data["drawn"]["spectra"]:
+        with writable(folder):
+            figures = write_figures(diagnosis_figures(found.pictures), folder / FOLDER_NAME)
     page = _page(data, figures)
     texts = {DATA_NAME: json_text(_plain(data)), MARKDOWN_NAME: diagnosis_markdown(data), PAGE_NAME: page}
     if found.mechanism is not None:
@@ -149,7 +150,7 @@ def diagnosis_markdown(data: Mapping[str, Any]) -> str:
         lines += ["```toml", one["toml"].rstrip(), "```", ""]
     if data["missing"]:
         lines += [NEXT, ""]
-    lines += _drawn_markdown(data["drawn"])
+    lines += _drawn_markdown(data)
     if data["path"]:
         lines += [f"## {PATH_TITLE}", "", table(HEADER, map(cells, data["path"])), "", MEANING, ""]
     if data["tried"]:
@@ -158,11 +159,16 @@ def diagnosis_markdown(data: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _drawn_markdown(figures: Mapping[str, Any]) -> list[str]:
+def _drawn_markdown(data: Mapping[str, Any]) -> list[str]:
     """Return headings and figures, which lie in a folder beside the text."""
-    lines = []
+    lines, figures = list[str](), data["drawn"]
     if figures["spectra"]:
-        lines += ["## What is left, over frequency", "", f"{SPECTRUM} {ACTS}", ""]
+        lines += [
+            "## What is left, over frequency",
+            "",
+            " ".join([SPECTRUM, *([DOTTED, ACTS] if data["missing"] else [])]),
+            "",
+        ]
     for one in figures["spectra"]:
         lines += [f"### {cell(one['record'])}", "", f"![Spectrum](<{FOLDER_NAME}/{one['figure']}.svg>)", ""]
     if figures["stretch"]:
@@ -186,7 +192,7 @@ def _page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     sentences = {one["name"]: _sentence(one) for one in data["missing"]}
     words = {
         "next": NEXT,
-        "acts": ACTS,
+        "acts": f"{DOTTED} {ACTS}",
         "spectrum": SPECTRUM,
         "stretch": STRETCH,
         "meaning": MEANING,
@@ -223,10 +229,8 @@ def print_diagnosis(data: Mapping[str, Any], console: Console, files: Sequence[P
 
 def _acts_line(one: Mapping[str, Any]) -> str:
     """Say where an effect acts, in a line."""
-    places = (
-        f"{'' if place['kind'] == LINES else 'around '}{place['text']} Hz of {place['record']}"
-        for place in one["places"]
-    )
+    near = {LINES: "", BANDS: "around "}
+    places = [f"{near[place['kind']]}{place['text']} Hz of {place['record']}" for place in one["places"]]
     return f"{one['name']}: at {'; '.join(places)}"
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -34,10 +34,13 @@ SHARES = (MEASURED, MARK, "#E69F00", "#0072B2", "#B8A900", "#8C8C8C")
 """Colours of the effects, that of the largest share first."""
 BELOW_NOISE = 10.0
 """Of the noise's density, by which the picture reaches below it."""
+FAINTEST = 1e-3
+"""Of where the picture ends: no logarithm is drawn of nothing."""
 LEGEND_COLUMNS, LEGEND_ROW_IN, TOP_IN = 3, 0.17, 0.1
 LABEL_ROWS = 3
 STRETCH_NAME = "diagnosis_stretch"
-AS_WRITTEN, WITH_EFFECTS = "mechanism as written", "with the effects"
+AS_WRITTEN, WITH_EFFECTS, NEAREST = "mechanism as written", "with the effects", "with what comes nearest"
+"""Of the library; nothing of it is named where it explains too little."""
 
 
 def spectrum_name(record: str) -> str:
@@ -68,22 +71,24 @@ def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
         acts = {name: own[one.record].frequencies_hz for name, own in pictures.acts.items()}
         yield spectrum_name(one.record), 3.0, partial(_spectra, one, acts)
     if pictures.stretch:
-        yield STRETCH_NAME, 3.6, partial(_stretch, pictures.stretch)
+        yield STRETCH_NAME, 3.6, partial(_stretch, pictures.stretch, WITH_EFFECTS if pictures.acts else NEAREST)
 
 
-def _spectra(one: ResidualSpectra, acts: dict[str, Sequence[float]], figure: Any) -> None:
+def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: Any) -> None:
     """Draw what is left before and after on logarithmic axes, each effect's share as an area, the noise dashed."""
     axes, f = figure.subplots(), one.frequency_hz
     low, high = one.noise / BELOW_NOISE, 2.0 * float(max(one.before.max(), one.after.max()))
     names = sorted(one.shares, key=lambda name: -float(one.shares[name].max()))
     colours = {name: SHARES[min(k, len(SHARES) - 1)] for k, name in enumerate(names)}
     for name in names:
-        axes.fill_between(f, low, np.maximum(one.shares[name], low), color=colours[name], alpha=0.25, linewidth=0.0)
-        axes.plot(f, one.shares[name], color=colours[name], linewidth=0.8, label=f"share of {name}")
+        share = np.maximum(one.shares[name], FAINTEST * low)
+        axes.fill_between(f, low, share, color=colours[name], alpha=0.25, linewidth=0.0)
+        axes.plot(f, share, color=colours[name], linewidth=0.8, label=f"share of {name}")
     axes.plot(f, one.before, color=RESIDUAL_COLOUR, linewidth=1.1, label=f"residual, {AS_WRITTEN}")
-    if names:
-        axes.plot(f, one.after, color=MODELLED, linewidth=0.8, label=f"residual, {WITH_EFFECTS}")
-    axes.axhline(one.noise, color=NOISE, linewidth=1.0, linestyle="--", label="noise")
+    if not np.array_equal(one.before, one.after):
+        words = WITH_EFFECTS if names else NEAREST
+        axes.plot(f, one.after, color=MODELLED, linewidth=0.8, label=f"residual, {words}")
+    axes.axhline(one.noise, color=NOISE, linewidth=1.0, linestyle="--", label="noise floor")
     axes.set(xscale="log", yscale="log", xlim=(f[0], f[-1]), ylim=(low, high))
     axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
     in_powers(axes.xaxis)
@@ -109,7 +114,7 @@ def _legend_above(figure: Any, axes: Any) -> None:
     figure.legend(handles, labels, ncols=LEGEND_COLUMNS, fontsize=7.0, **place)
 
 
-def _stretch(one: Stretch, figure: Any) -> None:
+def _stretch(one: Stretch, words_after: str, figure: Any) -> None:
     """Draw measured and modelled, before and after, above what each leaves."""
     labels = axis_labels(one.quantity)
     base = TimeBase(one.sample_rate_hz, one.measured.size, one.start_s)
@@ -118,7 +123,7 @@ def _stretch(one: Stretch, figure: Any) -> None:
     is_same = np.array_equal(one.before, one.after)
     for modelled, colour, width, words in (
         (one.before, RESIDUAL_COLOUR, 0.9, AS_WRITTEN),
-        (one.after, MODELLED, 0.9, WITH_EFFECTS),
+        (one.after, MODELLED, 0.9, words_after),
     )[: 1 if is_same else 2]:
         over_time(above, drawn(modelled, base), colour, width, words)
         over_time(below, drawn(one.measured - modelled, base), colour, width, words)

@@ -16,8 +16,8 @@ COMPLETED = (
 )
 NOTHING_ADDED = "Completion was asked for, and nothing was added: the records ask for no effect of the library by name."
 MEANING = (
-    "Residual over noise is 1 where all is explained. The Bayesian criterion counts the misfit and each free parameter: "
-    "the smaller, the better."
+    "Residual over noise is 1 where all is explained. The Bayesian criterion counts the misfit and each free "
+    "parameter: the smaller, the better."
 )
 PATH_COLUMNS = (
     Column("step", "step"),

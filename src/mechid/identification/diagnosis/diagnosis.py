@@ -141,7 +141,7 @@ def _concluded(found: Found) -> Diagnosis:
         over_noise=(found.before.over_noise, model.over_noise),
         mechanism=proposal.mechanism if proposal else None,
         as_written=found.as_written,
-        pictures=pictures_of(found, {name: _called(found.model, name) for name in found.less}),
+        pictures=pictures_of(found, {name: _called(found.model, name) for name in found.less} if named else {}),
     )
 
 

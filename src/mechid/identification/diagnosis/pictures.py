@@ -151,7 +151,7 @@ def pictures_of(found: Found, called: Mapping[str, str]) -> Pictures:
     ----------
     found : Found
     called : mapping of str to str
-        What a reader is told each of its effects is called.
+        What each of its effects is called; those of which no share is wanted are left out.
     """
     if not found.model.effects and found.before.over_noise <= MISFIT:
         return NONE
@@ -178,7 +178,7 @@ def _largest(channels: Iterable[_Channel], size: Callable[[_Channel], float]) ->
 def _channels(found: Found, target: Target, called: Mapping[str, str]) -> Iterator[_Channel]:
     """Yield the channels of a record, those alone that every model follows to the record's end."""
     before, after = _remainders(found.before, target.name), _remainders(found.model, target.name)
-    less = {called[name]: _remainders(model, target.name) for name, model in found.less.items()}
+    less = {name: _remainders(found.less[effect], target.name) for effect, name in called.items()}
     for k, (was, left) in enumerate(zip(before, after, strict=True)):
         own = {name: series[k] for name, series in less.items()}
         if all(is_finite(each.series) for each in (was, left, *own.values())):
