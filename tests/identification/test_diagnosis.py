@@ -108,15 +108,8 @@ def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
 def test_where_an_effect_acts(lacking):
     """Truth: at a constant rate of full steps all repeats with the electrical period, four of them."""
     for name in ("full_46", "full_23"):
-        with_it, without = (
-            measured(
-                mechanism_from_table(table, "made").with_values(TRUTH),
-                COMMANDS[name],
-                np.random.default_rng(1),
-                seconds=1.0,
-            )
-            for table in (tables(HARMONIC), tables())
-        )
+        makers = [mechanism_from_table(table, "made").with_values(TRUTH) for table in (tables(HARMONIC), tables())]
+        with_it, without = (measured(m, COMMANDS[name], np.random.default_rng(1), seconds=1.0) for m in makers)
         share = strongest(with_it - without, RATE_HZ)  # of the same noise
         fundamental_hz, bin_hz = COMMANDS[name].rate.rates[0] / 4.0, RATE_HZ / with_it.size
         assert share.in_lines

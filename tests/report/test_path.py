@@ -1,11 +1,13 @@
 """The path of a completed mechanism, as every form of a report shows it."""
 
+import json
 from dataclasses import replace
 
 import pytest
 
 from mechid.report import print_report, report_data
-from mechid.report.page import environment
+from mechid.report.markdown import report_markdown
+from mechid.report.page import environment, report_page
 from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
 from printing import printed
 
@@ -43,6 +45,16 @@ def test_report_and_terminal_show_it(make_fit, steps):
     assert (COMPLETED_TITLE in text) == (steps is not None)
     assert ("nothing was added" in text) == (steps == ())
     assert all(cell in text for row in TEXTS for cell in row.values()) == (steps == STEPS)
+
+
+@pytest.mark.parametrize("steps", [None, (), STEPS])
+def test_markdown_and_page_show_it(reported, steps):
+    """Truth: the steps, and the report's own dict for the rest."""
+    data = json.loads((reported.folder / "report.json").read_text(encoding="utf-8"))
+    data["completed"] = completed_data(steps)
+    for text in (report_markdown(data), report_page(data, [], {}, [])):
+        assert (COMPLETED_TITLE in text) == (steps is not None)
+        assert all(cell in text for row in TEXTS for cell in row.values()) == (steps == STEPS)
 
 
 def test_a_table_on_a_page_has_every_cell():
