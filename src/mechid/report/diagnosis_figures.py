@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
 from mechid.report.curves import drawn
 from mechid.report.figures import (
+    LEFT_IN,
     MARK,
     MEASURED,
     MODELLED,
@@ -37,7 +38,7 @@ BELOW_NOISE = 10.0
 FAINTEST = 1e-3
 """Of where the picture ends: no logarithm is drawn of nothing."""
 LEGEND_COLUMNS, LEGEND_ROW_IN, TOP_IN = 3, 0.17, 0.1
-LABEL_ROWS = 3
+LABEL_ROWS, LABEL_IN = 3, 0.3
 STRETCH_NAME = "diagnosis_stretch"
 AS_WRITTEN, WITH_EFFECTS, NEAREST = "mechanism as written", "with the effects", "with what comes nearest"
 """Of the library; nothing of it is named where it explains too little."""
@@ -98,11 +99,17 @@ def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: 
 
 
 def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
-    """Mark frequencies with their number at the upper edge, on rows that take turns so that none covers another."""
-    for k, (hz, colour) in enumerate(sorted(places)):
+    """Mark frequencies with their number at the upper edge where there is room: the table beside has all of them."""
+    low, high = axes.get_xlim()
+    room = (high / low) ** (LABEL_IN / (WIDTH_IN - LEFT_IN - RIGHT_IN))
+    free_from = [low] * LABEL_ROWS
+    for hz, colour in sorted(places):
         axes.axvline(hz, color=colour, linewidth=0.7, linestyle=":", zorder=0)
-        axes.annotate(hertz(hz), (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * (k % LABEL_ROWS)),
-                      textcoords="offset points", va="top", color="#000000", fontsize=7)  # fmt: skip
+        row = next((k for k, free in enumerate(free_from) if free <= hz), None)
+        if row is not None:
+            free_from[row] = hz * room
+            axes.annotate(hertz(hz), (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * row),
+                          textcoords="offset points", va="top", color="#000000", fontsize=7)  # fmt: skip
 
 
 def _legend_above(figure: Any, axes: Any) -> None:
