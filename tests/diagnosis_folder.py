@@ -26,6 +26,7 @@ def left(folder, proposed, *effects, **changes):
         "tried": TRIED,
         "steps": [],
         "unexplained": {"share": 0.0, "words": "What is said of the whole."},
+        "over_noise": {"as_written": 1.3, "with_effects": 1.0},
         **changes,
     }
     (folder / FILE_NAME).write_text(json.dumps(content), encoding="utf-8")

@@ -85,7 +85,16 @@ def test_what_the_fit_did_not_move_is_a_usage_error(fitted, refused, tmp_path):
 
 
 def test_a_folder_without_a_fit_is_refused(refused, tmp_path):
-    assert "there is no such file" in refused(3, "bootstrap", tmp_path, "--out", tmp_path)
+    assert f"{tmp_path}/estimate.json: there is no such file" in refused(3, "bootstrap", tmp_path, "--out", tmp_path)
+
+
+def test_a_folder_that_is_not_there_is_named_itself(refused, tmp_path):
+    """Not an estimate.json of the folder above, which nobody gave."""
+    away = tmp_path / "fit"
+    for arguments in (("diagnose",), ("bootstrap",), ("profile", "--parameter", "housing.gain")):
+        line = refused(3, *arguments, away, "--out", tmp_path / "out")
+        assert f"{away}: there is no such folder or file; give the result folder of mechid identify" in line
+    assert not (tmp_path / "out").exists()
 
 
 def test_a_campaign_that_has_changed_since_is_refused(fitted, refused, tmp_path):

@@ -17,15 +17,20 @@ from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.report.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
 from mechid.report.terminal import console_on
-from synthetic import COMMANDS, TRUTH, campaign, measured, record
+from mechid.signal.strongest import strongest
+from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 
 HARMONIC = {"order": 3, "amplitude": 0.01, "phase_deg": 40.0}
 
 
+def tables(*harmonics):
+    """Return the catalogue's tables with harmonics of the torque constant."""
+    return {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": list(harmonics)}}
+
+
 def made(*harmonics):
     """Return a campaign of three short records whose mechanism file has no harmonic of the torque constant."""
-    table = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": list(harmonics)}}
-    made_by = mechanism_from_table(table, "with harmonics").with_values(TRUTH)
+    made_by = mechanism_from_table(tables(*harmonics), "with harmonics").with_values(TRUTH)
     records = [
         record(n, measured(made_by, COMMANDS[n], np.random.default_rng((9, k)), seconds=0.3), COMMANDS[n])
         for k, n in enumerate(("full_46", "full_23", "micro_46"))
@@ -81,13 +86,68 @@ def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
     assert content["format"] == "mechid-diagnosis/1"
     (one,) = content["missing"]
     assert set(one) == {"name", "words", "block", "parameters", "chi_square", "dof", "share", "p_value", "aliases",
-                        "records", "toml"}  # fmt: skip
+                        "records", "toml", "frequencies_hz"}  # fmt: skip
+    assert set(one["frequencies_hz"]) == set(one["records"])
     assert {"share", "words"} == set(content["unexplained"])
     appended = tomllib.loads(mechanism_text(catalogue_mechanism()) + one["toml"])
     assert appended["stepper"]["torque_harmonic"][0]["amplitude"]["value"] == pytest.approx(0.01, rel=0.1)
     assert (tmp_path / "out" / PROPOSED_NAME).is_file()
+    folder = tmp_path / "out"
+    figures = {path.name for path in (folder / "figures").glob("*.svg")}
+    drawn = {"diagnosis_stretch.svg", *(f"diagnosis_{name}_spectrum.svg" for name in one["records"])}
+    assert figures == drawn
+    page = (folder / "diagnose.html").read_text()
+    assert page.count("<svg") == len(figures)
+    assert all(f"figures/{name}" in (folder / "diagnose.md").read_text() for name in figures)
+    for text in (printed, page, (folder / "diagnose.md").read_text()):
+        assert "stepper.torque_harmonic:3 added" in text.replace("\\", "")  # of Markdown
     for text in (printed, *((tmp_path / "out" / name).read_text() for name in ("diagnose.md", "diagnose.html"))):
         assert "3rd harmonic of the torque constant" in text
+
+
+def test_where_an_effect_acts(lacking):
+    """Truth: at a constant rate of full steps all repeats with the electrical period, four of them."""
+    for name in ("full_46", "full_23"):
+        makers = [mechanism_from_table(table, "made").with_values(TRUTH) for table in (tables(HARMONIC), tables())]
+        with_it, without = (measured(m, COMMANDS[name], np.random.default_rng(1), seconds=1.0) for m in makers)
+        share = strongest(with_it - without, RATE_HZ)  # of the same noise
+        fundamental_hz, bin_hz = COMMANDS[name].rate.rates[0] / 4.0, RATE_HZ / with_it.size
+        assert share.in_lines
+        assert 1 <= len(share.frequencies_hz) <= 3
+        off = [hz - fundamental_hz * round(hz / fundamental_hz) for hz in share.frequencies_hz]
+        assert max(map(abs, off)) < 0.5 * bin_hz
+    acts = lacking[1].pictures.acts["stepper.torque_harmonic:3"]
+    assert all(1 <= len(one.frequencies_hz) <= 3 for one in acts.values())
+
+
+def test_what_is_drawn_of_what_is_left(lacking):
+    """Truth: the noise that was added to the records, which is all that the model with the effect leaves."""
+    bench, found = lacking
+    assert {one.record for one in found.pictures.spectra} == {r.name for r in bench.records}
+    for one in found.pictures.spectra:
+        assert np.sqrt(np.mean(one.after**2)) == pytest.approx(one.noise, rel=0.15)
+        share = one.shares["stepper.torque_harmonic:3"]
+        peak = int(np.argmax(share))
+        assert one.before[peak] == pytest.approx(share[peak], rel=0.2)
+        assert one.before[peak] > 1.4 * one.after[peak]
+    stretch = found.pictures.stretch
+    assert stretch.record == found.pictures.spectra[0].record
+    assert 0.05 <= stretch.measured.size / stretch.sample_rate_hz <= 0.3
+    left = [float(np.std(stretch.measured - modelled)) for modelled in (stretch.before, stretch.after)]
+    sigma = found.pictures.spectra[0].noise / np.sqrt(2.0 / stretch.sample_rate_hz)
+    assert left[0] > left[1]
+    assert left[1] == pytest.approx(sigma, rel=0.15)
+
+
+def test_the_criterion_of_steps_can_be_compared(lacking):
+    """Truth: a criterion falls by the chi-square less ln N for each parameter, N at most the samples."""
+    bench, found = lacking
+    (step,), (one,) = found.steps, found.missing
+    assert step.free - found.as_written.free == one.dof
+    samples = sum(r.data.samples for r in bench.records)
+    fall = found.as_written.bic - step.bic
+    assert one.chi_square - one.dof * np.log(samples) < fall < one.chi_square
+    assert (found.as_written.over_noise, step.over_noise) == found.over_noise
 
 
 def test_nothing_is_named_where_nothing_is_missing():
@@ -98,6 +158,7 @@ def test_nothing_is_named_where_nothing_is_missing():
     assert found.mechanism is None
     assert found.unexplained == 0.0
     assert "Nothing is left to explain" in found.words
+    assert found.pictures.spectra == ()
 
 
 def test_a_failed_fit_is_refused_with_what_to_do():

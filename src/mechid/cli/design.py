@@ -32,7 +32,7 @@ def design(
     from mechid.cli.finished_fit import finished_fit
     from mechid.design.design import make_design
     from mechid.design.design_file import beside, read_design_file
-    from mechid.design.diagnosis_file import read_diagnosis
+    from mechid.design.diagnosis_file import read_diagnosed
     from mechid.design.rivals import Group, rival_groups
     from mechid.errors import UsageError
     from mechid.identification.refit.reopened import reopened
@@ -50,7 +50,7 @@ def design(
     asked = (read_design_file(options) if options else beside(loaded.path)).asking(criterion, total_s)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
-    diagnosed = read_diagnosis(diagnosis) if diagnosis else None
+    diagnosed = read_diagnosed(diagnosis) if diagnosis else None
     if diagnosed and not diagnosed.groups:
         tell(
             f"{diagnosed.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one"

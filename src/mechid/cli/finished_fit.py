@@ -1,4 +1,4 @@
-"""What ``mechid profile`` and ``mechid bootstrap`` begin from: a finished fit and its campaign."""
+"""What ``mechid profile``, ``mechid bootstrap`` and ``mechid diagnose`` begin from: a finished fit and its campaign."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.cli.journal import identified_campaign
+from mechid.errors import InputFileError
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
@@ -39,8 +40,10 @@ def finished_fit(source: Path, campaign: Path | None) -> FinishedFit:
     Raises
     ------
     InputFileError
-        There is no estimate.json, or the campaign cannot be found.
+        There is no such folder, no estimate.json in it, or the campaign cannot be found.
     """
+    if not source.exists():
+        raise InputFileError(f"{source}: there is no such folder or file; give the result folder of mechid identify")
     folder = source if source.is_dir() else source.parent
     estimate = read_estimate(folder / FILE_NAME, needs=(*TABLES, "records", "provenance"))
     beside = source if source.is_file() else folder / CAMPAIGN_NAME

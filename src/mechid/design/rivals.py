@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from mechid.campaign import Campaign
-from mechid.design.diagnosis_file import PROPOSED_NAME, DiagnosisFile
+from mechid.design.diagnosis_file import Diagnosed
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.search import LEAST
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.refit.reopened import refuse_other_files
+from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import rivals_of, superset_of
 
@@ -47,7 +48,7 @@ class Group:
 def rival_groups(
     campaign: Campaign,
     estimate: Mapping[str, Any],
-    diagnosis: DiagnosisFile,
+    diagnosis: Diagnosed,
     *,
     workers: int = 1,
     told: Callable[[str], None] = lambda line: None,
@@ -60,7 +61,7 @@ def rival_groups(
         That of the fit, with its records.
     estimate : mapping
         What the fit's estimate.json holds.
-    diagnosis : DiagnosisFile
+    diagnosis : Diagnosed
         Of that fit.
     workers : int
         Threads.
@@ -82,7 +83,7 @@ def rival_groups(
 def _fitted_groups(
     campaign: Campaign,
     estimate: Mapping[str, Any],
-    diagnosis: DiagnosisFile,
+    diagnosis: Diagnosed,
     workers: int,
     told: Callable[[str], None],
 ) -> tuple[Group, ...]:
@@ -112,11 +113,11 @@ def fitted_alike(models: Sequence[Model]) -> tuple[Model, ...]:
     return tuple(min(one, other, key=lambda model: model.cost) for one, other in zip(models, again, strict=True))
 
 
-def _of_another(diagnosis: DiagnosisFile, why: str) -> InputFileError:
+def _of_another(diagnosis: Diagnosed, why: str) -> InputFileError:
     return InputFileError(f"{diagnosis.path}: is of another campaign or fit: {why}; run mechid diagnose on this fit")
 
 
-def _named(plain: Model, diagnosis: DiagnosisFile) -> Model:
+def _named(plain: Model, diagnosis: Diagnosed) -> Model:
     """Return the mechanism with all effects that a diagnosis names, at its values."""
     assert diagnosis.mechanism is not None
     model = plain
@@ -127,7 +128,9 @@ def _named(plain: Model, diagnosis: DiagnosisFile) -> Model:
         raise _of_another(diagnosis, f"{PROPOSED_NAME} has no {missing[0]}")
     values = {name: p.value for name, p in diagnosis.mechanism.parameters.items()}
     in_library = {wide: values[here] for wide, here in _entries(model, diagnosis.mechanism).items()}
-    of_records = {n: v for e in diagnosis.effects if e.name in model.disturbances for n, v in e.values.items()}
+    of_records = {
+        n: p.value for e in diagnosis.effects if e.name in model.disturbances for n, p in e.parameters.items()
+    }
     return model.at({**values, **in_library, **of_records})
 
 
@@ -143,7 +146,7 @@ def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
     return pairs
 
 
-def _widened(diagnosis: DiagnosisFile, model: Model, effect: str) -> Model:
+def _widened(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
     """Return a model with one more effect, not fitted."""
     if model.library and effect in {t.name for t in model.library.terms}:
         return replace(model, terms=(*model.terms, effect))
@@ -155,7 +158,7 @@ def _widened(diagnosis: DiagnosisFile, model: Model, effect: str) -> Model:
     return replace(model, base=law.mechanism, laws=(*model.laws, law.name))
 
 
-def _with(diagnosis: DiagnosisFile, model: Model, effect: str, alias: str) -> Model:
+def _with(diagnosis: Diagnosed, model: Model, effect: str, alias: str) -> Model:
     """Return a model with another effect in place of one of its terms or disturbances, fitted."""
     terms, others = (tuple(n for n in names if n != effect) for names in (model.terms, model.disturbances))
     return _widened(diagnosis, replace(model, terms=terms, disturbances=others), alias).fitted(model)

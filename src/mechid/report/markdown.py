@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from mechid.report.path import COMPLETED_TITLE, HEADER, cells
 from mechid.report.quantities import quantity_words, torque_alone
 
 Row = Sequence[str]
@@ -25,6 +26,7 @@ def report_markdown(data: Mapping[str, Any]) -> str:
         parts += [f"## {each['question']}", bullets(each["answers"])]
     parts += ["## Parameters", table(PARAMETER, map(_parameter, _estimated(data)))]
     parts += ["## Known values", table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+    parts += _completed(data["completed"])
     parts += [part for one in data["missing"] for part in _missing(one)]
     parts += _beside(data["beside"])
     parts += ["## Records", _records(data["record_table"])]
@@ -66,6 +68,14 @@ def _missing(one: Mapping[str, Any]) -> list[str]:
     said += f"{text['share_percent']} % of what they hold beyond noise. To declare it, at the end of `campaign.toml`:"
     heading = f"## Not declared: {cell(one['words'])}"
     return [heading, table(OWN, map(_own, one["rows"])), said, f"```toml\n{one['toml']}```"]
+
+
+def _completed(completed: Mapping[str, Any] | None) -> list[str]:
+    """Return the steps by which the mechanism was completed: a heading, what they are, a table."""
+    if completed is None:
+        return []
+    rows = [table(HEADER, map(cells, completed["rows"]))] if completed["rows"] else []
+    return [f"## {COMPLETED_TITLE}", *map(cell, completed["said"]), *rows]
 
 
 def _beside(beside: Mapping[str, Any] | None) -> list[str]:

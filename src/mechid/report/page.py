@@ -15,6 +15,7 @@ from markupsafe import Markup
 from mechid.kernel.equation_text import Section
 from mechid.report.curves import Curves
 from mechid.report.packing import pack_text
+from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.payload import payload
 from mechid.report.plots import library, plot_items
 from mechid.report.quantities import quantity_words
@@ -51,6 +52,8 @@ def report_page(
         ],
         library=pack_text(library()),
         kinds=plot_items(),
+        completed_title=COMPLETED_TITLE,
+        path=PATH_COLUMNS,
         curves=drawn,
         style=asset("report.css"),
         script=asset("painted.js") + asset("report.js"),

@@ -14,6 +14,7 @@ from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.lacking import beside_data, lacking_lines, missing_data
+from mechid.report.path import completed_data
 from mechid.report.quantities import quantity_words
 from mechid.report.use import with_left_out, with_use
 from mechid.report.validation import order_rows, validation_rows
@@ -66,6 +67,7 @@ def report_data(
         "missing": [missing_data(one) for one in fit.missing],
         "beside": beside_data(fit.beside),
         "lacking": lacking_lines(fit),
+        "completed": completed_data(fit.completed),
         "warnings": list(fit.warnings),
         "notes": list(fit.notes),
         "provenance": dict(fit.provenance),

@@ -12,6 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from mechid.report.lacking import LACKING
+from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.quantities import torque_alone
 from mechid.report.text_table import Column, print_table, print_tables
 from mechid.report.use import held_out, left_out
@@ -99,11 +100,8 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     say(console, f"Parameters{legend}", "bold")
     print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
     _print_priors(data, console)
-    if data["lacking"]:
-        say(console, LACKING, "bold")
-        for line in data["lacking"]:
-            say(console, line)
-        console.print()
+    _print_lacking(data["lacking"], console)
+    _print_completed(data["completed"], console)
     _print_missing(data, console)
     _print_beside(data["beside"], console)
     if torque_alone(data["channels"]):
@@ -118,6 +116,29 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_completed(completed: Mapping[str, Any] | None, console: Console) -> None:
+    """Print the steps by which the mechanism was completed, where that was asked for."""
+    if completed is None:
+        return
+    say(console, COMPLETED_TITLE, "bold")
+    for line in completed["said"]:
+        say(console, line)
+    if completed["rows"]:
+        console.print()
+        print_table(console, PATH_COLUMNS, completed["rows"])
+    else:
+        console.print()
+
+
+def _print_lacking(lines: Sequence[str], console: Console) -> None:
+    """Print what the model is missing; nothing where it lacks nothing."""
+    if lines:
+        say(console, LACKING, "bold")
+        for line in lines:
+            say(console, line)
+        console.print()
 
 
 def _print_missing(data: Mapping[str, Any], console: Console) -> None:

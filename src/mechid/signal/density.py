@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import welch
 
+from mechid.signal.envelope import peak_groups
 from mechid.signal.series import Series
 
 FloatArray = NDArray[np.float64]
@@ -49,6 +50,27 @@ def power_density(y: Series, sample_rate: float) -> tuple[FloatArray, FloatArray
         part = y[first * hop : (first + n + 1) * hop]
         density += welch(part, sample_rate, window="hann", nperseg=length)[1] * (n / segments)
     return np.arange(density.size) * (sample_rate / length), density
+
+
+def in_groups(frequency: FloatArray, density: FloatArray, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return the mean density in groups of bins equally wide on a logarithmic axis; the bin at 0 is left out.
+
+    Parameters
+    ----------
+    frequency, density : ndarray, shape (M,)
+        As from `power_density`.
+    most : int
+        Groups at most, at least 2; no group is narrower than a bin.
+
+    Returns
+    -------
+    frequency, density : ndarray, shape (G,)
+        Mean frequency of each group in Hz, and the density.
+    """
+    starts = peak_groups(density.size, most)
+    sizes = np.diff(starts, append=density.size)
+    middle, mean = (np.add.reduceat(values, starts) / sizes for values in (frequency, density))
+    return middle, mean
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -15,6 +15,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.hum import hum_left
+from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
 from mechid.identification.diagnosis.start import begun
@@ -57,6 +58,10 @@ class Diagnosis:
         RMS of what the mechanism as written leaves, and of what it leaves with the effects, over that of the noise.
     mechanism : Mechanism or None
         With the effects, at the values that they have together; None where none is named.
+    as_written : Step
+        Cost and criterion of the mechanism as written, before any step.
+    pictures : Pictures
+        Where in frequency each effect acts, and what is drawn of what is left; by the names of `missing`.
     """
 
     missing: tuple[Missing, ...]
@@ -66,6 +71,8 @@ class Diagnosis:
     steps: tuple[Step, ...]
     over_noise: tuple[float, float]
     mechanism: Mechanism | None
+    as_written: Step
+    pictures: Pictures
 
 
 def diagnose(
@@ -133,7 +140,14 @@ def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
         steps=found.steps,
         over_noise=(found.before.over_noise, model.over_noise),
         mechanism=proposal.mechanism if proposal else None,
+        as_written=found.as_written,
+        pictures=pictures_of(found, {name: _called(found.model, name) for name in found.less} if named else {}),
     )
+
+
+def _called(model: Model, name: str) -> str:
+    """Return the name that an entry has: the order of a law is in its table."""
+    return name.partition(":")[0] if name in model.laws else name
 
 
 def _words(found: Found, named: bool) -> str:
@@ -156,7 +170,7 @@ def _missing(found: Found, proposal: Proposal, name: str, words: Mapping[str, st
     table = next((n.rpartition(".")[0] for n in own), "")
     is_disturbance = name in found.model.disturbances
     return Missing(
-        name=name.partition(":")[0] if name in found.model.laws else name,  # of a law the order is in its table
+        name=_called(found.model, name),
         words=words.get(name, name),
         parameters=own,
         chi_square=score.chi_square,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scipy.stats import chi2, false_discovery_control
@@ -30,12 +30,28 @@ Told = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Step:
-    """An effect added or removed, the cost after that in sigmas squared, and the Bayesian criterion."""
+    """An effect added or removed, and what the model is after that.
+
+    Attributes
+    ----------
+    added, removed : str
+        Empty where it is not that.
+    cost : float
+        In sigmas squared.
+    bic : float
+        The Bayesian criterion, the noise that of the model in which the search ended, so that steps can be compared.
+    over_noise : float
+        RMS of what the model leaves over that of the noise.
+    free : int
+        What it moves: parameters of the mechanism, of the effects and of the records.
+    """
 
     added: str
     removed: str
     cost: float
     bic: float
+    over_noise: float
+    free: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,6 +88,11 @@ class Found:
         """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
         return self.model.misfit / max(self.before.misfit, 1.0) if self.model.over_noise > MISFIT else 0.0
 
+    @property
+    def as_written(self) -> Step:
+        """The mechanism as written, before any step."""
+        return _beside(self.model, [_step(self.before)])[0]
+
 
 def searched(before: Model, start: Model, told: Told = lambda words: None) -> Found:
     """Return the effects that the records ask for.
@@ -100,7 +121,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
     less = {name: before if alone else model.without(name) for name in model.effects}
     needed = {name: gain(without, model) for name, without in less.items()}
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(steps), tried, needed, less, like)
+    return Found(model, before, tuple(_beside(model, steps)), tried, needed, less, like)
 
 
 def gain(less: Model, more: Model) -> Score:
@@ -231,7 +252,14 @@ def _bic(model: Model, other: Model) -> float:
 
 
 def _step(model: Model, *, added: str = "", removed: str = "") -> Step:
-    return Step(added, removed, model.cost, _bic(model, model))
+    return Step(added, removed, model.cost, math.nan, model.over_noise, model.problem.size)
+
+
+def _beside(end: Model, steps: Sequence[Step]) -> list[Step]:
+    """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
+    worth = worth_of(end.problem, end.q, end.setting.windows)
+    penalty = math.log(max(worth, math.e))
+    return [replace(step, bic=worth * step.cost / end.cost + step.free * penalty) for step in steps]
 
 
 def _alike(model: Model, less: Model, name: str) -> Iterator[str]:

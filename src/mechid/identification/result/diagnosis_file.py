@@ -49,4 +49,5 @@ def _checked(content: Mapping[str, Any]) -> dict[str, Any]:
     missing = [Missing.from_dict({k: v for k, v in one.items() if k in known}) for one in content["missing"]]
     tried = [{key: str(one[key]) for key in ("name", "words", "why")} for one in content["tried"]]
     unexplained = {"share": float(content["unexplained"]["share"]), "words": str(content["unexplained"]["words"])}
-    return {**content, "missing": missing, "tried": tried, "unexplained": unexplained}
+    over_noise = {key: float(content["over_noise"][key]) for key in ("as_written", "with_effects")}
+    return {**content, "missing": missing, "tried": tried, "unexplained": unexplained, "over_noise": over_noise}

@@ -1,0 +1,68 @@
+"""Where in frequency most of a series without noise lies: its strongest lines, or third octaves where it has none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal.density import power_density, third_octaves
+from mechid.signal.lines import prominence, spectral_lines
+
+FloatArray = NDArray[np.float64]
+MOST = 3
+IN_LINES = 0.5
+"""Share of a series' power from which its lines stand for it."""
+LEAST_OF_LARGEST = 0.1
+"""Of the power of the strongest line or band: what is below is not named."""
+SHORTEST = 64
+"""Samples."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Strongest:
+    """The strongest parts of a series, that of most power first.
+
+    Attributes
+    ----------
+    frequencies_hz : tuple of float
+        Of lines, or the centres of third octaves.
+    in_lines : bool
+        Whether they are lines.
+    """
+
+    frequencies_hz: tuple[float, ...]
+    in_lines: bool
+
+
+def strongest(y: FloatArray, sample_rate: float) -> Strongest:
+    """Return the at most three strongest lines of a series, or third octaves where lines hold less than half of it.
+
+    Parameters
+    ----------
+    y : ndarray, shape (N,)
+        In any unit, finite; its mean does not count.
+    sample_rate : float
+        In Hz.
+
+    Examples
+    --------
+    >>> t = np.arange(2000) / 1000.0
+    >>> strongest(np.sin(2 * np.pi * 46.0 * t) + 2.0 * np.sin(2 * np.pi * 92.0 * t), 1000.0).frequencies_hz
+    (92.0, 46.0)
+    """
+    power = float(np.var(y))
+    if y.size < SHORTEST or not power > 0.0:
+        return Strongest(frequencies_hz=(), in_lines=True)
+    lines = [(0.5 * line.amplitude**2, line.frequency_hz) for line in spectral_lines(prominence(y, sample_rate))]
+    if sum(part for part, _ in lines) >= IN_LINES * power:
+        return Strongest(frequencies_hz=_largest(lines), in_lines=True)
+    bands = [(band.rms**2, band.centre_hz) for band in third_octaves(*power_density(y, sample_rate))]
+    return Strongest(frequencies_hz=_largest(bands), in_lines=False)
+
+
+def _largest(parts: list[tuple[float, float]]) -> tuple[float, ...]:
+    """Return the frequencies of the strongest parts, given as power and frequency."""
+    ordered = sorted(parts, reverse=True)
+    return tuple(float(f"{hz:.4g}") for power, hz in ordered[:MOST] if power >= LEAST_OF_LARGEST * ordered[0][0])
