@@ -1,4 +1,4 @@
-"""What `mechid design` takes from a diagnosis: the effects that it names, and those that its records cannot tell apart."""
+"""What `mechid design` takes from a diagnosis: the effects that it names, and their rivals."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from mechid.identification.diagnosis.landscape import Landscape, landscape_of, n
 from mechid.identification.diagnosis.laws import promise
 from mechid.identification.disturbance.scores import Score, worth_of
 from mechid.identification.uncertainty.noise import MISFIT
+from mechid.plant.superset import Law
 
 LEAST = 30.0
 """Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
@@ -228,7 +229,7 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
     best, steps = smooth, list[Step]()
     for law in before.other_laws:
         told(f"{law.name} is fitted")
-        with_law = before.with_law(law, promise(before, law)[1] if law.tries else None)
+        with_law = _in_place(before, law)
         score = gain(before, with_law)
         if not counts(score):
             tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
@@ -242,6 +243,13 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
         if law.name in whole.laws and _bic(whole, best) < _bic(best, whole):
             best, steps = whole, [first, *further, *removed]
     return best, steps
+
+
+def _in_place(model: Model, law: Law) -> Model:
+    """Return the model with a law, without the disturbance that takes its place where it is lacking, fitted."""
+    start = promise(model, law)[1] if law.tries else law.mechanism
+    fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model)
 
 
 def _bic(model: Model, other: Model) -> float:
