@@ -17,6 +17,7 @@ from mechid.identification.result.diagnosis_file import FILE_NAME as DATA_NAME
 from mechid.identification.result.diagnosis_file import FORMAT, PROPOSED_NAME
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.diagnosis_figures import STRETCH_NAME, diagnosis_figures, hertz, spectrum_name
+from mechid.report.evidence import evidence_lines
 from mechid.report.figures import FOLDER_NAME, write_figures
 from mechid.report.lacking import missing_data
 from mechid.report.markdown import bullets, cell, table
@@ -36,6 +37,10 @@ PROPOSED = (
 NEXT = (
     "Where an effect makes sense for your mechanism, take it from mechanism_proposed.toml into the mechanism file and "
     "identify again; hold a record back, and see whether that is predicted better (mechid compare)."
+)
+APART = (
+    "Where effects cannot be told apart, mechid design with --fit and --diagnosis proposes the record that tells them, "
+    "if one can."
 )
 CANNOT_TELL = "these records cannot tell it from {0}"
 LINES, BANDS = "lines", "third octaves around"
@@ -69,6 +74,9 @@ def diagnosis_data(found: Diagnosis) -> dict[str, Any]:
         "missing": [_entry(missing_data(one), found.pictures) for one in found.missing],
         "unexplained": {"share": found.unexplained, "words": found.words},
         "over_noise": {"as_written": found.over_noise[0], "with_effects": found.over_noise[1]},
+        "evidence": evidence_lines(found),
+        "held_out": [asdict(one) for one in found.held_out],
+        "locked": [asdict(one) for one in found.locked],
         "tried": [asdict(one) for one in found.tried],
         "as_written": asdict(found.as_written),
         "steps": [asdict(one) for one in found.steps],
@@ -149,7 +157,7 @@ def diagnosis_markdown(data: Mapping[str, Any]) -> str:
             lines += [table(("record", "acts most at, Hz", ""), places), ""]
         lines += ["```toml", one["toml"].rstrip(), "```", ""]
     if data["missing"]:
-        lines += [NEXT, ""]
+        lines += [bullets([*data["evidence"], *_next(data)]), ""]
     lines += _drawn_markdown(data)
     if data["path"]:
         lines += [f"## {PATH_TITLE}", "", table(HEADER, map(cells, data["path"])), "", MEANING, ""]
@@ -178,6 +186,11 @@ def _drawn_markdown(data: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def _next(data: Mapping[str, Any]) -> list[str]:
+    """Return what to do next, a line each."""
+    return [NEXT, *([APART] if any(one["aliases"] for one in data["missing"]) else [])]
+
+
 def _sentence(one: Mapping[str, Any]) -> str:
     text = one["text"]
     alike = f"; {CANNOT_TELL.format(text['aliases'])}" if one["aliases"] else ""
@@ -191,7 +204,7 @@ def _sentence(one: Mapping[str, Any]) -> str:
 def _page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:
     sentences = {one["name"]: _sentence(one) for one in data["missing"]}
     words = {
-        "next": NEXT,
+        "next": _next(data),
         "acts": f"{DOTTED} {ACTS}",
         "spectrum": SPECTRUM,
         "stretch": STRETCH,
@@ -218,7 +231,8 @@ def print_diagnosis(data: Mapping[str, Any], console: Console, files: Sequence[P
         print_lines(console, "missing", [f"{one['name']}: {one['words']}" for one in data["missing"]])
         print_tables(console, ((VALUES,),), [_value(row) for one in data["missing"] for row in one["rows"]])
         print_lines(console, "acts", [_acts_line(one) for one in data["missing"] if one["places"]])
-        print_lines(console, "next", [NEXT])
+        print_lines(console, "evidence", data["evidence"])
+        print_lines(console, "next", _next(data))
     if data["path"]:
         console.print()
         say(console, PATH_TITLE, "bold")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from scipy.stats import chi2
@@ -14,7 +14,9 @@ from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.diagnosis.candidate import Model
+from mechid.identification.diagnosis.held_out import HeldOut, held_out
 from mechid.identification.diagnosis.hum import hum_left
+from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
@@ -62,6 +64,10 @@ class Diagnosis:
         Cost and criterion of the mechanism as written, before any step.
     pictures : Pictures
         Where in frequency each effect acts, and what is drawn of what is left; by the names of `missing`.
+    locked : tuple of Locked
+        What a residual that nothing explains goes with; empty where effects are named.
+    held_out : tuple of HeldOut
+        How well each record that was held out is predicted; empty where no effect is named.
     """
 
     missing: tuple[Missing, ...]
@@ -73,6 +79,8 @@ class Diagnosis:
     mechanism: Mechanism | None
     as_written: Step
     pictures: Pictures
+    locked: tuple[Locked, ...]
+    held_out: tuple[HeldOut, ...]
 
 
 def diagnose(
@@ -109,7 +117,10 @@ def diagnose(
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
         found = searched(before, start, told)
-        return _concluded(found, hum_left(found.model, estimate))
+        told("effects are drawn")
+        concluded = _concluded(found, hum_left(found.model, estimate))
+        predicted = held_out(before, found.model, campaign, estimate) if concluded.mechanism else ()
+        return replace(concluded, held_out=predicted)
 
 
 def _refuse_failed(estimate: Mapping[str, Any]) -> None:
@@ -131,17 +142,20 @@ def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
             for name, score in found.needed.items()
         ]
     proposal = proposal_of(model) if named and model.effects else None
+    goes_with = () if named else locked(model)
     missing = [*hum, *(_missing(found, proposal, name, words) for name in found.needed if proposal)]
     return Diagnosis(
         missing=tuple(sorted(missing, key=lambda one: -one.chi_square)),
         unexplained=found.left if named else 1.0 if not model.effects else found.left,
-        words=_words(found, named),
+        words=" ".join([_words(found, named), *(one.words for one in goes_with)]),
         tried=tuple(tried),
         steps=found.steps,
         over_noise=(found.before.over_noise, model.over_noise),
         mechanism=proposal.mechanism if proposal else None,
         as_written=found.as_written,
         pictures=pictures_of(found, {name: _called(found.model, name) for name in found.less} if named else {}),
+        locked=goes_with,
+        held_out=(),
     )
 
 
