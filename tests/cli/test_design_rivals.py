@@ -48,7 +48,7 @@ def test_an_entry_with_aliases_is_a_group_and_hum_is_none(bench, tmp_path):
     [
         ((ENTRY,), {}, "mechanism_proposed.toml"),
         ((ENTRY,), {"format": "mechid-estimate/1"}, 'this mechid reads "mechid-diagnosis/1"'),
-        (({"name": "stepper.detent:7.2deg"},), {}, "is damaged at 'parameters'"),
+        (({"name": "stepper.detent:7.2deg"},), {}, "is damaged at 'records'"),
         ((), {"over_noise": None}, "is damaged"),
     ],
 )
