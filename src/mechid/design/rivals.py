@@ -136,7 +136,7 @@ def _named(plain: Model, diagnosis: Diagnosed) -> Model:
 
 def _entries(model: Model, proposed: Mechanism) -> dict[str, str]:
     """Return the name in the proposed file of each parameter of the model's terms: there they stand alone."""
-    alone = superset_of(model.base, only=model.terms) if model.terms else None
+    alone = superset_of(model.base, only=model.terms, further=model.further) if model.terms else None
     if alone is None or model.library is None:
         return {}
     pairs: dict[str, str] = {}

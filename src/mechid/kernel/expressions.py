@@ -127,8 +127,8 @@ class Angles:
         seen = set().union(*(e.free_symbols for e in expressions)) if expressions else set()
         result: list[tuple[str, sp.Expr]] = []
         for k in range(len(self.bases)):
-            needed = {n for n in range(2, 65) if seen & set(_pair(k, n))}
-            for n in sorted(_chain(needed)):
+            found = (re.fullmatch(rf"(?:sin|cos)_{k}_(\d+)", str(symbol)) for symbol in seen)
+            for n in sorted(_chain(int(one[1]) for one in found if one)):
                 if n > 1:
                     result += _multiple(k, n)
         return result

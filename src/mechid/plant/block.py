@@ -6,7 +6,7 @@ outputs of other blocks (`assembly.py`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -114,6 +114,22 @@ class Extension:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Series:
+    """Extensions of one kind with any whole number of periods in a turn, beyond those that are listed.
+
+    Parameters
+    ----------
+    per_step : Expr
+        Turns in a full step of the motor, in the file's symbols.
+    entry : callable
+        From a number of periods in a turn, at least 1, to the extension.
+    """
+
+    per_step: sp.Expr
+    entry: Callable[[int], Extension]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Rival:
     """A law or a table that a real block may have in place of what is chosen, and that no null value leads to.
 
@@ -213,6 +229,8 @@ class Block:
         What a data sheet names of it, as ``"holding torque"``: functions of the file's symbols.
     extensions : tuple of Extension
         What it may have beside, smooth at the null value.
+    series : tuple of Series
+        What it may have beside with other periods.
     rivals : tuple of Rival
         What may stand in place of something, without a null value; further starts of one are further entries.
     reference : str
@@ -235,5 +253,6 @@ class Block:
     swinging: Mapping[sp.Symbol, str] = field(default_factory=dict)
     scales: Mapping[str, sp.Expr] = field(default_factory=dict)
     extensions: tuple[Extension, ...] = ()
+    series: tuple[Series, ...] = ()
     rivals: tuple[Rival, ...] = ()
     reference: str = "Kornienko2013"

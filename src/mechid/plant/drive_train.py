@@ -17,6 +17,8 @@ alpha, omega, alpha_gear, omega_gear = symbols("alpha omega alpha_gear omega_gea
 p, theta_0, G = symbols("p theta_0 G")
 COMMANDED = theta_0 / (p / 2)
 """Angle in rad at which a stepper's rotor starts."""
+PER_STEP = 1 / (2 * p)
+"""Turns of a stepper's rotor in a full step."""
 INERTIA = Declaration(key="stepper.rotor_inertia", symbol="J_rot", unit="kg m2", meaning="rotor inertia", lower=0.0)
 beta_acc = Symbol("beta_acc_in")
 """Acceleration of the base, rad/s2."""

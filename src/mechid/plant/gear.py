@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from sympy import Expr, Float, Integer, Symbol, diff, symbols
 
 from mechid.parameter import Declaration
-from mechid.plant.block import Block, Extension, Guard, Rival, Switch
-from mechid.plant.drive_train import alpha, alpha_gear, omega, omega_gear
+from mechid.plant.block import Block, Extension, Guard, Rival, Series, Switch
+from mechid.plant.drive_train import PER_STEP, alpha, alpha_gear, omega, omega_gear
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 
 G, D, T_rg, T_applied = symbols("G D T_rg T_applied")
@@ -83,19 +83,23 @@ def gear(law: str = "linear", error_orders: Sequence[int] = ()) -> Block:
         outputs={"T_rg": T_rg, "T_applied": out},
         switch=chosen.switch,
         extensions=_error_extensions(error_orders),
+        series=(Series(per_step=PER_STEP, entry=_error_extension),),
         rivals=_rivals() if law == "linear" else (),
         reference=chosen.reference,
     )
 
 
 def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
-    """Return the harmonics of the kinematic error that may be there beside, of 0.1 mrad: some 20 seconds of arc."""
-    return tuple(
-        Extension(name=f"{ERROR}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
-                  table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)},
-                  grown=order in ERROR_ORDERS)
-        for order in (*ERROR_ORDERS, *FURTHER_ERROR_ORDERS) if order not in orders
-    )  # fmt: skip
+    """Return the harmonics of the kinematic error that may be there beside."""
+    listed = (*ERROR_ORDERS, *FURTHER_ERROR_ORDERS)
+    return tuple(_error_extension(order) for order in listed if order not in orders)
+
+
+def _error_extension(order: int) -> Extension:
+    """Return a harmonic of the kinematic error of 0.1 mrad: some 20 seconds of arc."""
+    return Extension(name=f"{ERROR}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
+                     table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)},
+                     grown=order in ERROR_ORDERS)  # fmt: skip
 
 
 def _rivals() -> tuple[Rival, ...]:

@@ -10,7 +10,8 @@ from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
 from mechid.plant import current_limit, supply
-from mechid.plant.block import Block, Extension, PolarPair
+from mechid.plant.block import Block, Extension, PolarPair, Series
+from mechid.plant.drive_train import PER_STEP
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
 
@@ -19,6 +20,7 @@ alpha, omega = symbols("alpha omega")
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
 PHASES = {"A": 1, "B": -1}
 """The phases, and the sign with which an imbalance enters each."""
+DETENT = "stepper.detent"
 WHOLE_ORDER = 1e-9
 """How near a whole number, relative to it, the periods per electrical period are taken for it."""
 DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
@@ -325,14 +327,27 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Bl
         outputs={"T_mot": T_mot},
         scales={HOLDING: parse_expr(holding)} if holding else {},
         extensions=_detent_extensions(orders, parse_expr(holding)) if holding else (),
+        series=(_detent_series(parse_expr(holding)),) if holding else (),
     )
+
+
+DETENT_WORDS = "detent torque with a period of {period_deg:.3g} deg of the rotor"
+
+
+def _detent_series(holding: Expr) -> Series:
+    """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
+
+    def entry(periods: int) -> Extension:
+        return Extension(name=DETENT, words=DETENT_WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
+                         widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
+
+    return Series(per_step=PER_STEP, entry=entry)
 
 
 def _detent_extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
     """Return the detents that may be there beside, of 2 % of the holding torque."""
-    table = "stepper.detent"
     return tuple(
-        Extension(name=table, words="detent torque with a period of {period_deg:.3g} deg of the rotor", table=table,
+        Extension(name=DETENT, words=DETENT_WORDS, table=DETENT,
                   order=order, structure={"period_deg": 720 / (p * order)},
                   widths={"amplitude": Float(0.02) * holding}, grown=order in DETENT_ORDERS)
         for order in (*DETENT_ORDERS, *FURTHER_DETENT_ORDERS) if order not in orders

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -128,18 +129,23 @@ class Superset:
 
 
 def superset_of(
-    mechanism: Mechanism, *, grown_only: bool = False, only: Collection[str] | None = None
+    mechanism: Mechanism,
+    *,
+    grown_only: bool = False,
+    only: Collection[str] | None = None,
+    further: Sequence[Extension] = (),
 ) -> Superset | None:
     """Return the superset of a mechanism; None where nothing can be beside it, or no file laid it out.
 
-    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named.
+    With `grown_only` of the terms alone that growth frees from nothing (`Extension.grown`), with `only` of those named;
+    with `further` of some beside those that its blocks list.
     """
     layout = mechanism.plant.layout
     if layout is None:
         return None
     extensions = [
         e
-        for e in _extensions(mechanism, layout)
+        for e in (*_extensions(mechanism, layout), *further)
         if (e.grown or not grown_only) and (only is None or _name(mechanism, e) in only)
     ]
     if not extensions:
@@ -156,6 +162,47 @@ def superset_of(
     }
     terms = _joined(_term(mechanism, *each) for each in zip(places, extensions, strict=True))
     return Superset(_laid_out(mechanism, wide, values), terms)
+
+
+def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Extension]:
+    """Return what blocks may have beside with some periods per full step of the motor, and with a few more or fewer.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    per_step : float
+        Periods in a full step, as seen in a record: a turn has a whole number of them.
+    near : int
+        How many more and fewer in a turn a record may not tell from these.
+
+    Returns
+    -------
+    list of Extension
+        None of those that are in a file or listed by a block; nothing where one of these has the periods seen.
+    """
+    layout, found = mechanism.plant.layout, list[Extension]()
+    if layout is None:
+        return []
+    listed = {_name(mechanism, e) for e in _extensions(mechanism, layout)}
+    for series in (s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step])):
+        seen = round(per_step / abs(float(series.per_step.subs(mechanism.by_symbol))))
+        if seen < 1:
+            continue
+        if _is_there(mechanism, layout, series.entry(seen)) or _name(mechanism, series.entry(seen)) in listed:
+            return []
+        for periods in sorted(range(max(seen - near, 1), seen + near + 1), key=lambda n: abs(n - seen)):
+            extension = series.entry(periods)
+            if not (_is_there(mechanism, layout, extension) or _name(mechanism, extension) in listed):
+                listed.add(_name(mechanism, extension))
+                found.append(extension)
+    return found
+
+
+def _is_there(mechanism: Mechanism, layout: Layout, extension: Extension) -> bool:
+    """Tell whether a mechanism has an entry of the shape of an extension."""
+    shape = _shape(mechanism, extension)
+    entries = (f"{extension.table}.{index}" for index in range(len(layout.orders.get(extension.table, ()))))
+    return any(all(math.isclose(mechanism.value(f"{e}.{k}"), v) for k, v in shape.items()) for e in entries)
 
 
 def rivals_of(mechanism: Mechanism, *, grown_only: bool = False) -> Iterator[Law]:

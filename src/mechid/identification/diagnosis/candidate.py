@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,6 +16,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
+from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
 
@@ -69,6 +70,8 @@ class Model:
         Names of these.
     terms, disturbances : tuple of str
         Names of the effects that it has beside.
+    further : tuple of Extension
+        Terms that it may have beside, beyond those that its blocks list.
     q : (n,)
     cost : float
         In sigmas squared, the noise as known.
@@ -79,6 +82,7 @@ class Model:
     laws: tuple[str, ...] = ()
     terms: tuple[str, ...] = ()
     disturbances: tuple[str, ...] = ()
+    further: tuple[Extension, ...] = ()
     q: FloatArray = field(default_factory=lambda: np.zeros(0))
     cost: float = np.inf
 
@@ -118,7 +122,7 @@ class Model:
     @cached_property
     def library(self) -> Superset | None:
         """The mechanism with all terms of the library, most at their null."""
-        return superset_of(self.base)
+        return superset_of(self.base, further=self.further)
 
     @cached_property
     def problem(self) -> Problem:
@@ -147,8 +151,9 @@ class Model:
     @property
     def words(self) -> Mapping[str, str]:
         """What each effect is in words, by its name: those of the mechanism as written, and disturbances."""
-        written = self.setting.problem.space.mechanism
-        return words_of(written) | {one.name: one.words for one in self.setting.disturbances}
+        words = words_of(self.setting.problem.space.mechanism)
+        words |= {one.name: one.words for one in self.setting.disturbances}
+        return words | {t.name: t.words for t in (self.library.terms if self.library else ())}
 
     @property
     def other_laws(self) -> Iterator[Law]:
@@ -188,13 +193,24 @@ class Model:
     def in_place_of(self, law: Law, mechanism: Mechanism) -> Model:
         """Return it with a mechanism that has a law, without the terms that are none beside it, not fitted."""
         other = replace(self, base=mechanism, laws=(*self.laws, law.name))
-        known = {t.name for t in other.library.terms} if other.library else set()
-        return replace(other, terms=tuple(name for name in self.terms if name in known))
+        return replace(other, terms=tuple(name for name in self.terms if name in other._listed))
 
     def at(self, values: Mapping[str, float]) -> Model:
         """Return it at values by dotted name, not fitted."""
         q = self.problem.coordinates.point(values)
         return replace(self, q=q, cost=self.problem.total_norm(q, self.setting.windows) ** 2)
+
+    def with_further(self, some: Sequence[Extension]) -> Model:
+        """Return it, where it is, with further terms that are looked for."""
+        wider = replace(self, further=(*self.further, *some))
+        names = {t.name for t in wider.library.terms} if wider.library else set()
+        setting = replace(self.setting, considered=self.setting.considered | names - self._listed)
+        wider = replace(wider, setting=setting)
+        return replace(wider, q=lifted(self.problem, self.q, wider.problem))
+
+    @property
+    def _listed(self) -> set[str]:
+        return {t.name for t in self.library.terms} if self.library else set()
 
     def fitted(self, near: Model) -> Model:
         """Return it at its optimum, sought from that of another."""

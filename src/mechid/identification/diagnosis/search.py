@@ -11,6 +11,7 @@ from scipy.stats import chi2, false_discovery_control
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
 from mechid.identification.diagnosis.laws import promise
+from mechid.identification.diagnosis.periods import with_periods_seen
 from mechid.identification.disturbance.scores import Score, worth_of
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.plant.superset import Law
@@ -146,8 +147,10 @@ def counts(score: Score) -> bool:
 def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     steps: list[Step] = []
     while len(model.effects) < MOST:
-        landscape = landscape_of(model)
-        better = _one_more(model, landscape, tried, told) if landscape else None
+        better = _one_more(model, tried, told)
+        if better is None and model.over_noise > FOLLOWED:
+            wider = with_periods_seen(model)
+            better = _one_more(wider, tried, told) if wider else None
         if better is None:
             break
         steps.append(_step(better, added=better.beyond(model)))
@@ -155,8 +158,11 @@ def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list
     return model, steps
 
 
-def _one_more(model: Model, landscape: Landscape, tried: dict[str, str], told: Told) -> Model | None:
+def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
+    landscape = landscape_of(model)
+    if landscape is None:
+        return None
     for name in asked(model, landscape)[:TRIES]:
         if name in tried:
             continue
