@@ -43,12 +43,16 @@ class Setting:
         That the records may have beside.
     considered : frozenset of str
         Names of the effects that are looked for.
+    libraries : dict
+        Libraries of mechanisms so far, each with its mechanism, whose identity and further terms tell it: making one
+        takes a second.
     """
 
     problem: Problem
     windows: Windows
     disturbances: tuple[Disturbance, ...]
     considered: frozenset[str]
+    libraries: dict[tuple[int, int], tuple[Mechanism, Superset | None]] = field(default_factory=dict)
 
     @property
     def samples(self) -> int:
@@ -122,7 +126,10 @@ class Model:
     @cached_property
     def library(self) -> Superset | None:
         """The mechanism with all terms of the library, most at their null."""
-        return superset_of(self.base, further=self.further)
+        known, key = self.setting.libraries, (id(self.base), len(self.further))
+        if key not in known:
+            known[key] = self.base, superset_of(self.base, further=self.further)
+        return known[key][1]
 
     @cached_property
     def problem(self) -> Problem:

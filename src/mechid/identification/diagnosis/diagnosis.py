@@ -27,9 +27,6 @@ from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
 
-EXPLAINED = 0.1
-"""Share of the misfit that may be left where effects are named: what leaves more is a substitute for something else."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Tried:
@@ -131,23 +128,16 @@ def _refuse_failed(estimate: Mapping[str, Any]) -> None:
 
 
 def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
-    model, named = found.model, found.left <= EXPLAINED
+    model, named = found.model, bool(found.model.effects)
     words = model.words
     tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in found.tried.items()]
-    if not named:
-        tried += [
-            Tried(
-                name=name, words=words.get(name, name), why=f"explains {100.0 * score.share:.3g} % of the misfit only"
-            )
-            for name, score in found.needed.items()
-        ]
-    proposal = proposal_of(model) if named and model.effects else None
-    goes_with = () if named else locked(model)
+    proposal = proposal_of(model) if named else None
+    goes_with = locked(model) if found.left else ()
     missing = [*hum, *(_missing(found, proposal, name, words) for name in found.needed if proposal)]
     return Diagnosis(
         missing=tuple(sorted(missing, key=lambda one: -one.chi_square)),
-        unexplained=found.left if named else 1.0 if not model.effects else found.left,
-        words=" ".join([_words(found, named), *(one.words for one in goes_with)]),
+        unexplained=found.left,
+        words=" ".join([_words(found), *(one.words for one in goes_with)]),
         tried=tuple(tried),
         steps=found.steps,
         over_noise=(found.before.over_noise, model.over_noise),
@@ -164,19 +154,20 @@ def _called(model: Model, name: str) -> str:
     return name.partition(":")[0] if name in model.laws else name
 
 
-def _words(found: Found, named: bool) -> str:
+def _words(found: Found) -> str:
     ratio, left = found.before.over_noise, found.model.over_noise
     if not found.model.effects and found.left == 0.0:
         return f"Nothing is left to explain: the mechanism as written leaves {ratio:.4g} times the noise."
-    if not named:
+    if not found.model.effects:
         return (
-            f"Nothing in the library explains what is left, {ratio:.4g} times the noise: the effects that come nearest "
-            f"leave {100.0 * found.left:.3g} % of the misfit, so that none is named."
+            f"Nothing in the library explains what is left, {ratio:.4g} times the noise: what comes near takes less "
+            "than half of it, or many effects have to imitate it together, so that none is named."
         )
-    return (
+    said = (
         f"The mechanism as written leaves {ratio:.4g} times the noise; with the effects below {left:.4g} times. "
         "They were found together, and each is needed: without it a fit is clearly worse."
     )
+    return f"{said} Nothing in the library explains the rest." if found.left else said
 
 
 def _missing(found: Found, proposal: Proposal, name: str, words: Mapping[str, str]) -> Missing:

@@ -24,7 +24,10 @@ FALSE_DISCOVERIES = 0.05
 TRIES = 2
 """Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
 MOSTLY = 0.5
-"""Share of the misfit that a law has to take to be tried with further effects where it alone is not the best."""
+"""Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to take
+to be tried with further effects where it alone is not the best."""
+FEW = 4
+"""Effects that a mechanism file may well lack at once."""
 MOST = 16
 """Effects of a model."""
 Told = Callable[[str], None]
@@ -109,6 +112,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         Told of progress.
     """
     tried: dict[str, str] = {}
+    before = before.fitted(before) if start.effects and math.isfinite(before.cost) else before
     steps = [_step(start, added=name) for name in start.effects]
     model, added = _grown(start, tried, told)
     model, removed = _pruned(model, told)
@@ -119,11 +123,39 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         better, law_steps = _with_a_law(bare, model, tried, told)
         if better is not model:
             model, steps = better, law_steps
-    alone = len(model.effects) == 1
-    less = {name: before if alone else model.without(name) for name in model.effects}
-    needed = {name: gain(without, model) for name, without in less.items()}
+    less, needed = _needed(before, model)
+    while lost := _standing_in(model, needed):
+        tried |= {name: f"explains {100.0 * needed[name].share:.3g} % of the misfit only" for name in lost}
+        model = _without_all(model, lost) if len(lost) < len(needed) else before
+        steps += [_step(model, removed=name) for name in lost]
+        less, needed = _needed(before, model)
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
     return Found(model, before, tuple(_beside(model, steps)), tried, needed, less, like)
+
+
+def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:
+    """Return the model without each of its effects, fitted, and what it explains beyond that."""
+    alone = len(model.effects) == 1
+    less = {name: before if alone else model.without(name) for name in model.effects}
+    return less, {name: gain(without, model) for name, without in less.items()}
+
+
+def _standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
+    """Return the effects that may stand for something else.
+
+    Where more than noise is left, those that take less than half of what a model without them leaves. Where it takes
+    many effects to come down to the noise, and some take less than half: all, since they imitate it together.
+    """
+    weak = [name for name, score in needed.items() if score.share < MOSTLY]
+    if len(needed) > FEW and weak:
+        return list(needed)
+    return weak if model.over_noise > MISFIT else []
+
+
+def _without_all(model: Model, names: Sequence[str]) -> Model:
+    for law in [name for name in names if name in model.laws]:
+        model = model.without(law)
+    return model.keeping([name for name in model.effects if name not in names])
 
 
 def gain(less: Model, more: Model) -> Score:
