@@ -10,7 +10,7 @@ from mechid.campaign.mechanism_file import mechanism_warnings
 from mechid.campaign.mechanism_structure import divisors
 from mechid.errors import InputFileError
 from mechid.parameter import Status
-from mechid.plant.stepper import detent_order
+from mechid.plant.detent import detent_order
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ from mechid.command.entry import is_number, is_table
 from mechid.errors import InputFileError
 from mechid.plant.assembly import check_assembly, plant_of
 from mechid.plant.block import Block
+from mechid.plant.detent import detent_order
 from mechid.plant.layout import STEPPER_GEAR_MASS, Layout
 from mechid.plant.plant import Plant
-from mechid.plant.stepper import detent_order
 from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, table_of
 
 ASSEMBLY = "assembly"

@@ -11,6 +11,7 @@ from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
 from mechid.plant import cable, current_limit, dc_motor, friction, microstep_table, supply, test_stand, unbalance
 from mechid.plant.block import Block
+from mechid.plant.detent import detent
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
 from mechid.plant.drive_train import COMMANDED, INERTIA, rotor
 from mechid.plant.friction import OUTPUT, ROTOR, Site
@@ -22,7 +23,7 @@ from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
 from mechid.plant.start import ANGLE
-from mechid.plant.stepper import PHASES, SCALES, current_fed, detent, motor_torque, windings
+from mechid.plant.stepper import PHASES, SCALES, current_fed, motor_torque, windings
 
 Parts = tuple[list[Block], dict[str, str], dict[str, str]]
 """Blocks, wiring that names do not settle, and quantities that can be measured."""

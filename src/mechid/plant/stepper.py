@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from sympy import Expr, Float, Integer, Symbol, cos, pi, sin, symbols
+from sympy import Expr, Float, Integer, Symbol, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
-from mechid.plant import current_limit, supply
-from mechid.plant.block import Block, Extension, PolarPair, Series
-from mechid.plant.drive_train import PER_STEP
+from mechid.plant import current_limit, detent, supply
+from mechid.plant.block import Block, Extension
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
 from mechid.plant.start import start as own_start
 
@@ -20,13 +19,6 @@ alpha, omega = symbols("alpha omega")
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
 PHASES = {"A": 1, "B": -1}
 """The phases, and the sign with which an imbalance enters each."""
-DETENT = "stepper.detent"
-WHOLE_ORDER = 1e-9
-"""How near a whole number, relative to it, the periods per electrical period are taken for it."""
-DETENT_ORDERS = (1, 2, 4, 8, 12, 16)
-"""Periods of a detent per electrical period that are looked for where a file lacks one."""
-FURTHER_DETENT_ORDERS = (3, 5, 6, 7, 10)
-"""Those that a finished fit is asked for too."""
 HARMONIC = "stepper.torque_harmonic"
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th"}
 """The same of the torque constant."""
@@ -241,69 +233,6 @@ def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:
     )  # fmt: skip
 
 
-def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:
-    """One harmonic of the detent torque: T = K sin(2 pi alpha / alpha_det + phi).
-
-    Equation (4) of [Kornienko2013]_ with a phase, which the paper had not; K in N m. The kernel's
-    parameters are a = K cos(phi) and b = K sin(phi).
-
-    Parameters
-    ----------
-    index : int
-        Position in the file's list, from 0.
-    order : int or None
-        Periods per electrical period where that is a whole number: then the sine and cosine come
-        from those of the windings by multiple angles. None: the period is used as it is.
-    holding : str or None
-        The motor's holding torque in the file's symbols, where it is known.
-    """
-    k = index + 1
-    a, b, K, phi, period = symbols(f"a_{k} b_{k} K_D{k} phi_{k} alpha_det{k}")
-    angle: Expr = order * p / 2 * alpha if order else 2 * pi / (period * pi / 180) * alpha
-    return Block(
-        name=f"detent_{k}",
-        table=f"stepper.detent.{index}",
-        declarations=(
-            Declaration(
-                key="period_deg",
-                symbol=period.name,
-                unit="deg",
-                meaning="detent period",
-                lower=1e-6,
-                structural=True,
-            ),
-            Declaration(
-                key="amplitude",
-                symbol=K.name,
-                unit="N m",
-                meaning="detent torque amplitude",
-                lower=0.0,
-                typical=(holding, 0.0, 0.2) if holding else None,
-            ),
-            Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
-        ),
-        coordinates={a: K * cos(phi * pi / 180), b: K * sin(phi * pi / 180)},
-        polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b, cycles=360 / period),),
-        inputs=(alpha,),
-        outputs={f"T_D{k}": a * sin(angle) + b * cos(angle)},
-    )
-
-
-def detent_order(poles: float, period_deg: float) -> int | None:
-    """Return a detent's periods per electrical period, None where that is no whole number.
-
-    An electrical period is 720/poles degrees of the rotor.
-
-    Examples
-    --------
-    >>> detent_order(100, 1.8), detent_order(100, 3.6), detent_order(100, 2.5)
-    (4, 2, None)
-    """
-    order = (720.0 / poles) / period_deg
-    whole = round(order)
-    return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
-
-
 HOLDING = "holding torque"
 
 
@@ -326,29 +255,6 @@ def motor_torque(orders: Sequence[int | None], holding: str | None = None) -> Bl
         terms={T_mot: T_coils - sum(T_D)},
         outputs={"T_mot": T_mot},
         scales={HOLDING: parse_expr(holding)} if holding else {},
-        extensions=_detent_extensions(orders, parse_expr(holding)) if holding else (),
-        series=(_detent_series(parse_expr(holding)),) if holding else (),
+        extensions=detent.extensions(orders, parse_expr(holding)) if holding else (),
+        series=(detent.series(parse_expr(holding)),) if holding else (),
     )
-
-
-DETENT_WORDS = "detent torque with a period of {period_deg:.3g} deg of the rotor"
-
-
-def _detent_series(holding: Expr) -> Series:
-    """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
-
-    def entry(periods: int) -> Extension:
-        return Extension(name=DETENT, words=DETENT_WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
-                         widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
-
-    return Series(per_step=PER_STEP, entry=entry)
-
-
-def _detent_extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
-    """Return the detents that may be there beside, of 2 % of the holding torque."""
-    return tuple(
-        Extension(name=DETENT, words=DETENT_WORDS, table=DETENT,
-                  order=order, structure={"period_deg": 720 / (p * order)},
-                  widths={"amplitude": Float(0.02) * holding}, grown=order in DETENT_ORDERS)
-        for order in (*DETENT_ORDERS, *FURTHER_DETENT_ORDERS) if order not in orders
-    )  # fmt: skip

@@ -1,0 +1,103 @@
+"""Detent torque of a stepper, harmonic by harmonic, and those that may be there beside."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from sympy import Expr, Float, cos, pi, sin, symbols
+
+from mechid.parameter import Declaration
+from mechid.plant.block import Block, Extension, PolarPair, Series
+from mechid.plant.drive_train import PER_STEP, alpha, p
+
+DETENT = "stepper.detent"
+WORDS = "detent torque with a period of {period_deg:.3g} deg of the rotor"
+WHOLE_ORDER = 1e-9
+"""How near a whole number, relative to it, the periods per electrical period are taken for it."""
+ORDERS = (1, 2, 4, 8, 12, 16)
+"""Periods of a detent per electrical period that are looked for where a file lacks one."""
+FURTHER_ORDERS = (3, 5, 6, 7, 10)
+"""Those that a finished fit is asked for too."""
+
+
+def detent(index: int, order: int | None, holding: str | None = "k_m*U/R") -> Block:
+    """One harmonic of the detent torque: T = K sin(2 pi alpha / alpha_det + phi).
+
+    Equation (4) of [Kornienko2013]_ with a phase, which the paper had not; K in N m. The kernel's
+    parameters are a = K cos(phi) and b = K sin(phi).
+
+    Parameters
+    ----------
+    index : int
+        Position in the file's list, from 0.
+    order : int or None
+        Periods per electrical period where that is a whole number: then the sine and cosine come
+        from those of the windings by multiple angles. None: the period is used as it is.
+    holding : str or None
+        The motor's holding torque in the file's symbols, where it is known.
+    """
+    k = index + 1
+    a, b, K, phi, period = symbols(f"a_{k} b_{k} K_D{k} phi_{k} alpha_det{k}")
+    angle: Expr = order * p / 2 * alpha if order else 2 * pi / (period * pi / 180) * alpha
+    return Block(
+        name=f"detent_{k}",
+        table=f"{DETENT}.{index}",
+        declarations=(
+            Declaration(
+                key="period_deg",
+                symbol=period.name,
+                unit="deg",
+                meaning="detent period",
+                lower=1e-6,
+                structural=True,
+            ),
+            Declaration(
+                key="amplitude",
+                symbol=K.name,
+                unit="N m",
+                meaning="detent torque amplitude",
+                lower=0.0,
+                typical=(holding, 0.0, 0.2) if holding else None,
+            ),
+            Declaration(key="phase_deg", symbol=phi.name, unit="deg", meaning="detent phase", default=0.0),
+        ),
+        coordinates={a: K * cos(phi * pi / 180), b: K * sin(phi * pi / 180)},
+        polar=(PolarPair(amplitude="amplitude", phase="phase_deg", cosine=a, sine=b, cycles=360 / period),),
+        inputs=(alpha,),
+        outputs={f"T_D{k}": a * sin(angle) + b * cos(angle)},
+    )
+
+
+def detent_order(poles: float, period_deg: float) -> int | None:
+    """Return a detent's periods per electrical period, None where that is no whole number.
+
+    An electrical period is 720/poles degrees of the rotor.
+
+    Examples
+    --------
+    >>> detent_order(100, 1.8), detent_order(100, 3.6), detent_order(100, 2.5)
+    (4, 2, None)
+    """
+    order = (720.0 / poles) / period_deg
+    whole = round(order)
+    return whole if whole >= 1 and abs(order - whole) <= WHOLE_ORDER * whole else None
+
+
+def series(holding: Expr) -> Series:
+    """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
+
+    def entry(periods: int) -> Extension:
+        return Extension(name=DETENT, words=WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
+                         widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
+
+    return Series(per_step=PER_STEP, entry=entry)
+
+
+def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
+    """Return the detents that may be there beside, of 2 % of the holding torque."""
+    return tuple(
+        Extension(name=DETENT, words=WORDS, table=DETENT,
+                  order=order, structure={"period_deg": 720 / (p * order)},
+                  widths={"amplitude": Float(0.02) * holding}, grown=order in ORDERS)
+        for order in (*ORDERS, *FURTHER_ORDERS) if order not in orders
+    )  # fmt: skip
