@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 from sympy import Expr, Float, cos, pi, sin, symbols
 
@@ -85,12 +86,12 @@ def detent_order(poles: float, period_deg: float) -> int | None:
 
 def series(holding: Expr) -> Series:
     """Return the detents of any other whole number of periods in a turn, of 2 % of the holding torque."""
+    return Series(per_step=PER_STEP, entry=partial(_extension, holding))  # a plant goes to other processes
 
-    def entry(periods: int) -> Extension:
-        return Extension(name=DETENT, words=WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
-                         widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
 
-    return Series(per_step=PER_STEP, entry=entry)
+def _extension(holding: Expr, periods: int) -> Extension:
+    return Extension(name=DETENT, words=WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
+                     widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
 
 
 def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
