@@ -3,6 +3,7 @@
 import json
 import tomllib
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
+from mechid.identification.diagnosis.search import standing_in
+from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
 from mechid.report import report_data
 from mechid.report.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
@@ -194,7 +197,9 @@ def test_only_what_the_campaign_names_is_looked_for(fitted):
     assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
     found = diagnose(replace(bench, considered=("clock",)), fit, workers=1)
     assert found.missing == ()
-    with pytest.raises(InputFileError, match=r'consider\[1\]: found "stepper.torque_harmonics".*did you mean'):
+    with pytest.raises(
+        InputFileError, match=r'consider\[1\], or --consider: found "stepper.torque_harmonics".*did you mean'
+    ):
         diagnose(replace(bench, considered=("clock", "stepper.torque_harmonics")), fit, workers=1)
 
 
@@ -228,6 +233,57 @@ def test_a_residual_that_nothing_explains_is_said_to_go_with_time():
     assert one.share > 0.5
     assert "Nothing in the library explains what is left" in found.words
     assert "77 Hz, whatever the rate" in found.words
+
+
+@pytest.mark.slow
+def test_a_detent_that_no_list_has_is_named_with_its_period():
+    """Truth: the detent of 137 periods in a turn, 4 mN m and 30 deg, that made the records; a sweep of 8 s shows it."""
+    third = {"period_deg": 360.0 / 137.0, "amplitude": 0.004, "phase_deg": 30.0}
+    stepper = {**CATALOGUE["stepper"], "detent": [*CATALOGUE["stepper"]["detent"], third]}
+    made_by = mechanism_from_table({**CATALOGUE, "stepper": stepper}, "with a third detent").with_values(TRUTH)
+    rising = replace(COMMANDS["micro_46"], rate=RateProfile.through([(0.0, 0.0), (8.0, 110.0)]))
+    commands = {"full_46": (COMMANDS["full_46"], 1.0), "micro_46": (COMMANDS["micro_46"], 1.0), "sweep": (rising, 8.0)}
+    records = [
+        record(n, measured(made_by, command, np.random.default_rng((5, k)), seconds=seconds), command)
+        for k, (n, (command, seconds)) in enumerate(commands.items())
+    ]
+    bench = campaign(catalogue_mechanism(), *records)
+    found = diagnose(bench, identify(bench, workers=1, near=TRUTH), workers=1)
+    (one,) = found.missing
+    assert one.name == "stepper.detent:2.63deg"
+    own = {name.rpartition(".")[2]: p for name, p in one.parameters.items()}
+    assert abs(own["amplitude"].value - 0.004) < 4.0 * own["amplitude"].std_error < 1e-4
+    assert abs(own["phase_deg"].value - 30.0) < 4.0 * own["phase_deg"].std_error < 2.0
+
+
+def test_hum_that_the_fit_has_found_is_named():
+    """Truth: 50 Hz of 5 mN m with a third of it at 150 Hz, added to a record whose rate varies."""
+    command = replace(COMMANDS["micro_46"], rate=RateProfile.through([(0.0, 10.0), (2.0, 60.0)]))
+    made_by = catalogue_mechanism().with_values(TRUTH)
+    torque = measured(made_by, command, np.random.default_rng(9), seconds=2.0)
+    turns = 2.0 * np.pi * 50.0 * np.arange(torque.size) / RATE_HZ
+    torque += 5e-3 * (np.sin(turns) + np.sin(3.0 * turns) / 3.0)
+    bench = replace(campaign(made_by, record("sweep", torque, command)), considered=("clock",))
+    fit = identify(bench, workers=1, near={p.name: p.value for p in made_by.free})
+    assert [one.name for one in fit.missing] == ["mains:50Hz"]
+    found = diagnose(bench, fit, workers=1)
+    assert [one.name for one in found.missing] == ["mains:50Hz"]
+
+
+def test_effects_that_stand_for_something_else_are_told_from_those_that_explain():
+    """Truth: the rule as the documentation has it: a half where much is left, and more than four that imitate."""
+
+    def score(share):
+        return Score(chi_square=1000.0, dof=1, share=share, worth=1e5)
+
+    def left(ratio):
+        return SimpleNamespace(over_noise=ratio)
+
+    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2)}) == []
+    assert standing_in(left(1.5), {"a": score(0.9), "b": score(0.2)}) == ["b"]
+    five = dict.fromkeys("abcd", score(0.9))
+    assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []
+    assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
 
 
 def test_nothing_is_named_where_nothing_is_missing():

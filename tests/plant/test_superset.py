@@ -7,7 +7,7 @@ from layouts import SINGLE_STEPPER, mechanism_of
 from mechid.campaign import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
-from mechid.plant.superset import rivals_of, superset_of, words_of
+from mechid.plant.superset import extension_named, extensions_at, rivals_of, superset_of, words_of
 from paper import constant
 from runs import base, run_kernel
 
@@ -110,3 +110,23 @@ def test_a_bent_gear_has_no_rival_that_its_stiffness_would_size():
             "torque_1": 1.0, "torque_2": 3.0, "damping": 0.4}  # fmt: skip
     bent = mechanism_from_table({**CATALOGUE, "gear": gear}, "bent")
     assert "output_friction" not in {law.name for law in rivals_of(bent)}
+
+
+def test_a_period_that_no_list_has_is_laid_out_from_what_a_record_shows():
+    """Truth: 200 full steps are a turn of the paper's rotor; 137 periods in it are 2.628 deg of a detent."""
+    mechanism = catalogue_mechanism()
+    found = extensions_at(mechanism, 137.2 / 200.0, near=1)
+    periods = [360.0 / float(e.structure["period_deg"]) for e in found if e.table == "stepper.detent"]
+    assert periods == pytest.approx([137.0, 136.0, 138.0])
+    assert [e.order for e in found if e.table == "gear.kinematic_error"] == [137, 136, 138]
+    wide = superset_of(mechanism, further=found)
+    assert {"stepper.detent:2.63deg", "gear.kinematic_error:137"} <= {t.name for t in wide.terms}
+    again = extension_named(mechanism, "stepper.detent:2.63deg")
+    assert float(again.structure["period_deg"]) == pytest.approx(360.0 / 137.0)
+    assert extension_named(mechanism, "stepper.detents:2.63deg") is None
+
+
+def test_a_period_that_is_there_or_listed_asks_for_nothing_further():
+    """Truth: the paper's detent of 3.6 deg has half a period in a full step, the listed one of 0.9 deg two."""
+    assert extensions_at(catalogue_mechanism(), 0.5, near=1) == []
+    assert extensions_at(catalogue_mechanism(), 2.0, near=1) == []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,10 @@ def diagnose(
     fit: Annotated[Path, typer.Argument(metavar="FIT", help="Result folder of mechid identify, or its campaign.toml.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
+    consider: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Look for this effect alone, or for all of its kind; may be repeated."),
+    ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
@@ -23,9 +28,10 @@ def diagnose(
     from mechid.writing import refuse_unwritable
 
     finished = finished_fit(fit, campaign)
+    asked = replace(finished.campaign, considered=tuple(consider)) if consider else finished.campaign
     refuse_unwritable(out)
     with ProgressLine(console_on(err=True)) as line:
-        found = diagnosed(finished.campaign, finished.estimate, workers=workers, listener=line.tell)
+        found = diagnosed(asked, finished.estimate, workers=workers, listener=line.tell)
     data = diagnosis_data(found)
     files = write_diagnosis(found, data, out)
     print_diagnosis(data, console_on(), files)

@@ -66,7 +66,7 @@ def identify_into(
     diagnosed: list[Path] = []
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, seed, workers)
-    fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
+    fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=lambda line: typer.echo(line, err=True))
     validation = validate(campaign, fit)
     is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
     mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME

@@ -16,7 +16,7 @@ from mechid.identification.diagnosis.start import begun
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism
-from mechid.plant.superset import rivals_of, superset_of
+from mechid.plant.superset import extension_named, rivals_of, superset_of
 
 LIKE = 0.02
 """Of the ratio to the noise: a diagnosis of these records leaves what it says, to such a share."""
@@ -152,6 +152,8 @@ def _widened(diagnosis: Diagnosed, model: Model, effect: str) -> Model:
         return replace(model, terms=(*model.terms, effect))
     if effect in {one.name for one in model.setting.disturbances}:
         return replace(model, disturbances=(*model.disturbances, effect))
+    if beyond := extension_named(model.base, effect):
+        return _widened(diagnosis, model.with_further([beyond]), effect)
     law = next((law for law in rivals_of(model.base) if effect in (law.name, law.name.partition(":")[0])), None)
     if law is None:
         raise _of_another(diagnosis, f'"{effect}" is no effect that its mechanism or its records may have')

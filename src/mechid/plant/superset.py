@@ -16,6 +16,8 @@ from mechid.plant.layout import Layout
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, TABLES
 
+MOST_PERIODS = 1000
+"""In a turn, that an effect is called by."""
 WIDEST = 10.0
 """Widths that a term may reach: far from where its small prior lets it go."""
 
@@ -196,6 +198,13 @@ def extensions_at(mechanism: Mechanism, per_step: float, near: int) -> list[Exte
                 listed.add(_name(mechanism, extension))
                 found.append(extension)
     return found
+
+
+def extension_named(mechanism: Mechanism, name: str) -> Extension | None:
+    """Return what blocks may have beside beyond what they list, by its name; None where nothing is called so."""
+    series = (s for block in mechanism.plant.blocks for s in block.series if _known(mechanism, [s.per_step]))
+    entries = (one.entry(periods) for one in series for periods in range(1, MOST_PERIODS + 1))
+    return next((entry for entry in entries if _name(mechanism, entry) == name), None)
 
 
 def _is_there(mechanism: Mechanism, layout: Layout, extension: Extension) -> bool:

@@ -24,7 +24,7 @@ def considered(campaign: Campaign, known: Collection[str]) -> frozenset[str]:
         of_kind = {one for one in known if name in (one, one.partition(":")[0])}
         if not of_kind:
             near = did_you_mean(name, known) or f"; there are {', '.join(sorted(known))}"
-            place = f"{campaign.path.name}: {DIAGNOSE}.{CONSIDER}[{index}]"
+            place = f"{campaign.path.name}: {DIAGNOSE}.{CONSIDER}[{index}], or --{CONSIDER}"
             raise InputFileError(f'{place}: found "{name}", which no effect is called here{near}')
         chosen |= of_kind
     return frozenset(chosen if campaign.considered else known)

@@ -116,7 +116,7 @@ def diagnose(
         found = searched(before, start, told)
         told("effects are drawn")
         concluded = _concluded(found, hum_left(found.model, estimate))
-        predicted = held_out(before, found.model, campaign, estimate) if concluded.mechanism else ()
+        predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
         return replace(concluded, held_out=predicted)
 
 

@@ -124,7 +124,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)
-    while lost := _standing_in(model, needed):
+    while lost := standing_in(model, needed):
         tried |= {name: f"explains {100.0 * needed[name].share:.3g} % of the misfit only" for name in lost}
         model = _without_all(model, lost) if len(lost) < len(needed) else before
         steps += [_step(model, removed=name) for name in lost]
@@ -140,7 +140,7 @@ def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Sc
     return less, {name: gain(without, model) for name, without in less.items()}
 
 
-def _standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
+def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     """Return the effects that may stand for something else.
 
     Where more than noise is left, those that take less than half of what a model without them leaves. Where it takes
@@ -275,11 +275,11 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
         if score.share < MOSTLY and _bic(with_law, best) >= _bic(best, with_law):
             tried[law.name] = "leaves more than the effects without it"
             continue
-        first = _step(with_law, added=law.name)
+        first = [*(_step(before, added=name) for name in before.disturbances), _step(with_law, added=law.name)]
         whole, further = _grown(with_law.regrown(), tried, told)
         whole, removed = _pruned(whole, told)
         if law.name in whole.laws and _bic(whole, best) < _bic(best, whole):
-            best, steps = whole, [first, *further, *removed]
+            best, steps = whole, [*first, *further, *removed]
     return best, steps
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 from scipy.stats import chi2
@@ -20,13 +21,16 @@ MOST = 3
 """Effects that are suggested."""
 
 
-def with_suggestions(campaign: Campaign, fit: Fit, workers: int = 1) -> Fit:
+def with_suggestions(
+    campaign: Campaign, fit: Fit, workers: int = 1, told: Callable[[str], None] = lambda line: None
+) -> Fit:
     """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
 
     One that has terms beside the mechanism has found them already, and gets none.
     """
     if fit.grade not in (Grade.B, Grade.C) or fit.beside:
         return fit
+    told("asking the residual what the model is missing ...")
     with one_core_algebra():
         model = as_written(campaign, fit.to_dict(), workers=workers)
         return replace(fit, suggested=_suggested(model))
