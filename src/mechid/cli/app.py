@@ -21,6 +21,7 @@ from mechid.cli.demo import demo
 from mechid.cli.design import design
 from mechid.cli.diagnose import diagnose
 from mechid.cli.explore import explore
+from mechid.cli.export import export
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.look import look
@@ -63,7 +64,21 @@ app = typer.Typer(
     epilog=EPILOG,
 )
 FIRST = (demo, look, new, check)
-VERBS = (*FIRST, simulate, identify, report, explore, diagnose, compare, profile, bootstrap, design, budget, kernel)
+VERBS = (
+    *FIRST,
+    simulate,
+    identify,
+    report,
+    explore,
+    diagnose,
+    compare,
+    profile,
+    bootstrap,
+    design,
+    budget,
+    export,
+    kernel,
+)
 for verb in VERBS:
     app.command()(verb)
 

@@ -1,0 +1,33 @@
+"""``mechid export``: a finished fit as files that others use without mechid."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def export(
+    fit: Annotated[Path, typer.Argument(metavar="FIT", help="Result folder of mechid identify, or its campaign.toml.")],
+    to: Annotated[str, typer.Option(metavar="TARGET", help="What for: see docs/export.md.")],
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files; made where missing.")],
+    campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
+    anyway: Annotated[bool, typer.Option("--anyway", help="Hand on the values of a fit that failed too.")] = False,
+) -> None:
+    """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
+    from mechid.cli.finished_fit import finished_fit
+    from mechid.export.export import exported
+    from mechid.export.handover import handover
+    from mechid.identification.result.estimate_file import FILE_NAME
+    from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+    from mechid.report.exported import print_exported
+    from mechid.report.terminal import console_on
+    from mechid.writing import refuse_unwritable
+
+    refuse_unwritable(out)
+    finished = finished_fit(fit, campaign)
+    folder = fit if fit.is_dir() else fit.parent
+    mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
+    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway)
+    print_exported(exported(what, to, out), console_on())

@@ -1,0 +1,1 @@
+"""What others take over of an identified mechanism: files, each held against mechid before it counts as written."""
