@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.beside.beside import Beside, lifted, terms_beside
 from mechid.identification.disturbance.disturbance import Disturbance
+from mechid.identification.disturbance.scores import worth_of
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
@@ -26,7 +27,10 @@ ESCAPES = 1
 FOLLOWED = 1.01
 """What a model leaves over the noise from which it is grown anew: more than a level known to 1 % explains."""
 STEPS = 30
-TOLERANCE = 1e-7
+TOLERANCE = 0.1
+"""Chi-square by which a step has to better a fit for another one to follow: no effect is judged by so little."""
+FINER = 3.0
+"""Times as many effective samples after a fit as it was stopped by, from which it goes on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -180,10 +184,23 @@ class Model:
         return replace(self, disturbances=(*self.disturbances, effect)).fitted(self)
 
     def without(self, effect: str) -> Model:
-        """Return it without one of its effects, fitted."""
-        if effect in self.laws:
-            return self._without_law(effect).fitted(self)
-        return self.keeping([name for name in self.effects if name != effect])
+        """Return it without one of its effects, fitted; what has been fitted once is kept."""
+        if effect not in self._less:
+            rest = [name for name in self.effects if name != effect]
+            self._less[effect] = (
+                self._without_law(effect).fitted(self) if effect in self.laws else self.keeping(rest)
+            )
+        return self._less[effect]
+
+    @cached_property
+    def _less(self) -> dict[str, Model]:
+        return {}
+
+    @cached_property
+    def worth(self) -> float:
+        """Effective samples of all records where it is; all samples where it cannot be simulated."""
+        whole = float(self.setting.samples)
+        return worth_of(self.problem, self.q, self.setting.windows) if math.isfinite(self.cost) else whole
 
     def _without_law(self, name: str) -> Model:
         base, values = self.setting.problem.space.mechanism, self.problem.coordinates.values(self.q)
@@ -219,27 +236,28 @@ class Model:
     def _listed(self) -> set[str]:
         return {t.name for t in self.library.terms} if self.library else set()
 
-    def fitted(self, near: Model) -> Model:
-        """Return it at its optimum, sought from that of another."""
-        return self.fitted_from(lifted(near.problem, near.q, self.problem))
+    def fitted(self, near: Model, *, steps: int = STEPS) -> Model:
+        """Return it at its optimum, sought from that of another in so many steps at most."""
+        return self._fitted_from(lifted(near.problem, near.q, self.problem), near.worth, steps)
 
     def regrown(self) -> Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
 
-        A model that leaves no more than noise has not.
+        A model that leaves no more than noise has not; and where no other branch follows all records, none is better.
         """
         if self.over_noise <= FOLLOWED:
             return self
         growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
-        other = self.fitted_from(growth.q)
+        other = self._fitted_from(growth.q, self.worth) if growth.complete else self
         return other if other.cost < self.cost else self
 
-    def fitted_from(self, q: FloatArray) -> Model:
-        """Return it at its optimum, sought from a point of its problem."""
+    def _fitted_from(self, q: FloatArray, worth: float, steps: int = STEPS) -> Model:
+        """Return it at its optimum, sought from a point of its problem, as near as so many samples let it be judged."""
         problem, windows = self.problem, self.setting.windows
 
         def solved(x: FloatArray) -> Solution:
-            return solve(problem, x, windows, steps=STEPS, tolerance=TOLERANCE)
+            return solve(problem, x, windows, steps=steps, tolerance=TOLERANCE / worth)
 
         found = out_of_corner(problem, solved(q), solved)
-        return replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
+        there = replace(self, q=found.q, cost=problem.total_norm(found.q, windows) ** 2)
+        return there._fitted_from(there.q, there.worth, steps) if there.worth > FINER * worth else there

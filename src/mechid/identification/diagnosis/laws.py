@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.identification.beside.beside import lifted
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.disturbance.scores import Score, worth_of
+from mechid.identification.disturbance.scores import Score
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law
 
@@ -25,9 +25,8 @@ def promise(model: Model, law: Law) -> tuple[Score, Mechanism]:
         fall, amplitude = _fall(model, law, mechanism)
         if fall > best:
             best, at = fall, _at(law, mechanism, amplitude)
-    worth = worth_of(model.problem, model.q, model.setting.windows)
     fall = max(best, 0.0)
-    return Score(worth * fall / model.cost, len(law.own), fall / max(model.misfit, fall, 1.0), worth), at
+    return Score(model.worth * fall / model.cost, len(law.own), fall / max(model.misfit, fall, 1.0), model.worth), at
 
 
 def _points(law: Law) -> Iterator[Mechanism]:

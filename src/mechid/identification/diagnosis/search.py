@@ -12,7 +12,7 @@ from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
 from mechid.identification.diagnosis.laws import promise
 from mechid.identification.diagnosis.periods import with_periods_seen
-from mechid.identification.disturbance.scores import Score, worth_of
+from mechid.identification.disturbance.scores import Score
 from mechid.identification.uncertainty.noise import MISFIT
 from mechid.plant.superset import Law
 
@@ -28,6 +28,8 @@ MOSTLY = 0.5
 to be tried with further effects where it alone is not the best."""
 FEW = 4
 """Effects that a mechanism file may well lack at once."""
+TRIAL = 8
+"""Steps in which a law has to show in a fit that it takes a share of what is left."""
 MOST = 16
 """Effects of a model."""
 Told = Callable[[str], None]
@@ -116,7 +118,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
     steps = [_step(start, added=name) for name in start.effects]
     model, added = _grown(start, tried, told)
     model, removed = _pruned(model, told)
-    model, hidden = _with_hidden(model, tried, told)
+    model, hidden = _with_hidden(model, tried, told) if model.over_noise <= MISFIT else (model, [])
     steps = [*steps, *added, *removed, *hidden]
     if model.over_noise > FOLLOWED:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
@@ -160,10 +162,9 @@ def _without_all(model: Model, names: Sequence[str]) -> Model:
 
 def gain(less: Model, more: Model) -> Score:
     """Return what a model explains beyond another, each record's samples counted for what they are worth."""
-    worth = worth_of(more.problem, more.q, more.setting.windows)
     fall = max(less.cost - more.cost, 0.0)
     freedom = max(more.problem.size - less.problem.size, 1)
-    return Score(worth * fall / more.cost, freedom, _of_misfit(less, fall), worth)
+    return Score(more.worth * fall / more.cost, freedom, _of_misfit(less, fall), more.worth)
 
 
 def _of_misfit(model: Model, fall: float) -> float:
@@ -221,15 +222,21 @@ def asked(model: Model, landscape: Landscape) -> list[str]:
 def _pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
     """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
     model, steps = _pruned_at_once(model, told)
-    while len(model.effects) > 1:
-        rest = {name: model.without(name) for name in model.effects}
-        least = min(rest, key=lambda name: rest[name].cost)
-        told(f"without {least}")
-        if counts(replace(gain(rest[least], model), share=1.0)):
+    order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
+    while len(order) > 1:
+        lost = next((name for name in order if not _is_needed(model, name)), None)
+        if lost is None:
             break
-        model = rest[least]
-        steps.append(_step(model, removed=least))
+        told(f"without {lost}")
+        model = model.without(lost)
+        order.remove(lost)
+        steps.append(_step(model, removed=lost))
     return model, steps
+
+
+def _is_needed(model: Model, name: str) -> bool:
+    """Tell whether a fit without an effect is clearly worse."""
+    return counts(replace(gain(model.without(name), model), share=1.0))
 
 
 def _pruned_at_once(model: Model, told: Told) -> tuple[Model, list[Step]]:
@@ -265,36 +272,46 @@ def _with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model
 def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
     best, steps = smooth, list[Step]()
-    for law in before.other_laws:
-        told(f"{law.name} is fitted")
-        with_law = _in_place(before, law)
-        score = gain(before, with_law)
-        if not counts(score):
-            tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+    for law, trial in _promising(before, tried, told):
+        score = gain(before, trial)
+        if (score.share < MOSTLY or best.over_noise <= FOLLOWED) and _bic(trial, best) >= _bic(best, trial):
+            tried[law] = "leaves more than the effects without it"
             continue
-        if score.share < MOSTLY and _bic(with_law, best) >= _bic(best, with_law):
-            tried[law.name] = "leaves more than the effects without it"
-            continue
-        first = [*(_step(before, added=name) for name in before.disturbances), _step(with_law, added=law.name)]
+        told(f"{law} is fitted with what may be beside it")
+        with_law = trial.fitted(trial)
+        first = [*(_step(before, added=name) for name in before.disturbances), _step(with_law, added=law)]
         whole, further = _grown(with_law.regrown(), tried, told)
         whole, removed = _pruned(whole, told)
-        if law.name in whole.laws and _bic(whole, best) < _bic(best, whole):
+        if law in whole.laws and _bic(whole, best) < _bic(best, whole):
             best, steps = whole, [*first, *further, *removed]
     return best, steps
 
 
+def _promising(before: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
+    """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
+    found: list[tuple[str, Model]] = []
+    for law in before.other_laws:
+        told(f"{law.name} is tried")
+        trial = _in_place(before, law)
+        score = gain(before, trial)
+        if counts(score):
+            found.append((law.name, trial))
+        else:
+            tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+    return sorted(found, key=lambda pair: pair[1].cost)
+
+
 def _in_place(model: Model, law: Law) -> Model:
-    """Return the model with a law, without the disturbance that takes its place where it is lacking, fitted."""
+    """Return the model with a law, without the disturbance that takes its place where it is lacking, after some steps."""
     start = promise(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
-    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
 
 
 def _bic(model: Model, other: Model) -> float:
     """Return the Bayesian criterion, the noise that of the better of two models."""
     better = min(model, other, key=lambda one: one.cost)
-    worth = worth_of(better.problem, better.q, better.setting.windows)
-    return worth * model.cost / better.cost + model.problem.size * math.log(max(worth, math.e))
+    return better.worth * model.cost / better.cost + model.problem.size * math.log(max(better.worth, math.e))
 
 
 def _step(model: Model, *, added: str = "", removed: str = "") -> Step:
@@ -303,9 +320,8 @@ def _step(model: Model, *, added: str = "", removed: str = "") -> Step:
 
 def _beside(end: Model, steps: Sequence[Step]) -> list[Step]:
     """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
-    worth = worth_of(end.problem, end.q, end.setting.windows)
-    penalty = math.log(max(worth, math.e))
-    return [replace(step, bic=worth * step.cost / end.cost + step.free * penalty) for step in steps]
+    penalty = math.log(max(end.worth, math.e))
+    return [replace(step, bic=end.worth * step.cost / end.cost + step.free * penalty) for step in steps]
 
 
 def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
