@@ -305,6 +305,17 @@ def test_a_failed_fit_is_refused_with_what_to_do():
         diagnose(bench, failed)
 
 
+def test_a_fit_that_follows_its_records_in_part_is_diagnosed_over_whole_records(fitted, lacking):
+    """Truth: the harmonic that made the records, and the record that the fit says it has not followed."""
+    bench, fit = fitted
+    reasons = [{"cause": "used_in_part", "record": "full_23", "text": "", "next_command": ""}]
+    found = diagnose(bench, {**fit.to_dict(), "grade": "C", "grade_reasons": reasons}, workers=1)
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    assert "grade C" in found.words
+    assert "full_23 among them" in found.words
+    assert "grade C" not in lacking[1].words
+
+
 def test_a_mechanism_completes_itself():
     """Truth: the harmonic and the parameters that made the records."""
     fit = mechid.identify(made(HARMONIC), workers=1, near=TRUTH, complete=True)

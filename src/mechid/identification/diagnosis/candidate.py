@@ -140,11 +140,10 @@ class Model:
         """The problem in which its effects are free."""
         return self._beside(self.terms).problem(self.setting.problem, self._of(self.disturbances))
 
-    def widened(self, problem: Problem) -> Problem:
-        """Return its problem, or that with other weights, with all free that the library knows."""
-        names = [t.name for t in self.library.terms] if self.library else []
-        others = [one.name for one in self.setting.disturbances if one.name not in self.disturbances]
-        return self._beside(names).problem(problem, self._of(others))
+    def widened(self, problem: Problem, effects: Collection[str]) -> Problem:
+        """Return its problem, or that with other weights, with some further effects free."""
+        others = [name for name in effects if name not in self.disturbances]
+        return self._beside((*self.terms, *effects)).problem(problem, self._of(others))
 
     def _beside(self, terms: Collection[str]) -> Beside:
         return replace(terms_beside(self.library, terms), widths={}) if self.library else Beside(self.base)
@@ -187,9 +186,7 @@ class Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""
         if effect not in self._less:
             rest = [name for name in self.effects if name != effect]
-            self._less[effect] = (
-                self._without_law(effect).fitted(self) if effect in self.laws else self.keeping(rest)
-            )
+            self._less[effect] = self._without_law(effect).fitted(self) if effect in self.laws else self.keeping(rest)
         return self._less[effect]
 
     @cached_property

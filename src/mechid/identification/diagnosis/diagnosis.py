@@ -16,6 +16,7 @@ from mechid.identification.computation.progress import Listener, Progress, silen
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.held_out import HeldOut, held_out
 from mechid.identification.diagnosis.hum import hum_left
+from mechid.identification.diagnosis.left_out import NOT_LOOKED_FOR, left_out
 from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
@@ -23,9 +24,12 @@ from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
+
+LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
+"""Causes of grade C that are of a record which the fit has not followed to its end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -115,7 +119,7 @@ def diagnose(
 
         found = searched(before, start, told)
         told("effects are drawn")
-        concluded = _concluded(found, hum_left(found.model, estimate))
+        concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate))
         predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
         return replace(concluded, held_out=predicted)
 
@@ -127,17 +131,31 @@ def _refuse_failed(estimate: Mapping[str, Any]) -> None:
         raise FitError(" ".join(["a failed fit cannot be diagnosed:", GRADE_WORDS[Grade(grade)], *said]))
 
 
-def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
+def _in_part(estimate: Mapping[str, Any]) -> str:
+    """Return what is to be said of a fit that follows its records in part; empty of another one."""
+    if estimate["grade"] != Grade.C:
+        return ""
+    lost = {reason["record"]: None for reason in estimate["grade_reasons"] if reason["cause"] in LOST}
+    these = f", {', '.join(name for name in lost if name)} among them," if any(lost) else ""
+    return (
+        f"The fit is of grade C. This diagnosis is of all records of the fit{these} from beginning to end, so that an "
+        "effect named here may stand for a wrong branch of the search: identify again with it before you believe it."
+    )
+
+
+def _concluded(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
     model, named = found.model, bool(found.model.effects)
     words = model.words
-    tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in found.tried.items()]
+    beyond = left_out(model) if named or found.left else {}
+    whys = [(name, why) for name, why in {**beyond, **found.tried}.items() if name not in model.effects]
+    tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in whys]
     proposal = proposal_of(model) if named else None
     goes_with = locked(model) if found.left else ()
     missing = [*hum, *(_missing(found, proposal, name, words) for name in found.needed if proposal)]
     return Diagnosis(
         missing=tuple(sorted(missing, key=lambda one: -one.chi_square)),
         unexplained=found.left,
-        words=" ".join([_words(found), *(one.words for one in goes_with)]),
+        words=" ".join(filter(None, [_words(found), *(one.words for one in goes_with), _narrowed(beyond), in_part])),
         tried=tuple(tried),
         steps=found.steps,
         over_noise=(found.before.over_noise, model.over_noise),
@@ -147,6 +165,14 @@ def _concluded(found: Found, hum: list[Missing]) -> Diagnosis:
         locked=goes_with,
         held_out=(),
     )
+
+
+def _narrowed(beyond: Mapping[str, str]) -> str:
+    """Return that the library is wider than the records can carry; empty where it is not."""
+    names = [name for name, why in beyond.items() if why.startswith(NOT_LOOKED_FOR)]
+    if not names:
+        return ""
+    return f"Of {', '.join(names)} these records can tell nothing: see what was tried."
 
 
 def _called(model: Model, name: str) -> str:

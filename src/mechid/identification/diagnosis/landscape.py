@@ -6,7 +6,7 @@ its derivative less what the free ones can imitate (Rao's score test), each reco
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from mechid.identification.beside.beside import lifted
 from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.disturbance.scores import Score, by_own_residuals, following, score_of
+from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import combined
 
 FloatArray = NDArray[np.float64]
@@ -34,12 +35,21 @@ class Landscape:
         Derivatives to each effect.
     worth : float
         Effective samples of all records.
+    failed : tuple of str
+        Effects of which there are no derivatives: the simulation with them fails.
     """
 
     residual: FloatArray
     free: FloatArray
     effects: Mapping[str, FloatArray]
     worth: float
+    failed: tuple[str, ...] = ()
+
+    @property
+    def too_wide(self) -> tuple[str, ...]:
+        """Effects with which as much would be free as there are effective samples: a fit explains anything then."""
+        free = self.free.shape[1]
+        return tuple(name for name, J in self.effects.items() if free + J.shape[1] >= self.worth)
 
     def score(self, *names: str) -> Score:
         """Return what some effects together would take."""
@@ -48,7 +58,7 @@ class Landscape:
 
     def scores(self) -> dict[str, Score]:
         """Return what each effect by itself would take."""
-        return {name: self.score(name) for name in self.effects}
+        return {name: self.score(name) for name in self.effects if name not in self.too_wide}
 
     def like(self, name: str) -> Iterator[str]:
         """Yield the effects that take as much as one does, and with it no more: which of them it is remains open."""
@@ -60,32 +70,47 @@ class Landscape:
                     yield other
 
 
-def landscape_of(model: Model) -> Landscape | None:
-    """Return the landscape at a model's optimum; None where the derivatives fail there.
+def landscape_of(model: Model) -> Landscape:
+    """Return the landscape at a model's optimum.
 
     The terms and disturbances that the model has are free; the effects are those of the library that it has not, as far
     as they are looked for.
     """
-    windows = model.setting.windows
-    plain, worth = by_own_residuals(model.problem, model.q, windows)
-    wide = model.widened(plain)
-    here = lifted(model.problem, model.q, wide)
-    triangles = wide.triangles(here, windows)
+    plain, worth = by_own_residuals(model.problem, model.q, model.setting.windows)
+    looked_for = [name for name in model.parameters if name in model.setting.considered - {*model.effects}]
+    found = _derivatives(model, plain, looked_for)
+    failed = [] if found else [name for name in looked_for if not _derivatives(model, plain, [name])]
+    if found is None:
+        found = _derivatives(model, plain, [name for name in looked_for if name not in failed])
+    if found is None:
+        none = np.zeros((0, 0))
+        return Landscape(np.zeros(0), none, {}, worth, tuple(looked_for))
+    return Landscape(*found, worth, tuple(failed))
+
+
+def _derivatives(
+    model: Model, plain: Problem, effects: Sequence[str]
+) -> tuple[FloatArray, FloatArray, dict[str, FloatArray]] | None:
+    """Return the residual and its derivatives to what is free and to some effects; None where the simulation fails."""
+    wide = model.widened(plain, effects)
+    triangles = wide.triangles(lifted(model.problem, model.q, wide), model.setting.windows)
     if not triangles or not all(np.all(np.isfinite(t.jacobian)) for t in triangles):
         return None
-    records = combined(triangles)
-    priors = plain.prior_triangles(model.q)
-    follows = following(plain, model.q, wide)[:, ~plain.coordinates.on_bound(model.q)]
+    records, priors = combined(triangles), plain.prior_triangles(model.q)
     moved = ~plain.coordinates.on_bound(model.q)
+    follows = following(plain, model.q, wide)[:, moved]
     residual = np.concatenate([records.fun, *(t.fun for t in priors)])
     free = np.vstack([records.jacobian @ follows, *(t.jacobian[:, moved] for t in priors)])
     below = residual.size - records.fun.size
-    effects = {}
-    for name, own in model.parameters.items():
-        columns = [j for j, parameter in enumerate(wide.coordinates.names) if parameter in own]
-        if name in model.setting.considered - {*model.effects} and columns:
-            effects[name] = np.vstack([records.jacobian[:, columns], np.zeros((below, len(columns)))])
-    return Landscape(residual, free, effects, worth)
+    columns = {
+        name: [j for j, p in enumerate(wide.coordinates.names) if p in model.parameters[name]] for name in effects
+    }
+    further = {
+        effect: np.vstack([records.jacobian[:, places], np.zeros((below, len(places)))])
+        for effect, places in columns.items()
+        if places
+    }
+    return residual, free, further
 
 
 def needed_effects(model: Model, wanted_small: Mapping[str, float] | None = None) -> frozenset[str]:

@@ -164,10 +164,10 @@ def gain(less: Model, more: Model) -> Score:
     """Return what a model explains beyond another, each record's samples counted for what they are worth."""
     fall = max(less.cost - more.cost, 0.0)
     freedom = max(more.problem.size - less.problem.size, 1)
-    return Score(more.worth * fall / more.cost, freedom, _of_misfit(less, fall), more.worth)
+    return Score(more.worth * fall / more.cost, freedom, of_misfit(less, fall), more.worth)
 
 
-def _of_misfit(model: Model, fall: float) -> float:
+def of_misfit(model: Model, fall: float) -> float:
     """Return the share of what a model leaves beyond noise that a fall of the cost is; noise may hide some of it."""
     return fall / max(model.misfit, fall, 1.0)
 
@@ -193,10 +193,7 @@ def _grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list
 
 def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
-    landscape = landscape_of(model)
-    if landscape is None:
-        return None
-    for name in asked(model, landscape)[:TRIES]:
+    for name in asked(model, landscape_of(model))[:TRIES]:
         if name in tried:
             continue
         told(f"{name} is fitted")
@@ -210,7 +207,7 @@ def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
 
 def asked(model: Model, landscape: Landscape) -> list[str]:
     """Return the effects that the score test asks for, the likeliest first."""
-    scores = {name: replace(s, share=_of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
     if not scores:
         return []
     chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
@@ -302,7 +299,7 @@ def _promising(before: Model, tried: dict[str, str], told: Told) -> list[tuple[s
 
 
 def _in_place(model: Model, law: Law) -> Model:
-    """Return the model with a law, without the disturbance that takes its place where it is lacking, after some steps."""
+    """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
     start = promise(model, law)[1] if law.tries else law.mechanism
     fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
     return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
@@ -327,7 +324,7 @@ def _beside(end: Model, steps: Sequence[Step]) -> list[Step]:
 def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
     """Yield the effects that do as well in place of one, by the score test first and then by a fit."""
     landscape = landscape_of(less)
-    if landscape is None or name not in landscape.effects:
+    if name not in landscape.effects:
         return
     for other in landscape.like(name):
         if other not in model.effects:

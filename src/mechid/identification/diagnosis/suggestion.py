@@ -38,8 +38,6 @@ def with_suggestions(
 
 def _suggested(model: Model) -> tuple[Suggested, ...]:
     landscape = landscape_of(model)
-    if landscape is None:
-        return ()
     scores, words = landscape.scores(), model.words
     return tuple(
         Suggested(name=name, words=words[name], chi_square=one.chi_square, dof=one.dof, share=one.share,

@@ -1,0 +1,60 @@
+"""Effects of the library that these records cannot carry: what a diagnosis did not look for, or not well enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.landscape import Landscape, landscape_of
+from mechid.identification.diagnosis.search import LEAST, SHARE, counts, of_misfit
+from mechid.identification.disturbance.scores import COLLINEAR
+
+FloatArray = NDArray[np.float64]
+NOT_LOOKED_FOR = "not looked for"
+
+
+def left_out(model: Model) -> dict[str, str]:
+    """Return the effects that the records could not be asked for at a model's optimum, each with why."""
+    landscape = landscape_of(model)
+    return {**_weak(model, landscape), **not_carried(landscape)}
+
+
+def not_carried(landscape: Landscape) -> dict[str, str]:
+    """Return the effects that a score says nothing of, each with why."""
+    free, unseen = landscape.free.shape[1], "these records do not show it, or not beside what is free already"
+    whys = dict.fromkeys(landscape.failed, "the simulation with it fails where the fit has ended")
+    for name, J in landscape.effects.items():
+        if name in landscape.too_wide:
+            whys[name] = (
+                f"{J.shape[1]} numbers beside the {free} that are free are as many as the {landscape.worth:.3g} "
+                "independent samples that these records are worth"
+            )
+        elif not _is_seen(landscape.free, J):
+            whys[name] = unseen
+    return {name: f"{NOT_LOOKED_FOR}: {why}" for name, why in whys.items()}
+
+
+def _is_seen(free: FloatArray, further: FloatArray) -> bool:
+    """Tell whether derivatives, (m, k), have a direction that those to what is free, (m, n), do not hold."""
+    size = np.linalg.norm(free, axis=0)
+    U, s, _ = np.linalg.svd(free / np.where(size > 0.0, size, 1.0), full_matrices=False)
+    held = U[:, s > COLLINEAR]
+    rest = further - held @ (held.T @ further)
+    return bool(np.any(np.linalg.norm(rest, axis=0) > COLLINEAR * np.linalg.norm(further, axis=0)))
+
+
+def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
+    """Return the effects that would take a share of what is left, which so few samples do not make sure."""
+    if model.over_noise <= FOLLOWED:
+        return {}
+    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    return {
+        name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
+        f"records are worth {s.worth:.3g} independent samples, and {max(LEAST, s.chi_square - s.over):.3g} is asked for"
+        for name, s in scores.items()
+        if s.share >= SHARE and not counts(s)
+    }
