@@ -22,7 +22,8 @@ SHARE = 0.1
 """Of what the records hold beyond noise and effects named so far, that a further effect has to explain."""
 FALSE_DISCOVERIES = 0.05
 TRIES = 2
-"""Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
+"""Effects that are fitted where the likeliest does not keep in a fit what its score promised; laws that are fitted with
+what may be beside them."""
 MOSTLY = 0.5
 """Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to take
 to be tried with further effects where it alone is not the best."""
@@ -32,6 +33,7 @@ TRIAL = 8
 """Steps in which a law has to show in a fit that it takes a share of what is left."""
 MOST = 16
 """Effects of a model."""
+WORSE = "leaves more than the effects without it"
 Told = Callable[[str], None]
 
 
@@ -269,10 +271,10 @@ def _with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model
 def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
     best, steps = smooth, list[Step]()
-    for law, trial in _promising(before, tried, told):
-        score = gain(before, trial)
-        if (score.share < MOSTLY or best.over_noise <= FOLLOWED) and _bic(trial, best) >= _bic(best, trial):
-            tried[law] = "leaves more than the effects without it"
+    for rank, (law, trial) in enumerate(_promising(before, smooth, tried, told)):
+        hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
+        if hopeless and _bic(trial, best) >= _bic(best, trial):
+            tried[law] = WORSE
             continue
         told(f"{law} is fitted with what may be beside it")
         with_law = trial.fitted(trial)
@@ -281,13 +283,15 @@ def _with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told)
         whole, removed = _pruned(whole, told)
         if law in whole.laws and _bic(whole, best) < _bic(best, whole):
             best, steps = whole, [*first, *further, *removed]
+        else:
+            tried[law] = WORSE
     return best, steps
 
 
-def _promising(before: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
+def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
     """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
     found: list[tuple[str, Model]] = []
-    for law in before.other_laws:
+    for law in [law for law in before.other_laws if law.name not in smooth.laws]:
         told(f"{law.name} is tried")
         trial = _in_place(before, law)
         score = gain(before, trial)
