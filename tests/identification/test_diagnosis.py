@@ -271,7 +271,7 @@ def test_hum_that_the_fit_has_found_is_named():
 
 
 def test_effects_that_stand_for_something_else_are_told_from_those_that_explain():
-    """Truth: the rule as the documentation has it: a half where much is left, and more than four that imitate."""
+    """Truth: the rule as the documentation has it: a half where more than noise is left, and three that imitate."""
 
     def score(share):
         return Score(chi_square=1000.0, dof=1, share=share, worth=1e5)
@@ -280,7 +280,9 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
         return SimpleNamespace(over_noise=ratio)
 
     assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2)}) == []
-    assert standing_in(left(1.5), {"a": score(0.9), "b": score(0.2)}) == ["b"]
+    assert standing_in(left(1.05), {"a": score(0.9), "b": score(0.2)}) == ["b"]
+    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.2)}) == []
+    assert standing_in(left(1.0), {"a": score(0.9), **dict.fromkeys("bcd", score(0.2))}) == ["a", "b", "c", "d"]
     five = dict.fromkeys("abcd", score(0.9))
     assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []
     assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]

@@ -146,7 +146,7 @@ def _in_part(estimate: Mapping[str, Any]) -> str:
 def _concluded(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
     model, named = found.model, bool(found.model.effects)
     words = model.words
-    beyond = left_out(model) if named or found.left else {}
+    beyond = left_out(model) if named or found.left or found.refused else {}
     whys = [(name, why) for name, why in {**beyond, **found.tried}.items() if name not in model.effects]
     tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in whys]
     proposal = proposal_of(model) if named else None
@@ -182,7 +182,7 @@ def _called(model: Model, name: str) -> str:
 
 def _words(found: Found) -> str:
     ratio, left = found.before.over_noise, found.model.over_noise
-    if not found.model.effects and found.left == 0.0:
+    if not (found.model.effects or found.left or found.refused):
         return f"Nothing is left to explain: the mechanism as written leaves {ratio:.4g} times the noise."
     if not found.model.effects:
         return (

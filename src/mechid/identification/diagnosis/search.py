@@ -29,6 +29,8 @@ MOSTLY = 0.5
 to be tried with further effects where it alone is not the best."""
 FEW = 4
 """Effects that a mechanism file may well lack at once."""
+FEW_WEAK = 2
+"""Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
 TRIAL = 8
 """Steps in which a law has to show in a fit that it takes a share of what is left."""
 MOST = 16
@@ -82,6 +84,8 @@ class Found:
         The model without each effect.
     like : mapping of str to tuple of str
         Effects that explain the same as well, by that which is named.
+    refused : tuple of str
+        Effects that were found and are not named, since they may stand for something else.
     """
 
     model: Model
@@ -91,11 +95,13 @@ class Found:
     needed: Mapping[str, Score]
     less: Mapping[str, Model]
     like: Mapping[str, tuple[str, ...]]
+    refused: tuple[str, ...] = ()
 
     @property
     def left(self) -> float:
         """Share of the misfit of the mechanism as written that is left; 0 where what is left is within the noise."""
-        return self.model.misfit / max(self.before.misfit, 1.0) if self.model.over_noise > MISFIT else 0.0
+        within = self.model.over_noise <= MISFIT and not self.refused
+        return 0.0 if within else self.model.misfit / max(self.before.misfit, 1.0)
 
     @property
     def as_written(self) -> Step:
@@ -116,7 +122,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         Told of progress.
     """
     tried: dict[str, str] = {}
-    before = before.fitted(before) if start.effects and math.isfinite(before.cost) else before
+    before = _at_its_best(before) if start.effects else start
     steps = [_step(start, added=name) for name in start.effects]
     model, added = _grown(start, tried, told)
     model, removed = _pruned(model, told)
@@ -128,13 +134,19 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)
+    refused: list[str] = []
     while lost := standing_in(model, needed):
+        refused += lost
         tried |= {name: f"explains {100.0 * needed[name].share:.3g} % of the misfit only" for name in lost}
         model = _without_all(model, lost) if len(lost) < len(needed) else before
         steps += [_step(model, removed=name) for name in lost]
         less, needed = _needed(before, model)
     like = {name: tuple(_alike(model, less[name], name)) for name in (*model.terms, *model.disturbances)}
-    return Found(model, before, tuple(_beside(model, steps)), tried, needed, less, like)
+    return Found(model, before, tuple(_beside(model, steps)), tried, needed, less, like, tuple(refused))
+
+
+def _at_its_best(model: Model) -> Model:
+    return model.fitted(model) if math.isfinite(model.cost) else model
 
 
 def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Score]]:
@@ -147,13 +159,14 @@ def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Sc
 def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     """Return the effects that may stand for something else.
 
-    Where more than noise is left, those that take less than half of what a model without them leaves. Where it takes
-    many effects to come down to the noise, and some take less than half: all, since they imitate it together.
+    Where more than noise is left, those that take less than half of what a model without them leaves. Where many
+    effects share what there is to explain, so that several take less than half, or some of more than four: all, since
+    they imitate it together.
     """
     weak = [name for name, score in needed.items() if score.share < MOSTLY]
-    if len(needed) > FEW and weak:
+    if len(weak) > FEW_WEAK or (weak and len(needed) > FEW):
         return list(needed)
-    return weak if model.over_noise > MISFIT else []
+    return weak if model.over_noise > FOLLOWED else []
 
 
 def _without_all(model: Model, names: Sequence[str]) -> Model:
