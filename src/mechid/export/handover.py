@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,8 @@ class Handover:
         What estimate.json holds.
     trials : tuple of Trial
         Of the records that a command drives, in the campaign's order.
+    folder : Path or None
+        Where identify left the estimate, with what its records have left; None where that is not known.
     """
 
     name: str
@@ -60,6 +63,7 @@ class Handover:
     covariance: FloatArray
     estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
+    folder: Path | None = None
 
     @property
     def grade(self) -> Grade:
@@ -85,7 +89,12 @@ class Handover:
 
 
 def handover(
-    estimate: Mapping[str, Any], mechanism: Mechanism, campaign: Campaign | None, *, anyway: bool = False
+    estimate: Mapping[str, Any],
+    mechanism: Mechanism,
+    campaign: Campaign | None,
+    *,
+    anyway: bool = False,
+    folder: Path | None = None,
 ) -> Handover:
     """Return what a fit hands on.
 
@@ -99,6 +108,8 @@ def handover(
         Of which it was identified; None leaves nothing to try it with.
     anyway : bool
         Whether a fit that failed is handed on too.
+    folder : Path or None
+        Where identify left the estimate.
 
     Raises
     ------
@@ -111,7 +122,7 @@ def handover(
     names, covariance = _covariance(estimate)
     return Handover(
         name=_name(campaign), mechanism=mechanism, names=names, covariance=covariance, estimate=estimate,
-        trials=_trials(campaign) if campaign else (),
+        trials=_trials(campaign) if campaign else (), folder=folder,
     )  # fmt: skip
 
 
