@@ -24,6 +24,8 @@ from mechid.simulation.simulator import TimeBase
 FloatArray = NDArray[np.float64]
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
+SAMPLES = 20
+"""Plants that are drawn from the covariance where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,12 @@ class Handover:
         Of the records that a command drives, in the campaign's order.
     folder : Path or None
         Where identify left the estimate, with what its records have left; None where that is not known.
+    rates : (r,) or None
+        At which lines are wanted, full steps/s; None takes those of the campaign.
+    samples : int
+        How many plants are drawn from the covariance, where a target has such.
+    seed : int
+        Of these draws.
     """
 
     name: str
@@ -64,6 +72,9 @@ class Handover:
     estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
     folder: Path | None = None
+    rates: FloatArray | None = None
+    samples: int = SAMPLES
+    seed: int = 0
 
     @property
     def grade(self) -> Grade:

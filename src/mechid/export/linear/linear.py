@@ -1,0 +1,135 @@
+"""A fit as linear models at holding and as harmonic forcing at steady rates, with what its user has to know."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from mechid.budget.flying_mechanism import Estimate
+from mechid.command import Command, RateProfile
+from mechid.export.handover import Handover
+from mechid.export.linear.forcing import KEPT, OrderForcing, by_orders
+from mechid.export.linear.fraction import fraction
+from mechid.export.linear.held import Held, uncertain_of
+from mechid.export.linear.state_space import LinearModel, Uncertain
+from mechid.export.tables.forcing import estimate_on_base, forcing
+from mechid.export.tables.stepping import Stepping, steppings, usual_rates
+from mechid.plant.small_signal import small_signal
+
+FORMAT = "mechid-linear/1"
+RESTING = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
+HOLDS: Mapping[str, str] = {
+    "stuck": "friction holds the rotor",
+    "locked": "friction holds rotor and load",
+    "free": "friction is taken away",
+    "holding": "its friction is linear at rest",
+}
+"""What friction does in each model, in words."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linear:
+    """Linear models of a mechanism in flight, and its torque at steady rates.
+
+    Attributes
+    ----------
+    name : str
+    held : Held
+        The mechanism, and the command whose start angle it holds.
+    uncertain : Uncertain
+        Parameters with a covariance.
+    models : mapping of str to LinearModel
+        By what friction does; ``linear["free"]`` is one of them.
+    forcing : tuple of OrderForcing
+        One for each way in which the campaign steps the motor.
+    words : tuple of str
+        What its user has to know, sentence by sentence.
+    provenance : mapping
+    """
+
+    name: str
+    held: Held
+    uncertain: Uncertain
+    models: Mapping[str, LinearModel]
+    forcing: tuple[OrderForcing, ...]
+    words: tuple[str, ...]
+    provenance: Mapping[str, Any]
+
+    def __getitem__(self, name: str) -> LinearModel:
+        """Return the model of a way to hold."""
+        return self.models[name]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of linear.json."""
+        draws = next((model.draws for model in self.models.values()), np.zeros((0, 0)))
+        return {
+            "format": FORMAT, "name": self.name, "words": list(self.words), "provenance": dict(self.provenance),
+            "start_angle_deg": self.held.command.start_angle_deg, "uncertain": self.uncertain.to_dict(),
+            "draws": draws.tolist(),
+            "models": {n: {**m.to_dict(), "fraction": fraction(m).to_dict()} for n, m in self.models.items()},
+            "forcing": [one.to_dict() for one in self.forcing],
+        }  # fmt: skip
+
+
+def linear_of(handover: Handover) -> Linear:
+    """Return the linear models of a handover, held where its first record begins, and its torque at steady rates.
+
+    Raises
+    ------
+    InputFileError
+        No step command drives the mechanism.
+    FitError
+        There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
+        the mechanism diverge.
+    """
+    estimate = estimate_on_base(handover)
+    command = handover.trials[0].command if handover.trials else RESTING
+    held = Held(small_signal(estimate.mechanism), command, uncertain_of(estimate))
+    models = held.models(handover.samples, handover.seed)
+    every = tuple(by_orders(one, estimate) for one in _forcings(handover, estimate))
+    return Linear(
+        name=handover.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
+        words=tuple(_words(held, models, every, estimate)), provenance=handover.provenance,
+    )  # fmt: skip
+
+
+def _forcings(handover: Handover, estimate: Estimate) -> Iterator[Any]:
+    """Yield the forcing of each way in which the records are stepped; none where none is."""
+    ways: tuple[Stepping, ...] = steppings(handover.trials)
+    if ways:
+        rates = usual_rates(estimate.mechanism, ways) if handover.rates is None else np.unique(handover.rates)
+        yield from (forcing(estimate, way, rates) for way in ways)
+
+
+def _words(
+    held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate
+) -> Iterator[str]:
+    angle = f"{held.command.start_angle_deg:g} electrical degrees"
+    yield (
+        f"Linear for small deviations about the rest where the motor holds {angle}, in flight: without what stays on "
+        f"the bench{_listed(estimate.left)}."
+    )
+    for name, model in models.items():
+        margins = "; ".join(f"{where} lets go {margin:.3g} N m further" for where, margin in model.margins.items())
+        yield f'"{name}": {HOLDS[name]}{f" ({margins})" if margins else ""}.'
+    for i, (low, high) in next(iter(models.values())).limits.items():
+        unit = dict(zip(held.opened.inputs, next(iter(models.values())).inputs.units, strict=True))[i]
+        yield f"The supply lets {i} go from {low:.4g} to {high:.4g} {unit}."
+    yield from held.opened.objections
+    if every:
+        first, last = every[0].rates[0], every[0].rates[-1]
+        ways = ", ".join(one.name for one in every)
+        yield (
+            f"Forcing for {ways} at {every[0].rates.size} rates from {first:.4g} to {last:.4g} full steps/s; orders "
+            f"below {100.0 * KEPT:g} % of the largest line at all rates are left out."
+        )
+    else:
+        yield "No forcing: no record of a campaign that steps the motor was given."
+
+
+def _listed(left: Mapping[str, str]) -> str:
+    tables = [name for name in left if name.startswith("[")]
+    return f" ({', '.join(tables)})" if tables else ""
