@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -63,6 +63,8 @@ class Handover:
         How many plants are drawn from the covariance, where a target has such.
     seed : int
         Of these draws.
+    values : mapping of dotted name to float
+        What differs in flight, in the mechanism file's units.
     """
 
     name: str
@@ -75,6 +77,7 @@ class Handover:
     rates: FloatArray | None = None
     samples: int = SAMPLES
     seed: int = 0
+    values: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def grade(self) -> Grade:

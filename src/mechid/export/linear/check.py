@@ -80,7 +80,8 @@ def _departure(driven: _Driven, matrices: Matrices, column: int, frequency_hz: f
     y = C @ x + D[:, column]
     size = SMALL / float(np.abs(x).max(initial=SMALL))
     place = driven.held.columns[column]
-    ends = [driven.outputs(sign * size * x.real, place, w, times, sign * size) for sign in (1.0, -1.0)]
+    start = np.asarray(size * x.real, dtype=np.float64)
+    ends = [driven.outputs(sign * start, place, w, times, sign * size) for sign in (1.0, -1.0)]
     off = np.abs((ends[0] - ends[1]) / 2.0 - size * (y * np.exp(1j * w * times)[:, None]).real).max(axis=0)
     counted = np.abs(y) > LEAST * np.abs(y).max()
     return float((off[counted] / (size * np.abs(y[counted]))).max(initial=0.0))

@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from mechid.budget.flying_mechanism import Estimate
+from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
-from mechid.export.handover import Handover
+from mechid.errors import InputFileError, UsageError, did_you_mean
+from mechid.export.handover import SAMPLES, Handover, handover
 from mechid.export.linear.forcing import KEPT, OrderForcing, by_orders
 from mechid.export.linear.fraction import fraction
 from mechid.export.linear.held import Held, uncertain_of
 from mechid.export.linear.state_space import LinearModel, Uncertain
 from mechid.export.tables.forcing import estimate_on_base, forcing
 from mechid.export.tables.stepping import Stepping, steppings, usual_rates
+from mechid.identification.result.fit import Fit
+from mechid.parameter import Role
+from mechid.plant.flight import flying_plant
 from mechid.plant.small_signal import small_signal
 
 FORMAT = "mechid-linear/1"
@@ -74,7 +79,7 @@ class Linear:
         }  # fmt: skip
 
 
-def linear_of(handover: Handover) -> Linear:
+def linear_of(what: Handover) -> Linear:
     """Return the linear models of a handover, held where its first record begins, and its torque at steady rates.
 
     Raises
@@ -85,22 +90,67 @@ def linear_of(handover: Handover) -> Linear:
         There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
         the mechanism diverge.
     """
-    estimate = estimate_on_base(handover)
-    command = handover.trials[0].command if handover.trials else RESTING
+    _refuse(what)
+    estimate = estimate_on_base(what)
+    command = what.trials[0].command if what.trials else RESTING
     held = Held(small_signal(estimate.mechanism), command, uncertain_of(estimate))
-    models = held.models(handover.samples, handover.seed)
-    every = tuple(by_orders(one, estimate) for one in _forcings(handover, estimate))
+    models = held.models(what.samples, what.seed)
+    every = tuple(by_orders(one, estimate) for one in _forcings(what, estimate))
     return Linear(
-        name=handover.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
-        words=tuple(_words(held, models, every, estimate)), provenance=handover.provenance,
+        name=what.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
+        words=tuple(_words(held, models, every, estimate)), provenance=what.provenance,
     )  # fmt: skip
 
 
-def _forcings(handover: Handover, estimate: Estimate) -> Iterator[Any]:
+def linear_of_fit(
+    fit: Fit,
+    campaign: Campaign | None = None,
+    *,
+    rates: Sequence[float] | None = None,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    values: Mapping[str, float] | None = None,
+    anyway: bool = False,
+) -> Linear:
+    """Return the linear models of a fit, as `Fit.linear` describes.
+
+    Raises
+    ------
+    FitError
+        The fit has failed; or as `linear_of`.
+    UsageError
+        Rates are not above 0, or a number of samples is below 0.
+    InputFileError
+        As `linear_of`.
+    """
+    what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway)
+    given = None if rates is None else np.array(list(rates), dtype=np.float64)
+    if given is not None and not (np.isfinite(given) & (given > 0.0)).all():
+        raise UsageError("rates: write full steps/s above 0")
+    if samples < 0:
+        raise UsageError(f"samples: found {samples}; write a number of plants, or 0")
+    return linear_of(replace(what, rates=given, samples=samples, seed=seed, values=dict(values or {})))
+
+
+def _refuse(what: Handover) -> None:
+    """Refuse what has no linear model of this kind, and values of what it has not."""
+    plant = flying_plant(what.mechanism)
+    for name in what.values:
+        if name not in plant.declarations:
+            raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
+    for name in plant.having(Role.SUPPLY):
+        if name not in what.mechanism.parameters and name not in what.values:
+            raise InputFileError(
+                f"{name}: measured channels drove the motor on the bench, and a linear model holds what a command "
+                f'drives; give the supply from Python, fit.linear(values={{"{name}": ...}})'
+            )
+
+
+def _forcings(what: Handover, estimate: Estimate) -> Iterator[Any]:
     """Yield the forcing of each way in which the records are stepped; none where none is."""
-    ways: tuple[Stepping, ...] = steppings(handover.trials)
-    if ways:
-        rates = usual_rates(estimate.mechanism, ways) if handover.rates is None else np.unique(handover.rates)
+    ways: tuple[Stepping, ...] = steppings(what.trials)
+    if ways and (what.rates is None or what.rates.size):
+        rates = usual_rates(estimate.mechanism, ways) if what.rates is None else np.unique(what.rates)
         yield from (forcing(estimate, way, rates) for way in ways)
 
 
@@ -127,7 +177,7 @@ def _words(
             f"below {100.0 * KEPT:g} % of the largest line at all rates are left out."
         )
     else:
-        yield "No forcing: no record of a campaign that steps the motor was given."
+        yield "No forcing: no rates, or no campaign with a record that steps the motor, were given."
 
 
 def _listed(left: Mapping[str, str]) -> str:

@@ -1,4 +1,4 @@
-"""linear.mat: a MATLAB file of version 5 from which one call makes a model; and the function that makes it uncertain."""
+"""linear.mat: a MATLAB file of version 5, one call from a model; and the function that makes that uncertain."""
 
 from __future__ import annotations
 

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
@@ -22,6 +24,8 @@ from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
+LINEAR = "mechid.export.linear.linear"
+"""Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -304,6 +308,44 @@ class Fit:
     suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
+
+    def linear(
+        self,
+        campaign: Campaign | None = None,
+        *,
+        rates: Sequence[float] | None = None,
+        samples: int = 20,
+        seed: int = 0,
+        values: Mapping[str, float] | None = None,
+        anyway: bool = False,
+    ) -> Any:
+        """Return the mechanism as uncertain linear models at holding, and its torque at steady rates (`Linear`).
+
+        Parameters
+        ----------
+        campaign : Campaign or None
+            Of which it was identified: it holds the angle at which the first record begins, and is stepped at steady
+            rates as the records are. None holds 0 electrical degrees and leaves the steady rates out.
+        rates : sequence of float or None
+            Full steps/s; None takes those of the campaign, an empty one none.
+        samples, seed : int
+            How many plants are drawn from the covariance, and by which seed.
+        values : mapping of dotted name to float or None
+            What differs in flight, in the mechanism file's units, e.g. ``{"load.inertia": 35.0}``.
+        anyway : bool
+            Whether a fit that failed is taken too.
+
+        Raises
+        ------
+        FitError
+            The fit has failed, or its values have no rest or no steady motion.
+        UsageError
+            An argument cannot be.
+        InputFileError
+            No step command drives the mechanism.
+        """
+        made = import_module(LINEAR).linear_of_fit
+        return made(self, campaign, rates=rates, samples=samples, seed=seed, values=values, anyway=anyway)
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
