@@ -13,21 +13,12 @@ def export(
     to: Annotated[str, typer.Option(metavar="TARGET", help="What for: see docs/export.md.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files; made where missing.")],
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
-    rates: Annotated[
-        str | None,
-        typer.Option(metavar="RATES", help="Full steps/s of lines: 5,10,46 or FROM:TO:COUNT; else the campaign's."),
-    ] = None,
-    samples: Annotated[int, typer.Option(min=0, help="Plants drawn from the covariance, for linear.")] = 20,
-    seed: Annotated[int, typer.Option(min=0, help="Of these draws.")] = 0,
     anyway: Annotated[bool, typer.Option("--anyway", help="Hand on the values of a fit that failed too.")] = False,
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
-    from dataclasses import replace
-
     from mechid.cli.finished_fit import finished_fit
     from mechid.export.export import exported
     from mechid.export.handover import handover
-    from mechid.export.rates import rates_of
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
     from mechid.report.exported import print_exported
@@ -35,10 +26,8 @@ def export(
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
-    wanted = rates_of(rates) if rates else None
     finished = finished_fit(fit, campaign)
     folder = fit if fit.is_dir() else fit.parent
     mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
     what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway)
-    what = replace(what, rates=wanted, samples=samples, seed=seed)
     print_exported(exported(what, to, out), console_on())

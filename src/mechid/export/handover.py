@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -24,8 +24,6 @@ from mechid.simulation.simulator import TimeBase
 FloatArray = NDArray[np.float64]
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
-SAMPLES = 20
-"""Plants that are drawn from the covariance where nothing is said."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +55,6 @@ class Handover:
         Of the records that a command drives, in the campaign's order.
     folder : Path or None
         Where identify left the estimate, with what its records have left; None where that is not known.
-    rates : (r,) or None
-        At which lines are wanted, full steps/s; None takes those of the campaign.
-    samples : int
-        How many plants are drawn from the covariance, where a target has such.
-    seed : int
-        Of these draws.
-    values : mapping of dotted name to float
-        What differs in flight, in the mechanism file's units.
     """
 
     name: str
@@ -74,10 +64,6 @@ class Handover:
     estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
     folder: Path | None = None
-    rates: FloatArray | None = None
-    samples: int = SAMPLES
-    seed: int = 0
-    values: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def grade(self) -> Grade:

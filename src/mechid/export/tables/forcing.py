@@ -65,12 +65,11 @@ def estimate_on_base(handover: Handover) -> Estimate:
     Raises
     ------
     InputFileError
-        No step command drives it; what differs in flight cannot be; or the files beside the estimate are damaged or of another fit.
+        No step command drives it; or the files beside the estimate are damaged or of another fit.
     """
-    bench, folder, values = handover.mechanism, handover.folder, handover.values
-    held = in_flight(bench, values)
-    estimated = set(held.parameters) - set(values)
-    kept = [k for k, name in enumerate(handover.names) if name in estimated and not bench_reason(name)]
+    bench, folder = handover.mechanism, handover.folder
+    held = in_flight(bench)
+    kept = [k for k, name in enumerate(handover.names) if name in held.parameters and not bench_reason(name)]
     left = read_residual(handover.estimate, folder) if folder else None
     source = ResidualSource(left, carried(bench, held)) if left else None
     missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()
