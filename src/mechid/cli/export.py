@@ -29,5 +29,5 @@ def export(
     finished = finished_fit(fit, campaign)
     folder = fit if fit.is_dir() else fit.parent
     mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway)
+    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway, folder=folder)
     print_exported(exported(what, to, out), console_on())

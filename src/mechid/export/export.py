@@ -18,7 +18,7 @@ from mechid.writing import writable, write_whole
 
 FORMAT = "mechid-export/1"
 FILE_NAME = "mechid_export.json"
-TARGETS: Mapping[str, str] = {}
+TARGETS: Mapping[str, str] = {"tables": "mechid.export.tables.target"}
 """Module of each target by its name; its `written` takes a handover and an empty folder, and writes there."""
 
 
