@@ -81,8 +81,9 @@ class Table:
 
 
 def numbers(name: str, unit: str, words: str, values: object) -> Column:
-    """Return a column of numbers; None becomes NaN."""
-    return Column(name, unit, words, np.asarray(values, dtype=np.float64))
+    """Return a column of numbers; None and what is not finite become NaN."""
+    found = np.asarray(values, dtype=np.float64)
+    return Column(name, unit, words, np.where(np.isfinite(found), found, np.nan))
 
 
 def texts(name: str, words: str, values: Iterator[str] | list[str]) -> Column:

@@ -134,26 +134,30 @@ def _words(handover: Handover, torque: _Torque | None, directs: Sequence[Direct]
         yield NOT_LEFT
     for one in torque.forcings:
         yield from _of_stepping(one)
-    for one in directs:
-        if np.abs(one.off).max() > LEAST_ALIKE * one.largest:
+    for found in directs:
+        off = float(np.abs(found.off).max())
+        if off > LEAST_ALIKE * found.largest:
             yield (
-                f"{one.stepping} at {one.rate:.6g} steps/s: a direct simulation over {one.seconds:.3g} s differs by "
-                f"{np.abs(one.off).max():.2g} N m, the largest line is {one.largest:.2g} N m; do not rely on its lines."
+                f"{found.stepping} at {found.rate:.6g} steps/s: a direct simulation over {found.seconds:.3g} s differs "
+                f"by {off:.2g} N m, the largest line is {found.largest:.2g} N m; do not rely on its lines."
             )
 
 
 def _of_stepping(one: Forcing) -> Iterator[str]:
     rates, name = one.mode.rates, one.stepping.name
-    yield f"{name}: {rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g} steps/s, lines up to {one.mode.highest_hz:.6g} Hz."
+    ran = one.stepping.tested(rates).sum()
+    yield (
+        f"{name}: {rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g} steps/s, lines up to "
+        f"{one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of them (rates.csv: tested)."
+    )
     told = (
-        (~one.stepping.tested(rates), "no record of this stepping ran there"),
         (np.array([not s.follows for s in one.largest]), "the rotor does not keep up with the command"),
         (np.array([not s.periods for s in one.largest]), "the motion does not repeat, its lines are of a stretch"),
         (np.array([len(s) > 1 for s in one.states]), "several motions are possible, the largest counts"),
     )
     for which, what in told:
         if which.any():
-            yield f"{name}: at {which.sum()} rates ({_ranges(rates, which)} steps/s) {what}."
+            yield f"{name}: at {_ranges(rates, which)} steps/s {what}."
 
 
 def _ranges(rates: NDArray[np.float64], which: NDArray[np.bool_]) -> str:
