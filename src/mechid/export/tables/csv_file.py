@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -45,4 +46,4 @@ def _lines(table: Table) -> Iterator[str]:
 
 def _number(value: float) -> str:
     """Return a number, nothing where there is none."""
-    return "" if value != value else NUMBER % value
+    return "" if math.isnan(value) else NUMBER % value

@@ -5,7 +5,6 @@ from __future__ import annotations
 from mechid.campaign.trajectory_file import refuse_lost
 from mechid.export.handover import Trial
 from mechid.export.tables.table import Table, numbers
-from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.simulator import Simulator

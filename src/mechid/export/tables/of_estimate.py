@@ -46,7 +46,7 @@ def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> Table:
         numbers("value", SAME_UNIT, "estimate, or the value that was known", of("value")),
         texts("unit", "of value, errors, interval and bounds", _text(of("unit"))),
         texts("status", "free, known, tied to another, frozen, or at a bound", _text(of("status"))),
-        numbers("std_error", SAME_UNIT, "standard error that holds although the model lacks something", of("std_error")),
+        numbers("std_error", SAME_UNIT, "standard error, also where the model lacks something", of("std_error")),
         numbers("std_error_noise", SAME_UNIT, "the same by noise of any colour alone", of("std_error_noise")),
         numbers("ci95_low", SAME_UNIT, "lower end of the 95 % interval", [low for low, _ in ends]),
         numbers("ci95_high", SAME_UNIT, "upper end of the 95 % interval", [high for _, high in ends]),

@@ -36,7 +36,7 @@ class _AtRate:
 def forcing_tables(forcings: Sequence[Forcing], estimate: Estimate) -> tuple[Table, ...]:
     """Return lines, bands and rates of all ways of stepping."""
     every = [at for one in forcings for at in _at_rates(one)]
-    return (_lines(every, estimate), _bands(every), _rates(every))
+    return (_lines(every, estimate), _bands(every), _rates(every, estimate))
 
 
 def _at_rates(forcing: Forcing) -> Iterator[_AtRate]:
@@ -105,7 +105,11 @@ def _bands(every: Sequence[_AtRate]) -> Table:
     ))  # fmt: skip
 
 
-def _rates(every: Sequence[_AtRate]) -> Table:
+def _rates(every: Sequence[_AtRate], estimate: Estimate) -> Table:
+    def outside(at: _AtRate) -> float:
+        source = estimate.residual
+        return np.nan if source is None else source.at(at.forcing.mode.command, at.state.rate).outside
+
     states = [at.state for at in every]
     return Table(RATES, (
         *_named(every, lambda _: 1),
@@ -119,5 +123,7 @@ def _rates(every: Sequence[_AtRate]) -> Table:
         numbers("follows", "1", "1: the rotor keeps up with the command", [s.follows for s in states]),
         numbers("motions", "1", "motions found at this rate; the one with the largest RMS counts",
                 [at.motions for at in every]),
+        numbers("residual_outside", "1", "1: what the model lacks was measured at no rate near this one",
+                [outside(at) for at in every]),
         texts("reached", "how that motion was reached", [" and ".join(s.reached) for s in states]),
     ))  # fmt: skip

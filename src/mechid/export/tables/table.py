@@ -12,6 +12,9 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 Cell: TypeAlias = float | str
 
+SHEET_ROWS = 1_048_576
+"""Of a sheet of Excel, its header line among them."""
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -57,14 +60,19 @@ class Table:
         return next(column for column in self.columns if column.name == name)
 
     @property
-    def numeric(self) -> tuple[str, ...]:
-        """Names of the columns of numbers."""
-        return tuple(column.name for column in self.columns if not isinstance(column.values, tuple))
+    def numeric(self) -> dict[str, FloatArray]:
+        """The columns of numbers by name."""
+        return {column.name: column.values for column in self.columns if not isinstance(column.values, tuple)}
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return len(self.columns[0].values)
+
+    @property
+    def fits_sheet(self) -> bool:
+        """Whether a sheet of a workbook holds it."""
+        return not self.is_long and self.size < SHEET_ROWS
 
     def rows(self) -> Iterator[tuple[Cell, ...]]:
         """Yield the rows."""
@@ -73,8 +81,9 @@ class Table:
 
 
 def numbers(name: str, unit: str, words: str, values: object) -> Column:
-    """Return a column of numbers; None becomes NaN."""
-    return Column(name, unit, words, np.asarray(values, dtype=np.float64))
+    """Return a column of numbers; None and what is not finite become NaN."""
+    found = np.asarray(values, dtype=np.float64)
+    return Column(name, unit, words, np.where(np.isfinite(found), found, np.nan))
 
 
 def texts(name: str, words: str, values: Iterator[str] | list[str]) -> Column:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -17,7 +18,7 @@ from mechid.writing import whole
 FILE_NAME = "tables.xlsx"
 NARROWEST, WIDEST = 10, 60
 """Of a column, in characters."""
-PLAIN = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False, "nan_inf_to_errors": False}
+PLAIN = {"constant_memory": True, "strings_to_formulas": False, "strings_to_urls": False}
 SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 
 
@@ -28,6 +29,7 @@ def write_workbook(tables: Sequence[Table], folder: Path) -> str:
         for table in tables:
             sheet = book.add_worksheet(table.name)
             sheet.freeze_panes(1, 0)
+            sheet.autofilter(0, 0, table.size, len(table.columns) - 1)
             for at, column in enumerate(table.columns):
                 texts = column.values if isinstance(column.values, tuple) else ()
                 longest = max(map(len, (column.name, *texts)))
@@ -35,7 +37,7 @@ def write_workbook(tables: Sequence[Table], folder: Path) -> str:
             sheet.write_row(0, 0, [column.name for column in table.columns], head)
             for number, row in enumerate(table.rows(), 1):
                 for at, cell in enumerate(row):
-                    if cell == cell:  # not NaN
+                    if isinstance(cell, str) or not math.isnan(cell):
                         sheet.write(number, at, cell)
     return FILE_NAME
 
