@@ -142,7 +142,7 @@ class Held:
         A, B, rows = of.A, of.B[..., self.columns], self._accelerated
         C = np.concatenate([of.C, A[..., rows, :]], axis=-2)
         D = np.concatenate([of.D[..., self.columns], B[..., rows, :]], axis=-2)
-        return Matrices(A, B, C, D)
+        return Matrices(*(matrix + 0.0 for matrix in (A, B, C, D)))  # no -0.0
 
     def _states(self) -> list[tuple[str, str]]:
         """Return name and unit of each state: those of the quantity that it is, where it is one."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,13 +12,14 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError, did_you_mean
-from mechid.export.handover import SAMPLES, Handover, handover
+from mechid.export.handover import Handover, handover
 from mechid.export.linear.forcing import KEPT, OrderForcing, by_orders
 from mechid.export.linear.fraction import fraction
 from mechid.export.linear.held import Held, uncertain_of
+from mechid.export.linear.options import Options
 from mechid.export.linear.state_space import LinearModel, Uncertain
-from mechid.export.tables.forcing import estimate_on_base, forcing
-from mechid.export.tables.stepping import Stepping, steppings, usual_rates
+from mechid.export.tables.forcing import Forcing, estimate_on_base, forcing
+from mechid.export.tables.stepping import steppings, usual_rates
 from mechid.identification.result.fit import Fit
 from mechid.parameter import Role
 from mechid.plant.flight import flying_plant
@@ -79,79 +80,73 @@ class Linear:
         }  # fmt: skip
 
 
-def linear_of(what: Handover) -> Linear:
+def linear_of(what: Handover, options: Options | None = None) -> Linear:
     """Return the linear models of a handover, held where its first record begins, and its torque at steady rates.
 
     Raises
     ------
     InputFileError
-        No step command drives the mechanism.
+        No step command drives the mechanism, or what differs in flight cannot be.
+    UsageError
+        There is no parameter that is said to differ in flight.
     FitError
         There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
         the mechanism diverge.
     """
-    _refuse(what)
-    estimate = estimate_on_base(what)
-    command = what.trials[0].command if what.trials else RESTING
-    held = Held(small_signal(estimate.mechanism), command, uncertain_of(estimate))
-    models = held.models(what.samples, what.seed)
-    every = tuple(by_orders(one, estimate) for one in _forcings(what, estimate))
+    options = options or Options()
+    _refuse(what, options)
+    estimate = estimate_on_base(what, options.values)
+    held = Held(small_signal(estimate.mechanism), _command(what, options), uncertain_of(estimate))
+    models = held.models(options.samples, options.seed)
+    every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
     return Linear(
         name=what.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
         words=tuple(_words(held, models, every, estimate)), provenance=what.provenance,
     )  # fmt: skip
 
 
-def linear_of_fit(
-    fit: Fit,
-    campaign: Campaign | None = None,
-    *,
-    rates: Sequence[float] | None = None,
-    samples: int = SAMPLES,
-    seed: int = 0,
-    values: Mapping[str, float] | None = None,
-    anyway: bool = False,
-) -> Linear:
-    """Return the linear models of a fit, as `Fit.linear` describes.
+def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: Any) -> Linear:
+    """Return the linear models of a fit; `options` are those of `Options`, as `Fit.linear` has them.
 
     Raises
     ------
     FitError
         The fit has failed; or as `linear_of`.
     UsageError
-        Rates are not above 0, or a number of samples is below 0.
+        An option cannot be.
     InputFileError
         As `linear_of`.
     """
-    what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway)
-    given = None if rates is None else np.array(list(rates), dtype=np.float64)
-    if given is not None and not (np.isfinite(given) & (given > 0.0)).all():
-        raise UsageError("rates: write full steps/s above 0")
-    if samples < 0:
-        raise UsageError(f"samples: found {samples}; write a number of plants, or 0")
-    return linear_of(replace(what, rates=given, samples=samples, seed=seed, values=dict(values or {})))
+    return linear_of(handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway), Options(**options))
 
 
-def _refuse(what: Handover) -> None:
+def _command(what: Handover, options: Options) -> Command:
+    """Return the command whose start is held."""
+    command = what.trials[0].command if what.trials else RESTING
+    angle = command.start_angle_deg if options.start_angle_deg is None else options.start_angle_deg
+    return replace(command, start_angle_deg=angle)
+
+
+def _refuse(what: Handover, options: Options) -> None:
     """Refuse what has no linear model of this kind, and values of what it has not."""
     plant = flying_plant(what.mechanism)
-    for name in what.values:
+    for name in options.values:
         if name not in plant.declarations:
             raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
     for name in plant.having(Role.SUPPLY):
-        if name not in what.mechanism.parameters and name not in what.values:
+        if name not in what.mechanism.parameters and name not in options.values:
             raise InputFileError(
-                f"{name}: measured channels drove the motor on the bench, and a linear model holds what a command "
-                f'drives; give the supply from Python, fit.linear(values={{"{name}": ...}})'
+                f"{name}: on the bench measured channels drove the motor, and a linear model holds what a command "
+                f"drives; give --option {name}=VALUE"
             )
 
 
-def _forcings(what: Handover, estimate: Estimate) -> Iterator[Any]:
+def _forcings(what: Handover, options: Options, estimate: Estimate) -> Iterator[Forcing]:
     """Yield the forcing of each way in which the records are stepped; none where none is."""
-    ways: tuple[Stepping, ...] = steppings(what.trials)
-    if ways and (what.rates is None or what.rates.size):
-        rates = usual_rates(estimate.mechanism, ways) if what.rates is None else np.unique(what.rates)
-        yield from (forcing(estimate, way, rates) for way in ways)
+    ways, rates = steppings(what.trials), options.rates
+    if ways and rates != ():
+        wanted = usual_rates(estimate.mechanism, ways) if rates is None else np.unique(rates)
+        yield from (forcing(estimate, way, wanted) for way in ways)
 
 
 def _words(

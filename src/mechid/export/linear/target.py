@@ -15,6 +15,7 @@ from mechid.export.handover import Handover
 from mechid.export.linear.check import FREQUENCIES_HZ, departure
 from mechid.export.linear.linear import Linear, linear_of
 from mechid.export.linear.mat import UNCERTAIN_SS, write_mat
+from mechid.export.linear.options import Options
 from mechid.export.linear.state_space import Matrices
 from mechid.identification.result.estimate_file import json_text
 from mechid.writing import write_whole
@@ -25,17 +26,19 @@ AGREES = 1e-4
 in so small a sine."""
 
 
-def written(handover: Handover, folder: Path) -> Written:
+def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
     """Write the linear models of a handover into a folder.
 
     Raises
     ------
     InputFileError
-        No step command drives the mechanism.
+        No step command drives the mechanism, or what differs in flight cannot be.
+    UsageError
+        An option cannot be.
     FitError
         A model cannot be made, or leaves the equations.
     """
-    linear = linear_of(handover)
+    linear = linear_of(handover, options)
     write_whole(folder / JSON, json_text(linear.to_dict(), indent=None))
     write_mat(linear, folder / MAT)
     write_whole(folder / FUNCTION, UNCERTAIN_SS)

@@ -313,6 +313,7 @@ class Fit:
         self,
         campaign: Campaign | None = None,
         *,
+        start_angle_deg: float | None = None,
         rates: Sequence[float] | None = None,
         samples: int = 20,
         seed: int = 0,
@@ -325,7 +326,9 @@ class Fit:
         ----------
         campaign : Campaign or None
             Of which it was identified: it holds the angle at which the first record begins, and is stepped at steady
-            rates as the records are. None holds 0 electrical degrees and leaves the steady rates out.
+            rates as the records are. None leaves the steady rates out.
+        start_angle_deg : float or None
+            Electrical angle to hold instead, deg; None and no campaign: 0.
         rates : sequence of float or None
             Full steps/s; None takes those of the campaign, an empty one none.
         samples, seed : int
@@ -344,8 +347,10 @@ class Fit:
         InputFileError
             No step command drives the mechanism.
         """
-        made = import_module(LINEAR).linear_of_fit
-        return made(self, campaign, rates=rates, samples=samples, seed=seed, values=values, anyway=anyway)
+        return import_module(LINEAR).linear_of_fit(
+            self, campaign, anyway, start_angle_deg=start_angle_deg, rates=None if rates is None else tuple(rates),
+            samples=samples, seed=seed, values=dict(values or {}),
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""
