@@ -22,7 +22,7 @@ from mechid.simulation.linearisation import Linearised
 FloatArray = NDArray[np.float64]
 
 FREQUENCIES_HZ = (2.0, 20.0, 200.0)
-SMALL = 1e-5
+SMALL = 1e-6
 """The largest deviation of a state on the way, in its SI unit."""
 INSTANTS = 32
 """Of the period that are compared."""
@@ -39,7 +39,7 @@ class _Driven:
     kept: list[int]
 
     def outputs(self, x: FloatArray, place: int, w: float, times: FloatArray, size: float) -> FloatArray:
-        """Return the outputs' deviation, (t, n_y), from states x on, for size cos(w t) into an input."""
+        """Return the outputs, (t, n_y), from deviations x of the states on, for size cos(w t) into an input."""
         equations, rest = equations_of(self.held.plant), self.held.rest(self.about)
 
         def inputs(t: float) -> list[float]:
@@ -47,13 +47,17 @@ class _Driven:
             u[place] += size * np.cos(w * t)
             return list(u)
 
-        def flow(t: float, state: FloatArray) -> FloatArray:
-            return equations.rates(state.tolist(), inputs(t), *rest)
+        still = equations.rates(self.about.x.tolist(), self.about.inputs.tolist(), *rest)
 
-        start = self.about.x.copy()
-        start[self.kept] += x
-        run = solve_ivp(flow, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-12, atol=1e-14)
-        every = [self.held.outputs_at(state, inputs(t), rest) for t, state in zip(times, run.y.T, strict=True)]
+        def flow(t: float, off: FloatArray) -> FloatArray:
+            return equations.rates((self.about.x + off).tolist(), inputs(t), *rest) - still
+
+        start = np.zeros(self.about.x.size)
+        start[self.kept] = x
+        run = solve_ivp(flow, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-9, atol=1e-10 * SMALL)
+        every = [
+            self.held.outputs_at(self.about.x + off, inputs(t), rest) for t, off in zip(times, run.y.T, strict=True)
+        ]
         return np.array(every)
 
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.budget.flying_mechanism import Estimate
 from mechid.command import Command
+from mechid.errors import FitError
 from mechid.export.linear.draws import physical_draws
 from mechid.export.linear.state_space import LinearModel, Matrices, Signals, Uncertain
 from mechid.kernel.equations import equations_of
@@ -77,13 +78,23 @@ class Held:
 
     def about(self, name: str, changed: Mapping[str, float] | None = None) -> Linearised:
         """Return the plant linearised in a way to hold, at values of the mechanism file that may differ."""
-        p = self.opened.mechanism.kernel_values(changed)
-        return linearised(self.plant, p, self.inputs, self.command.start_angle_rad, self.holdings[name])
+        p, command = self.opened.mechanism.kernel_values(changed), self.command
+        try:
+            return linearised(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name])
+        except FitError as error:
+            raise FitError(
+                f"the mechanism has no rest near {command.start_angle_deg:g} electrical degrees; hold another angle, "
+                "--option start_angle_deg=DEG"
+            ) from error
 
     def moving(self, name: str) -> list[int]:
         """Return the places of the states that deviate: not what friction holds, nor what hangs on that alone."""
         about = self.about(name)
         return _moving(self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about)))
+
+    def matrices_at(self, name: str, changed: Mapping[str, float], kept: Sequence[int]) -> Matrices:
+        """Return the matrices of some states where parameters have other values, and the mechanism rests elsewhere."""
+        return _kept(self._whole(Matrices(*self.about(name, changed).matrices)), kept)
 
     def rest(self, about: Linearised) -> tuple[list[float], list[float]]:
         """Return what the nonlinear equations take beside states and inputs: modes and the kernel's parameters."""
@@ -100,7 +111,7 @@ class Held:
         about, kept = self.about(name), self.moving(name)
         whole, slopes = self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about))
         drawn = [dict(zip(self.uncertain.names, draw.tolist(), strict=True)) for draw in draws]
-        samples = [self._whole(Matrices(*self.about(name, values).matrices)) for values in drawn]
+        samples = [self.matrices_at(name, values, kept) for values in drawn]
         states = self._states()
         outputs = [(q, SI_UNIT[q]) for q in self.plant.outputs] + [(ACCELERATION, "rad/s2")] * len(self._accelerated)
         return LinearModel(
@@ -116,7 +127,7 @@ class Held:
             uncertain=self.uncertain,
             limits=self._limits(about),
             margins=about.margins(),
-            samples=_kept(_stacked(samples, whole), kept),
+            samples=_stacked(samples, _kept(whole, kept)),
             draws=draws,
         )
 
@@ -182,7 +193,7 @@ def _moving(whole: Matrices, slopes: Matrices) -> list[int]:
         kept = left
 
 
-def _kept(of: Matrices, states: list[int]) -> Matrices:
+def _kept(of: Matrices, states: Sequence[int]) -> Matrices:
     A = of.A[..., states, :][..., states]
     return Matrices(A, of.B[..., states, :], of.C[..., states], of.D)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -88,7 +89,7 @@ def linear_of(what: Handover, options: Options | None = None) -> Linear:
     InputFileError
         No step command drives the mechanism, or what differs in flight cannot be.
     UsageError
-        There is no parameter that is said to differ in flight.
+        What is said to differ in flight is no parameter, or its value cannot be.
     FitError
         There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
         the mechanism diverge.
@@ -97,12 +98,22 @@ def linear_of(what: Handover, options: Options | None = None) -> Linear:
     _refuse(what, options)
     estimate = estimate_on_base(what, options.values)
     held = Held(small_signal(estimate.mechanism), _command(what, options), uncertain_of(estimate))
-    models = held.models(options.samples, options.seed)
+    models = _models(held, options)
     every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
     return Linear(
         name=what.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
-        words=tuple(_words(held, models, every, estimate)), provenance=what.provenance,
+        words=tuple(_words(held, models, every, estimate, options)), provenance=what.provenance,
     )  # fmt: skip
+
+
+def _models(held: Held, options: Options) -> dict[str, LinearModel]:
+    try:
+        with np.errstate(divide="raise", invalid="raise"):
+            return held.models(options.samples, options.seed)
+    except ArithmeticError as error:
+        raise UsageError(
+            "values: with them the equations divide by 0, as with an inertia of 0; write values above 0"
+        ) from error
 
 
 def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: Any) -> Linear:
@@ -130,9 +141,12 @@ def _command(what: Handover, options: Options) -> Command:
 def _refuse(what: Handover, options: Options) -> None:
     """Refuse what has no linear model of this kind, and values of what it has not."""
     plant = flying_plant(what.mechanism)
-    for name in options.values:
+    for name, value in options.values.items():
         if name not in plant.declarations:
             raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
+        least, most = plant.declarations[name].lower, plant.declarations[name].upper
+        if not (least <= value <= most and math.isfinite(value)):
+            raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
     for name in plant.having(Role.SUPPLY):
         if name not in what.mechanism.parameters and name not in options.values:
             raise InputFileError(
@@ -150,26 +164,27 @@ def _forcings(what: Handover, options: Options, estimate: Estimate) -> Iterator[
 
 
 def _words(
-    held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate
+    held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate, options: Options
 ) -> Iterator[str]:
     angle = f"{held.command.start_angle_deg:g} electrical degrees"
     yield (
         f"Linear for small deviations about the rest where the motor holds {angle}, in flight: without what stays on "
         f"the bench{_listed(estimate.left)}."
     )
+    if options.values:
+        yield f"In flight {', '.join(f'{name} = {value:g}' for name, value in options.values.items())}."
     for name, model in models.items():
-        margins = "; ".join(f"{where} lets go {margin:.3g} N m further" for where, margin in model.margins.items())
-        yield f'"{name}": {HOLDS[name]}{f" ({margins})" if margins else ""}.'
+        until = "".join(f", until [{table}] has {m:.3g} N m more to hold" for table, m in model.margins.items())
+        yield f'"{name}": {HOLDS[name]}{until}.'
+    units = dict(zip(held.opened.inputs, next(iter(models.values())).inputs.units, strict=True))
     for i, (low, high) in next(iter(models.values())).limits.items():
-        unit = dict(zip(held.opened.inputs, next(iter(models.values())).inputs.units, strict=True))[i]
-        yield f"The supply lets {i} go from {low:.4g} to {high:.4g} {unit}."
+        yield f"The supply lets {i} go from {low:.4g} to {high:.4g} {units[i]}."
     yield from held.opened.objections
     if every:
-        first, last = every[0].rates[0], every[0].rates[-1]
-        ways = ", ".join(one.name for one in every)
         yield (
-            f"Forcing for {ways} at {every[0].rates.size} rates from {first:.4g} to {last:.4g} full steps/s; orders "
-            f"below {100.0 * KEPT:g} % of the largest line at all rates are left out."
+            f"Forcing for {', '.join(one.name for one in every)} at {every[0].rates.size} rates from "
+            f"{every[0].rates[0]:.4g} to {every[0].rates[-1]:.4g} full steps/s; orders below {100.0 * KEPT:g} % of the "
+            "largest line at all rates are left out."
         )
     else:
         yield "No forcing: no rates, or no campaign with a record that steps the motor, were given."

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from mechid.errors import UsageError, did_you_mean
@@ -57,7 +57,7 @@ class Options:
 
     @classmethod
     def read(cls, given: Mapping[str, str]) -> Options:
-        """Return the options that texts give, as the command line has them: ``{"samples": "50", "load.inertia": "35"}``.
+        """Return the options that texts give, as the command line has them: ``{"samples": "50"}``.
 
         A name with a dot is a parameter that differs in flight.
 
@@ -71,7 +71,7 @@ class Options:
             if name not in names and "." not in name:
                 remedy = did_you_mean(name, names) or f"; there are {', '.join(names)}"
                 raise UsageError(f'--option: found "{name}"{remedy}, and parameters that differ in flight')
-        values = {name: _number(name, text, float) for name, text in given.items() if "." in name}
+        values = {name: _number(name, text) for name, text in given.items() if "." in name}
         own = {name: _value(name, text) for name, text in given.items() if "." not in name}
         return cls(**own, values=values)  # type: ignore[arg-type]
 
@@ -79,13 +79,13 @@ class Options:
 def _value(name: str, text: str) -> tuple[float, ...] | float:
     if name == "rates":
         parts = [] if text == NONE else text.split(",")
-        return tuple(sorted({_number(name, part, float) for part in parts}))
-    return _number(name, text, float if name == "start_angle_deg" else int)
+        return tuple(sorted({_number(name, part) for part in parts}))
+    return _number(name, text, whole=name != "start_angle_deg")
 
 
-def _number(name: str, text: str, kind: Callable[[str], float]) -> float:
+def _number(name: str, text: str, *, whole: bool = False) -> float:
     try:
-        return kind(text)
+        return int(text) if whole else float(text)
     except ValueError as error:
-        what = "a whole number" if kind is int else "a number, of rates several with commas between"
+        what = "a whole number" if whole else "a number, of rates several with commas between"
         raise UsageError(f'--option {name}: found "{text}"; write {what}') from error
