@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
-from layouts import changed, mechanism_of, paper_table
+from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budget.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
 from mechid.export.export import exported
@@ -197,6 +197,19 @@ def test_octave_opens_it(linear, tmp_path):
         s = 2j * np.pi * 46.0
         expected = matrices.C @ np.linalg.solve(s * np.eye(6) - matrices.A, matrices.B) + matrices.D
         np.testing.assert_allclose(got, expected, rtol=1e-9, atol=1e-12 * np.abs(expected).max())
+
+
+def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
+    """Truth: stuck it has no states, and the torque on its shaft is the one on its base; known values have no deltas."""
+    alone = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
+    what = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)), folder=None)
+    exported(what, "linear", tmp_path, Options(rates=(), samples=2))
+    stuck = json.loads((tmp_path / "linear.json").read_text(encoding="utf-8"))["models"]["stuck"]
+    assert stuck["A"] == []
+    row, column = (stuck[way]["names"].index(name) for way, name in (("outputs", "torque"), ("inputs", "output_torque")))
+    assert stuck["D"][row][column] == 1.0
+    assert stuck["inputs"]["names"][0] == "added_current_phase_a"
+    assert stuck["fraction"]["sizes"] == []
 
 
 def test_the_same_seed_gives_the_same_file(paper, linear):

@@ -21,7 +21,7 @@ from mechid.simulation.linearisation import Linearised
 
 FloatArray = NDArray[np.float64]
 
-FREQUENCIES_HZ = (2.0, 20.0, 200.0)
+FREQUENCIES_HZ = (10.0, 100.0)
 SMALL = 1e-6
 """The largest deviation of a state on the way, in its SI unit."""
 INSTANTS = 32

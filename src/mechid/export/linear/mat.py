@@ -31,8 +31,10 @@ blocks = cell(1, numel(sizes));
 for k = 1:numel(sizes)
     blocks{k} = ureal(sprintf('delta_%d', k), 0, 'Range', [-sigmas, sigmas]) * eye(sizes(k));
 end
-fixed = ss(model.fraction.A, model.fraction.B, model.fraction.C, model.fraction.D);
-sys = lft(blkdiag(blocks{:}), fixed);
+sys = ss(model.fraction.A, model.fraction.B, model.fraction.C, model.fraction.D);
+if ~isempty(sizes)
+    sys = lft(blkdiag(blocks{:}), sys);
+end
 sys.InputName = model.inputs;
 sys.OutputName = model.outputs;
 end

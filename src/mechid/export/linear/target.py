@@ -66,5 +66,7 @@ def _checked(linear: Linear, folder: Path) -> Checked:
 
 
 def _matrices(found: Any) -> Matrices:
+    """Return matrices as read; a model without states, of a stuck motor on a current drive, has empty ones."""
     A, B, C, D = (np.array(found[name], dtype=np.float64) for name in "ABCD")
-    return Matrices(A.reshape(B.shape[:1] * 2), B, C.reshape(len(D), len(A)), D)
+    n = len(B)
+    return Matrices(A.reshape(n, n), B.reshape(n, D.shape[1]), C.reshape(len(D), n), D)
