@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget import BESIDE, CAMPBELL_ORDERS
+from mechid.budget.budget import CAMPBELL_ORDERS
 from mechid.budget.orders import crossings
 from mechid.command import Command, RateProfile
 from mechid.export.handover import Trial
@@ -17,8 +17,12 @@ from mechid.simulation.resonances import resonances
 
 FloatArray = NDArray[np.float64]
 
-COUNT = 60
+COUNT = 40
 """Rates between the lowest and the highest, evenly; the records' own and those at resonances come beside."""
+SIDES = (0.0, 0.3, 0.6, 1.0, 1.5, 2.2, 3.2)
+"""Half widths of a resonance at which rates stand to both sides of where an order meets it."""
+APART = 1e-3
+"""Relative distance of two rates, below which only one is kept."""
 SPAN = 24.0
 """The lowest rate is no smaller than this part of the highest: a slow period is long and has many lines."""
 FULL_STEP_DEG = 90.0
@@ -76,11 +80,20 @@ def usual_rates(mechanism: Mechanism, every: Sequence[Stepping]) -> FloatArray:
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN)
     constant = ranges[ranges[:, 0] == ranges[:, 1], 0]
-    modes = [(r.name, r.frequency_hz) for r in resonances(mechanism)]
-    met = crossings(CAMPBELL_ORDERS, modes, (lowest, highest))
-    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
-    inside = near[(near >= lowest) & (near <= highest)]
-    return np.unique(np.round(np.concatenate([np.linspace(lowest, highest, COUNT), constant, inside]), 9))
+    every = np.concatenate([np.linspace(lowest, highest, COUNT), *_at_resonances(mechanism, lowest, highest)])
+    beside = np.abs(every[:, None] / np.concatenate([constant, [np.inf]]) - 1.0).min(axis=1) > APART
+    every = np.unique(every[beside])
+    kept = every[np.diff(every, prepend=0.0) > APART * every]
+    return np.unique(np.round(np.concatenate([kept, constant]), 9))
+
+
+def _at_resonances(mechanism: Mechanism, lowest: float, highest: float) -> Iterator[FloatArray]:
+    """Yield rates about each one at which an order of the steps meets a resonance."""
+    sides = np.array([sign * side for sign in (-1.0, 1.0) for side in SIDES])
+    for resonance in resonances(mechanism):
+        for met in crossings(CAMPBELL_ORDERS, [(resonance.name, resonance.frequency_hz)], (lowest, highest)):
+            near = met.rate * (1.0 + resonance.damping * sides)
+            yield near[(near >= lowest) & (near <= highest)]
 
 
 def _range(trial: Trial) -> tuple[float, float]:
