@@ -70,21 +70,21 @@ def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
     )
 
 
-def usual_rates(mechanism: Mechanism, every: Sequence[Stepping]) -> FloatArray:
+def usual_rates(mechanism: Mechanism, ways: Sequence[Stepping]) -> FloatArray:
     """Return the rates of a campaign, (r,) full steps/s: its range evenly, its constant rates, its resonances.
 
     Where an order of the steps meets a resonance of the mechanism, rates stand close enough to show it.
     """
-    ranges = np.array([one for stepping in every for one in stepping.ranges])
+    ranges = np.array([one for way in ways for one in way.ranges])
     highest = float(ranges.max())
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN)
-    constant = ranges[ranges[:, 0] == ranges[:, 1], 0]
-    every = np.concatenate([np.linspace(lowest, highest, COUNT), *_at_resonances(mechanism, lowest, highest)])
-    beside = np.abs(every[:, None] / np.concatenate([constant, [np.inf]]) - 1.0).min(axis=1) > APART
-    every = np.unique(every[beside])
-    kept = every[np.diff(every, prepend=0.0) > APART * every]
-    return np.unique(np.round(np.concatenate([kept, constant]), 9))
+    constant = np.unique(ranges[ranges[:, 0] == ranges[:, 1], 0])
+    even = np.linspace(lowest, highest, COUNT)
+    grid = np.unique(np.concatenate([even, *_at_resonances(mechanism, lowest, highest)]))
+    apart = np.diff(grid, prepend=0.0) > APART * grid
+    away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
+    return np.unique(np.round(np.concatenate([grid[apart & away], constant]), 9))
 
 
 def _at_resonances(mechanism: Mechanism, lowest: float, highest: float) -> Iterator[FloatArray]:
