@@ -67,7 +67,7 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
         Derivatives that its kernel carries.
     forcing : Forcing
     """
-    plain = [state for state in forcing.largest if state.periods and FROM_REST in state.reached]
+    plain = [state for here in forcing.states for state in here if state.periods and FROM_REST in state.reached]
     if not plain:
         return None
     state = max(plain, key=lambda one: one.rms)

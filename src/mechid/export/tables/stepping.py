@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget import BESIDE, CAMPBELL_ORDERS
+from mechid.budget.budget import CAMPBELL_ORDERS
 from mechid.budget.orders import crossings
 from mechid.command import Command, RateProfile
 from mechid.export.handover import Trial
@@ -17,8 +17,12 @@ from mechid.simulation.resonances import resonances
 
 FloatArray = NDArray[np.float64]
 
-COUNT = 60
+COUNT = 40
 """Rates between the lowest and the highest, evenly; the records' own and those at resonances come beside."""
+SIDES = (0.0, 0.3, 0.6, 1.0, 1.5, 2.2, 3.2)
+"""Half widths of a resonance at which rates stand to both sides of where an order meets it."""
+APART = 1e-3
+"""Relative distance of two rates, below which only one is kept."""
 SPAN = 24.0
 """The lowest rate is no smaller than this part of the highest: a slow period is long and has many lines."""
 FULL_STEP_DEG = 90.0
@@ -66,21 +70,30 @@ def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
     )
 
 
-def usual_rates(mechanism: Mechanism, every: Sequence[Stepping]) -> FloatArray:
+def usual_rates(mechanism: Mechanism, ways: Sequence[Stepping]) -> FloatArray:
     """Return the rates of a campaign, (r,) full steps/s: its range evenly, its constant rates, its resonances.
 
     Where an order of the steps meets a resonance of the mechanism, rates stand close enough to show it.
     """
-    ranges = np.array([one for stepping in every for one in stepping.ranges])
+    ranges = np.array([one for way in ways for one in way.ranges])
     highest = float(ranges.max())
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN)
-    constant = ranges[ranges[:, 0] == ranges[:, 1], 0]
-    modes = [(r.name, r.frequency_hz) for r in resonances(mechanism)]
-    met = crossings(CAMPBELL_ORDERS, modes, (lowest, highest))
-    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
-    inside = near[(near >= lowest) & (near <= highest)]
-    return np.unique(np.round(np.concatenate([np.linspace(lowest, highest, COUNT), constant, inside]), 9))
+    constant = np.unique(ranges[ranges[:, 0] == ranges[:, 1], 0])
+    even = np.linspace(lowest, highest, COUNT)
+    grid = np.unique(np.concatenate([even, *_at_resonances(mechanism, lowest, highest)]))
+    apart = np.diff(grid, prepend=0.0) > APART * grid
+    away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
+    return np.unique(np.round(np.concatenate([grid[apart & away], constant]), 9))
+
+
+def _at_resonances(mechanism: Mechanism, lowest: float, highest: float) -> Iterator[FloatArray]:
+    """Yield rates about each one at which an order of the steps meets a resonance."""
+    sides = np.array([sign * side for sign in (-1.0, 1.0) for side in SIDES])
+    for resonance in resonances(mechanism):
+        for met in crossings(CAMPBELL_ORDERS, [(resonance.name, resonance.frequency_hz)], (lowest, highest)):
+            near = met.rate * (1.0 + resonance.damping * sides)
+            yield near[(near >= lowest) & (near <= highest)]
 
 
 def _range(trial: Trial) -> tuple[float, float]:
