@@ -200,13 +200,13 @@ def test_octave_opens_it(linear, tmp_path):
 
 
 def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
-    """Truth: stuck it has no states, and the torque on its shaft is the one on its base; known values have no deltas."""
+    """Truth: stuck it has no states, the torque on its shaft is the one on its base; known values have no deltas."""
     alone = mechanism_of({"assembly": "current_driven_stepper", **SINGLE_STEPPER})
     what = replace(paper, mechanism=alone, names=(), covariance=np.zeros((0, 0)), folder=None)
     exported(what, "linear", tmp_path, Options(rates=(), samples=2))
     stuck = json.loads((tmp_path / "linear.json").read_text(encoding="utf-8"))["models"]["stuck"]
     assert stuck["A"] == []
-    row, column = (stuck[way]["names"].index(name) for way, name in (("outputs", "torque"), ("inputs", "output_torque")))
+    row, column = stuck["outputs"]["names"].index("torque"), stuck["inputs"]["names"].index("output_torque")
     assert stuck["D"][row][column] == 1.0
     assert stuck["inputs"]["names"][0] == "added_current_phase_a"
     assert stuck["fraction"]["sizes"] == []
