@@ -283,13 +283,15 @@ def test_draws_are_seeded_and_physical(held):
 
 @pytest.mark.parametrize("name", ["stuck", "free"])
 def test_a_linear_fraction_is_the_model_and_its_derivatives(models, name):
-    """Truth: the matrices plus derivatives times what the deltas move; and the covariance from the directions."""
+    """Truth: the matrices plus derivatives times what the deltas move; the covariance of the matrices' elements."""
     model, parts = models[name], fraction(models[name])
     deltas = np.random.default_rng(2).normal(size=parts.sizes.size)
-    moved = np.tensordot(parts.directions @ deltas, model.by_uncertain.joined, axes=1)
-    got, whole = parts.at(deltas).joined, model.matrices.joined
+    slopes, whole = model.by_uncertain.joined, model.matrices.joined
+    moved = np.tensordot(parts.directions @ deltas, slopes, axes=1)
     size = np.sqrt(np.outer(np.abs(whole).max(axis=1), np.abs(whole).max(axis=0))) + 1e-12
-    assert np.abs((got - whole - moved) / size).max() < 1e-9
-    if name == "free":
-        np.testing.assert_allclose(parts.directions @ parts.directions.T, model.uncertain.covariance, rtol=1e-9,
-                                   atol=1e-9 * np.outer(*[model.uncertain.std_errors] * 2).max())  # fmt: skip
+    assert np.abs((parts.at(deltas).joined - whole - moved) / size).max() < 1e-9
+    scaled = (slopes / size).reshape(len(slopes), -1)
+    exact = scaled.T @ model.uncertain.covariance @ scaled
+    kept = scaled.T @ parts.directions
+    np.testing.assert_allclose(kept @ kept.T, exact, atol=1e-9 * np.abs(exact).max())
+    assert parts.sizes.size == {"stuck": 4, "free": 8}[name]

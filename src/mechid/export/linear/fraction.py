@@ -1,6 +1,7 @@
 """An uncertain model as a linear fraction: fixed matrices around uncertain real numbers, as robust control takes it.
 
-The parameters' covariance is split into independent directions of one standard deviation each, delta_i; to first order
+The parameters' covariance is split into independent directions of one standard deviation each, delta_i, by singular
+values of what they change, so that as few as possible have an effect; to first order
 
     [x'; y] = ([A B; C D] + sum delta_i [dA_i dB_i; dC_i dD_i]) [x; u],
 
@@ -22,6 +23,8 @@ from mechid.export.linear.state_space import LinearModel, Matrices
 FloatArray = NDArray[np.float64]
 NEGLIGIBLE = 1e-9
 """Of the largest singular value of a direction's change, in the sizes of the model's own rows and columns."""
+NO_EFFECT = 1e-7
+"""Of the effect of the most effective direction: those with less are left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,21 +61,18 @@ class Fraction:
 
 
 def fraction(model: LinearModel) -> Fraction:
-    """Return a model as a linear fraction of independent directions of its covariance; those without effect are left.
+    """Return a model as a linear fraction of independent directions of its covariance, the most effective first.
 
-    The directions are the covariance's principal ones, each parameter in its own standard error.
+    Directions without effect are left out.
     """
-    sigma = model.uncertain.std_errors
-    safe = np.where(sigma > 0.0, sigma, 1.0)
-    sizes, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
-    directions = safe[:, None] * axes * np.sqrt(np.maximum(sizes, 0.0))
-    changes = np.tensordot(directions.T, model.by_uncertain.joined, axes=1)
     rows, columns = _scales(model)
+    size = np.sqrt(np.outer(rows, columns))
+    directions = _directions(model, size)
+    changes = np.tensordot(directions.T, model.by_uncertain.joined, axes=1)
     found = [_split(change, rows, columns) for change in changes]
-    kept = [k for k, (left, _) in enumerate(found) if left.shape[1]]
     n, whole = len(model.matrices.A), model.matrices.joined
-    left = np.hstack([np.zeros((len(whole), 0)), *(found[k][0] for k in kept)])
-    right = np.vstack([np.zeros((0, whole.shape[1])), *(found[k][1] for k in kept)])
+    left = np.hstack([np.zeros((len(whole), 0)), *(one for one, _ in found)])
+    right = np.vstack([np.zeros((0, whole.shape[1])), *(other for _, other in found)])
     r, own = left.shape[1], model.matrices
     matrices = Matrices(
         own.A,
@@ -80,7 +80,22 @@ def fraction(model: LinearModel) -> Fraction:
         np.vstack([right[:, :n], own.C]),
         np.block([[np.zeros((r, r)), right[:, n:]], [left[n:], own.D]]),
     )
-    return Fraction(matrices, np.array([found[k][0].shape[1] for k in kept], dtype=np.int64), directions[:, kept])
+    return Fraction(matrices, np.array([one.shape[1] for one, _ in found], dtype=np.int64), directions)
+
+
+def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
+    """Return independent directions of the covariance that have an effect, (k, d), each of one standard deviation.
+
+    Of a root of the covariance, in each parameter's own standard error, the columns are turned so that their effects
+    on the matrices, over the sizes of these, stand at right angles.
+    """
+    sigma = model.uncertain.std_errors
+    safe = np.where(sigma > 0.0, sigma, 1.0)
+    spread, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
+    root = safe[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
+    effects = np.tensordot(root.T, model.by_uncertain.joined / size, axes=1).reshape(root.shape[1], size.size)
+    turned, effective, _ = np.linalg.svd(effects, full_matrices=False)
+    return np.asarray(root @ turned[:, effective > NO_EFFECT * effective.max(initial=0.0)], dtype=np.float64)
 
 
 def _scales(model: LinearModel) -> tuple[FloatArray, FloatArray]:
