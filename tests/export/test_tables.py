@@ -1,4 +1,4 @@
-"""The tables of an export: against long simulations, draws of the parameters, closed forms, other readers of the files."""
+"""The tables of an export: against long simulations, differences, closed forms, other readers of the files."""
 
 import csv
 import json
@@ -25,7 +25,7 @@ from mechid.export.tables.of_forcing import forcing_tables
 from mechid.export.tables.options import Options
 from mechid.export.tables.stepping import steppings, usual_rates
 from mechid.export.tables.table import Table, numbers, texts
-from mechid.plant.flight import below
+from mechid.plant.flight import below, in_flight
 from mechid.simulation.resonances import resonances
 from mechid.simulation.simulator import TimeBase
 
@@ -241,12 +241,25 @@ def test_the_usual_rates_span_the_campaign_and_stand_where_orders_meet_a_resonan
     """Truth: the resonance of the load on its gear, 46.9 Hz; the sweep's range, 0 to 60 steps/s."""
     mechanism = estimate_on_base(paper).mechanism
     rates = usual_rates(mechanism, steppings(paper.trials))
-    (load,) = [r.frequency_hz for r in resonances(mechanism) if r.name]
+    (load,) = resonances(mechanism)
     assert (rates[0], rates[-1]) == (60.0 / 24.0, 60.0)
     assert 46.0 in rates
-    for order in (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0):
-        assert np.abs(rates / (load / order) - 1.0).min() < 1e-9
-    assert np.diff(rates).max() < 1.0
+    apart = np.diff(rates)
+    for order in np.arange(1, 17) / 2.0:
+        inside = np.abs(rates[:-1] * order / load.frequency_hz - 1.0) < load.damping
+        assert np.all(apart[inside] <= 0.3001 * load.damping * rates[:-1][inside])
+    assert apart.max() <= 57.5 / 40.0 + 1e-9
+    assert apart.min() > 0.0
+
+
+def test_many_narrow_resonances_do_not_ask_for_endless_rates():
+    """Truth: the number; modes of 0.1 % damping, each met by many orders."""
+    modes = [{"frequency": w, "damping": 0.001, "inertia": 1e-3} for w in (60.0, 150.0)]
+    mechanism = in_flight(mechanism_of(changed(paper_table(), {"load": {"mode": modes}})))
+    command = Command(stepping="full", microsteps=1, rate=RateProfile.through([(0.0, 5.0), (1.0, 120.0)]))
+    rates = usual_rates(mechanism, steppings([Trial("a", command, SECOND)]))
+    assert len([r for r in resonances(mechanism) if r.damping < 0.01]) == 2
+    assert 100 < rates.size <= 300
 
 
 def test_without_a_step_command_there_are_no_lines(paper, tmp_path):
@@ -284,3 +297,13 @@ def test_options_of_another_kind_are_refused(paper, tmp_path):
     with pytest.raises(UsageError, match="options of another target"):
         exported(paper, "tables", tmp_path / "out", object())
     assert not (tmp_path / "out").exists()
+
+
+def test_synthetic_records_are_called_so(paper, tmp_path):
+    """Truth: the report beside the estimate, of the same fit; another fit's report says nothing."""
+    assert "SYNTHETIC" not in paper.trust
+    report = {"synthetic": True, "provenance": paper.estimate["provenance"]}
+    (tmp_path / "report.json").write_text(json.dumps(report), encoding="utf-8")
+    assert replace(paper, folder=tmp_path).provenance["trust"].startswith("SYNTHETIC: the records were simulated")
+    (tmp_path / "report.json").write_text(json.dumps(report | {"provenance": {}}), encoding="utf-8")
+    assert "SYNTHETIC" not in replace(paper, folder=tmp_path).trust

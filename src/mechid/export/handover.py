@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.budget.discrepancy import report_of
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
@@ -22,6 +23,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
+SYNTHETIC = "SYNTHETIC: the records were simulated, nothing was measured."
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
 
@@ -74,7 +76,12 @@ class Handover:
     def trust(self) -> str:
         """How far the values can be trusted, in a sentence or two."""
         reasons = [str(reason["text"]) for reason in self.estimate.get("grade_reasons", [])]
-        return " ".join([GRADE_WORDS[self.grade], *reasons])
+        return " ".join([*([SYNTHETIC] if self.is_synthetic else []), GRADE_WORDS[self.grade], *reasons])
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether the records were simulated, as far as the report beside the estimate says so."""
+        return self.folder is not None and bool(report_of(self.estimate, self.folder).get("synthetic"))
 
     @property
     def provenance(self) -> dict[str, Any]:

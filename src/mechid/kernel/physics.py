@@ -184,7 +184,6 @@ def rates(writer: Writer) -> list[str]:
     wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
     wanted += [(f"v_{k}", e) for k, e in enumerate(fed)]
     names = ", ".join(name for name, _ in wanted)
-    shared = [(str(s), e) for s, e in plant.terms if s in writer.program.shared]
     lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
     arguments = ", ".join(map(str, scalars))
     fill = [f"{names} = rates_of({writer.unpacked}, w_)"]

@@ -89,12 +89,13 @@ def bulk_text(loads: Sequence[OrderLoad], options: Options, provenance: Mapping[
         what = f"{load.stepping}, order {load.order:g}, {load.frequency_hz[0]:.6g} to {load.frequency_hz[-1]:.6g} Hz"
         f = load.frequency_hz.tolist()
         yield "$\n"
+        yield from comment(what)
         if np.any(load.lines):
-            yield from comment(f"{what}: load {nominal} is the model's line, {np.abs(load.lines).max():.4g} N m")
+            yield from comment(f"Load {nominal}: the model's line, at most {np.abs(load.lines).max():.4g} N m")
             yield rload1(nominal, area, table, table + 1)
             yield from tabled1(table, f, load.lines.real.tolist())
             yield from tabled1(table + 1, f, load.lines.imag.tolist())
-        yield from comment(f"{what}: load {bound} is its bound, {load.bound.max():.4g} N m")
+        yield from comment(f"Load {bound}: its bound, at most {load.bound.max():.4g} N m")
         yield rload2(bound, area, table + 2)
         yield from tabled1(table + 2, f, load.bound.tolist())
 

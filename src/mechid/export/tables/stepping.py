@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.budget import CAMPBELL_ORDERS
-from mechid.budget.orders import crossings
 from mechid.command import Command, RateProfile
 from mechid.export.handover import Trial
 from mechid.plant.mechanism import Mechanism
@@ -18,11 +16,16 @@ from mechid.simulation.resonances import resonances
 FloatArray = NDArray[np.float64]
 
 COUNT = 40
-"""Rates between the lowest and the highest, evenly; the records' own and those at resonances come beside."""
-SIDES = (0.0, 0.3, 0.6, 1.0, 1.5, 2.2, 3.2)
-"""Half widths of a resonance at which rates stand to both sides of where an order meets it."""
+"""Parts of the range, evenly: rates are nowhere further apart."""
+ORDERS = np.arange(1, 33) / 2.0
+"""Of the step rate that may meet a resonance: lines stand at halves."""
+GRADE, NARROWEST = 0.3, 1e-3
+"""Rates are no further apart than this share of how far away an order meets a resonance, or of its half width, which is
+taken as no less than the second, relative."""
+MOST = 300
+"""Rates; where several narrow resonances would ask for more, the share is doubled until they do not."""
 APART = 1e-3
-"""Relative distance of two rates, below which only one is kept."""
+"""Relative distance from a record's constant rate, below which no other is kept."""
 SPAN = 24.0
 """The lowest rate is no smaller than this part of the highest: a slow period is long and has many lines."""
 FULL_STEP_DEG = 90.0
@@ -80,20 +83,31 @@ def usual_rates(mechanism: Mechanism, ways: Sequence[Stepping]) -> FloatArray:
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
     lowest = max(float(slowest.min()), highest / SPAN)
     constant = np.unique(ranges[ranges[:, 0] == ranges[:, 1], 0])
-    even = np.linspace(lowest, highest, COUNT)
-    grid = np.unique(np.concatenate([even, *_at_resonances(mechanism, lowest, highest)]))
-    apart = np.diff(grid, prepend=0.0) > APART * grid
+    grid = _graded(mechanism, lowest, highest)
     away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
-    return np.unique(np.round(np.concatenate([grid[apart & away], constant]), 9))
+    return np.unique(np.round(np.concatenate([grid[away], constant]), 9))
 
 
-def _at_resonances(mechanism: Mechanism, lowest: float, highest: float) -> Iterator[FloatArray]:
-    """Yield rates about each one at which an order of the steps meets a resonance."""
-    sides = np.array([sign * side for sign in (-1.0, 1.0) for side in SIDES])
-    for resonance in resonances(mechanism):
-        for met in crossings(CAMPBELL_ORDERS, [(resonance.name, resonance.frequency_hz)], (lowest, highest)):
-            near = met.rate * (1.0 + resonance.damping * sides)
-            yield near[(near >= lowest) & (near <= highest)]
+def _graded(mechanism: Mechanism, lowest: float, highest: float) -> FloatArray:
+    """Return rates from the lowest to the highest, (r,), the closer the nearer an order is to a resonance."""
+    found = resonances(mechanism)
+    met = np.array([r.frequency_hz / order for r in found for order in ORDERS])
+    width = np.repeat([max(r.damping, NARROWEST) for r in found], ORDERS.size)
+    grade, rates = GRADE, _stepped(met, width, GRADE, lowest, highest)
+    while len(rates) > MOST:
+        grade *= 2.0
+        rates = _stepped(met, width, grade, lowest, highest)
+    return np.array(rates)
+
+
+def _stepped(met: FloatArray, width: FloatArray, grade: float, lowest: float, highest: float) -> list[float]:
+    """Return rates that stand by a share of how far they are from where orders meet resonances, (m,), of some width."""
+    rates = [lowest]
+    while rates[-1] < highest:
+        off = np.maximum(np.abs(rates[-1] / met - 1.0), width)
+        step = min((highest - lowest) / COUNT, grade * rates[-1] * off.min(initial=np.inf))
+        rates.append(min(rates[-1] + step, highest))
+    return rates
 
 
 def _range(trial: Trial) -> tuple[float, float]:

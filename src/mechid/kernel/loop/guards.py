@@ -98,6 +98,21 @@ def any_suspect(w: Numbers, discrete: Integers, h: float) -> bool:
 
 
 @njit(**INNER)
+def lowest_point(s: int, mode: int, i: int, w: Numbers, h: float, f_0: float, f_1: float) -> float:
+    """Return where the cubic through a margin and its slopes at both ends has its minimum, else -1."""
+    rates(w, AT_X_NEW, AT_K_NEW)
+    slopes(s, mode, w, AT_X, AT_K, AT_G_SLOPE)
+    d_0 = w[AT_G_SLOPE + i] * h
+    slopes(s, mode, w, AT_X_NEW, AT_K_NEW, AT_G_SLOPE)
+    d_1 = w[AT_G_SLOPE + i] * h
+    b, a = 3.0 * (f_1 - f_0) - 2.0 * d_0 - d_1, 2.0 * (f_0 - f_1) + d_0 + d_1
+    root = b * b - 3.0 * a * d_0
+    if root < 0.0 or b + math.sqrt(root) == 0.0:
+        return -1.0
+    return -d_0 / (b + math.sqrt(root))
+
+
+@njit(**INNER)
 def first_crossing(s: int, mode: int, i: int, w: Numbers, h: float, armed: int) -> float:
     """Return the share of the step at which guard i ends the mode of switch s, or 2.0 where it does not.
 
@@ -124,21 +139,6 @@ def first_crossing(s: int, mode: int, i: int, w: Numbers, h: float, armed: int) 
         if not 0.0 < outside < 1.0 or margin_after(outside, s, mode, i, w, h) > 0.0:
             return 2.0
     return locate(s, mode, i, w, h, inside, outside)
-
-
-@njit(**INNER)
-def lowest_point(s: int, mode: int, i: int, w: Numbers, h: float, f_0: float, f_1: float) -> float:
-    """Return where the cubic through a margin and its slopes at both ends has its minimum, else -1."""
-    rates(w, AT_X_NEW, AT_K_NEW)
-    slopes(s, mode, w, AT_X, AT_K, AT_G_SLOPE)
-    d_0 = w[AT_G_SLOPE + i] * h
-    slopes(s, mode, w, AT_X_NEW, AT_K_NEW, AT_G_SLOPE)
-    d_1 = w[AT_G_SLOPE + i] * h
-    b, a = 3.0 * (f_1 - f_0) - 2.0 * d_0 - d_1, 2.0 * (f_0 - f_1) + d_0 + d_1
-    root = b * b - 3.0 * a * d_0
-    if root < 0.0 or b + math.sqrt(root) == 0.0:
-        return -1.0
-    return -d_0 / (b + math.sqrt(root))
 
 
 @njit(**INNER)
