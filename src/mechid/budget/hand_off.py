@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.budget.budget import Budget
+from mechid.budget.emission import line_sigmas
 from mechid.budget.hdf5 import is_available, write_hdf5
-from mechid.budget.line_of_sight import Response
 from mechid.budget.numbers import band_edges, budget_data
 from mechid.identification.result.estimate_file import json_text
 from mechid.writing import writable, write_whole
-
-FloatArray = NDArray[np.float64]
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
@@ -72,7 +69,7 @@ def _harmonics(budget: Budget) -> Iterator[str]:
                 for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.carried, strict=True)
             ]
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
-            sigmas = line_sigmas(budget, response)
+            sigmas = line_sigmas(budget.estimate, s)
             n = s.lines.size
             rows = zip(
                 s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True
@@ -86,16 +83,6 @@ def _harmonics(budget: Budget) -> Iterator[str]:
                 )
             for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], beside[n:], strict=True):
                 yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
-
-
-def line_sigmas(budget: Budget, response: Response) -> FloatArray:
-    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, error."""
-    s, estimate = response.state, budget.estimate
-    unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
-    slope = (unit[:, None] * s.gradient[:, : len(estimate.names)]).real
-    own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
-    missed = estimate.discrepancy.of_lines(s.step_orders) * np.abs(s.lines)
-    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + s.error**2), dtype=np.float64)
 
 
 def _number(value: float) -> str:
