@@ -16,10 +16,10 @@ from mechid.identification.computation.progress import Listener, Progress, silen
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.held_out import HeldOut, held_out
 from mechid.identification.diagnosis.hum import hum_left
-from mechid.identification.diagnosis.left_out import NOT_LOOKED_FOR, left_out
 from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
+from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
 from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.refit.reopened import refuse_other_files
@@ -146,7 +146,7 @@ def _in_part(estimate: Mapping[str, Any]) -> str:
 def _concluded(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
     model, named = found.model, bool(found.model.effects)
     words = model.words
-    beyond = left_out(model) if named or found.left or found.refused else {}
+    beyond = out_of_reach(found.before, model) if named or found.left or found.refused else {}
     whys = [(name, why) for name, why in {**beyond, **found.tried}.items() if name not in model.effects]
     tried = [Tried(name=name, words=words.get(name, name), why=why) for name, why in whys]
     proposal = proposal_of(model) if named else None

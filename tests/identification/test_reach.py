@@ -6,7 +6,7 @@ import pytest
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.diagnosis import landscape as landscapes
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of
-from mechid.identification.diagnosis.left_out import NOT_LOOKED_FOR, left_out, not_carried
+from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, not_carried, out_of_reach
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.identify import identify
 from synthetic import COMMANDS, TRUTH, campaign, measured, record
@@ -55,7 +55,7 @@ def test_effects_that_records_cannot_carry_are_told_apart_by_why():
 
 def test_friction_by_direction_is_not_looked_for_where_nothing_turns_back(fitted):
     """Truth: both records are commanded one way only, where another friction the other way is no friction at all."""
-    assert "do not show it" in left_out(fitted)["friction.directional"]
+    assert "do not show it" in out_of_reach(fitted, fitted)["friction.directional"]
 
 
 def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, monkeypatch):
@@ -71,4 +71,4 @@ def test_an_effect_with_which_the_simulation_fails_is_left_out_alone(fitted, mon
     assert set(less.scores()) == set(whole) - {"clock"}
     for name, score in less.scores().items():
         assert score.chi_square == pytest.approx(whole[name].chi_square, rel=1e-6, abs=1e-6)
-    assert "simulation with it fails" in left_out(fitted)["clock"]
+    assert "simulation with it fails" in out_of_reach(fitted, fitted)["clock"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -17,10 +18,19 @@ FloatArray = NDArray[np.float64]
 NOT_LOOKED_FOR = "not looked for"
 
 
-def left_out(model: Model) -> dict[str, str]:
-    """Return the effects that the records could not be asked for at a model's optimum, each with why."""
-    landscape = landscape_of(model)
-    return {**_weak(model, landscape), **not_carried(landscape)}
+def out_of_reach(before: Model, model: Model) -> dict[str, str]:
+    """Return the effects that the records could not be asked for, each with why.
+
+    Parameters
+    ----------
+    before : Model
+        The mechanism as written.
+    model : Model
+        That in which the search has ended.
+    """
+    plain = landscape_of(before if math.isfinite(before.cost) else model)
+    weak = _weak(model, plain if model is before else landscape_of(model)) if model.over_noise > FOLLOWED else {}
+    return {**weak, **not_carried(plain)}
 
 
 def not_carried(landscape: Landscape) -> dict[str, str]:
@@ -49,8 +59,6 @@ def _is_seen(free: FloatArray, further: FloatArray) -> bool:
 
 def _weak(model: Model, landscape: Landscape) -> Mapping[str, str]:
     """Return the effects that would take a share of what is left, which so few samples do not make sure."""
-    if model.over_noise <= FOLLOWED:
-        return {}
     scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
     return {
         name: f"would take {100.0 * s.share:.3g} % of the misfit, with a chi-square of {s.chi_square:.3g} only: these "
