@@ -282,6 +282,7 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2)}) == []
     assert standing_in(left(1.05), {"a": score(0.9), "b": score(0.2)}) == ["b"]
     assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.2)}) == []
+    assert standing_in(left(1.0), {"a": score(0.9), "b": score(0.2), "c": score(0.05)}) == ["c"]
     assert standing_in(left(1.0), {"a": score(0.9), **dict.fromkeys("bcd", score(0.2))}) == ["a", "b", "c", "d"]
     five = dict.fromkeys("abcd", score(0.9))
     assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []

@@ -161,12 +161,12 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
 
     Where more than noise is left, those that take less than half of what a model without them leaves. Where many
     effects share what there is to explain, so that several take less than half, or some of more than four: all, since
-    they imitate it together.
+    they imitate it together. Nothing is named for less than the share for which nothing is added.
     """
     weak = [name for name, score in needed.items() if score.share < MOSTLY]
     if len(weak) > FEW_WEAK or (weak and len(needed) > FEW):
         return list(needed)
-    return weak if model.over_noise > FOLLOWED else []
+    return weak if model.over_noise > FOLLOWED else [name for name in weak if needed[name].share < SHARE]
 
 
 def _without_all(model: Model, names: Sequence[str]) -> Model:
