@@ -54,6 +54,9 @@ def test_both_files_hold_the_model(done, linear):
     data = json.loads((done.folder / "linear.json").read_text(encoding="utf-8"))
     mat = loadmat(done.folder / "linear.mat")
     assert data["format"] == "mechid-linear/1"
+    about = mat["about"][0, 0]
+    assert json.loads(about["provenance"][0]) == data["provenance"] == dict(linear.provenance)
+    assert [str(cell[0]) for cell in about["words"].ravel()] == data["words"] == list(linear.words)
     assert data["uncertain"]["names"] == [str(cell[0]) for cell in mat["uncertain"][0, 0]["names"].ravel()]
     np.testing.assert_array_equal(mat["uncertain"][0, 0]["covariance"], linear.uncertain.covariance)
     for name, model in linear.models.items():
