@@ -54,6 +54,9 @@ def test_both_files_hold_the_model(done, linear):
     data = json.loads((done.folder / "linear.json").read_text(encoding="utf-8"))
     mat = loadmat(done.folder / "linear.mat")
     assert data["format"] == "mechid-linear/1"
+    about = mat["about"][0, 0]
+    assert json.loads(about["provenance"][0]) == data["provenance"] == dict(linear.provenance)
+    assert [str(cell[0]) for cell in about["words"].ravel()] == data["words"] == list(linear.words)
     assert data["uncertain"]["names"] == [str(cell[0]) for cell in mat["uncertain"][0, 0]["names"].ravel()]
     np.testing.assert_array_equal(mat["uncertain"][0, 0]["covariance"], linear.uncertain.covariance)
     for name, model in linear.models.items():
@@ -210,6 +213,42 @@ def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
     assert stuck["D"][row][column] == 1.0
     assert stuck["inputs"]["names"][0] == "added_current_phase_a"
     assert stuck["fraction"]["sizes"] == []
+
+
+OWN_LOAD = """
+from sympy import symbols
+from mechid.parameter import Declaration
+from mechid.plant.block import Block
+
+
+def load(push=None):
+    a, v, T, J, G, p, t = symbols('alpha_gear omega_gear T_applied_in J_m G p theta_0')
+    J_d = Declaration(key='inertia', symbol='J_m', unit='kg m2', meaning='inertia', lower=0.0)
+    pushes = (push,) if push is not None else ()
+    return Block(name='load', table='load', declarations=(J_d,), inputs=(T, *pushes),
+                 rates={a: v, v: (T + sum(pushes)) / J}, initial={a: t / (p / 2) / G, v: 0},
+                 outputs={'alpha_gear': a, 'omega_gear': v, 'T_load': T})
+
+
+def pushed():
+    return load(symbols('output_torque'))
+"""
+
+
+@pytest.mark.parametrize("name", ["load", "pushed"])
+def test_a_load_of_ones_own(paper, tmp_path, name):
+    """Truth: it has the inputs that its block declares; what is lacking is said; else it is the library's load."""
+    (tmp_path / "own.py").write_text(OWN_LOAD, encoding="utf-8")
+    table = changed(OWN, {"load": {"block": f"{tmp_path}/own.py:{name}"}, "housing": None})
+    own = linear_of(replace(paper, mechanism=mechanism_of(table)), Options(rates=(), samples=0))
+    words = " ".join(own.words)
+    assert "The base's acceleration is no input: load: the block of your own" in words
+    assert ("The torque on the output is no input" in words) == (name == "load")
+    phases = ("added_voltage_phase_a", "added_voltage_phase_b")
+    assert own["free"].inputs.names == (*phases, *(["output_torque"] if name == "pushed" else []))
+    library = linear_of(paper, Options(rates=(), samples=0))["free"].response([30.0])
+    response = own["free"].response([30.0])
+    np.testing.assert_allclose(response, library[:, :, : response.shape[2]], rtol=1e-9, atol=1e-15)
 
 
 def test_the_same_seed_gives_the_same_file(paper, linear):

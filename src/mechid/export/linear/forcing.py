@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.emission import Emission, line_sigmas, phase_sigmas
+from mechid.budget.emission import line_sigmas, phase_sigmas
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.steady_state import SteadyState
 from mechid.export.tables.forcing import Forcing
@@ -91,7 +91,7 @@ def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
         own, at = _found(state, orders)
         lines[row, at], slopes[row, at] = state.lines[own], state.gradient[own]
         sigma[row, at], phase_sigma[row, at] = line_sigmas(estimate, state)[own], phase_sigmas(estimate, state)[own]
-        bound[row, at] = _bound(exerted)[own]
+        bound[row, at] = exerted.bound[own]  # the model's own lines come first
     return OrderForcing(
         name=forcing.stepping.name, stepping=command.stepping, microsteps=command.steps_per_full_step,
         waveform=command.waveform, rates=forcing.mode.rates, orders=orders, lines=lines, sigma=sigma,
@@ -112,8 +112,3 @@ def _found(state: SteadyState, orders: FloatArray) -> tuple[NDArray[np.int64], N
     near = np.abs(state.step_orders[:, None] - orders) < SAME_ORDER
     own, at = np.nonzero(near)
     return own, at
-
-
-def _bound(exerted: Emission) -> FloatArray:
-    """Return the bounds of the model's own lines, which come first."""
-    return exerted.bound

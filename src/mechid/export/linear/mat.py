@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Sequence
 from pathlib import Path
@@ -46,7 +47,7 @@ def write_mat(linear: Linear, path: Path) -> None:
     """Write linear.mat: a struct for each model, `uncertain`, `forcing` and `about`."""
     about = {"format": FORMAT, "name": linear.name, "words": _cell(linear.words),
              "start_angle_deg": linear.held.command.start_angle_deg,
-             "grade": linear.provenance["grade"], "mechid": linear.provenance["mechid"]}  # fmt: skip
+             "provenance": json.dumps(dict(linear.provenance))}  # fmt: skip
     own = linear.uncertain
     uncertain = {"names": _cell(own.names), "units": _cell(own.units), "values": own.values,
                  "std_errors": own.std_errors, "covariance": own.covariance}  # fmt: skip
