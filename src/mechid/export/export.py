@@ -19,7 +19,12 @@ from mechid.writing import writable, write_whole
 
 FORMAT = "mechid-export/1"
 FILE_NAME = "mechid_export.json"
-TARGETS: Mapping[str, str] = {"tables": "mechid.export.tables.target"}
+TARGETS: Mapping[str, str] = {
+    "c": "mechid.export.c.target",
+    "fmu": "mechid.export.fmu.target",
+    "linear": "mechid.export.linear.target",
+    "tables": "mechid.export.tables.target",
+}
 """Module of each target by its name; its `written` takes a handover and an empty folder, and writes there."""
 
 

@@ -6,6 +6,7 @@ that of the budget, whose flight may have other values.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,17 +60,24 @@ class Forcing:
         return tuple(map(_largest, self.states))
 
 
-def estimate_on_base(handover: Handover) -> Estimate:
+def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = None) -> Estimate:
     """Return what is known of the mechanism on a held base.
+
+    Parameters
+    ----------
+    handover : Handover
+    values : mapping of dotted name to float or None
+        What differs in flight, in the mechanism file's units; None takes all of the bench.
 
     Raises
     ------
     InputFileError
-        No step command drives it; or the files beside the estimate are damaged or of another fit.
+        No step command drives it, or a value cannot be; or the files beside the estimate are damaged or of another fit.
     """
     bench, folder = handover.mechanism, handover.folder
-    held = in_flight(bench)
-    kept = [k for k, name in enumerate(handover.names) if name in held.parameters and not bench_reason(name)]
+    held = in_flight(bench, values)
+    estimated = held.parameters.keys() - (values or {}).keys()
+    kept = [k for k, name in enumerate(handover.names) if name in estimated and not bench_reason(name)]
     left = read_residual(handover.estimate, folder) if folder else None
     source = ResidualSource(left, carried(bench, held)) if left else None
     missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()

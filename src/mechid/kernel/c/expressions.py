@@ -21,13 +21,9 @@ BINARY = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/
           ast.Mod: ("%", 6), ast.BitAnd: ("&", 3)}  # fmt: skip
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 OWN = {
-    "abs": "magnitude",
-    "min": "smaller",
-    "max": "larger",
-    "floor": "floor_of",
-    "ceil": "ceiling_of",
-    "sqrt": "square_root",
-}
+    "abs": "magnitude", "min": "smaller", "max": "larger", "floor": "floor_of", "ceil": "ceiling_of",
+    "sqrt": "square_root", "sin": "sine_of", "cos": "cosine_of",
+}  # fmt: skip
 """Functions that the C text has of its own, by their names in Python; those of integers end on ``_int``."""
 
 

@@ -82,7 +82,9 @@ class _Function:
         if len(out) > 1:
             arguments += [f"{kind} *{name}" for kind, name in zip(out, results(self.node), strict=True)]
         returned = out[0] if len(out) == 1 else "void"
-        return _filled(f"static {returned} {self.node.name}(", arguments or ["void"], ")")
+        inline = any("forceinline" in ast.unparse(decorator) for decorator in self.node.decorator_list)
+        begin = f"static {'inline ' if inline else ''}{returned} {self.node.name}("
+        return _filled(begin, arguments or ["void"], ")")
 
     def _body(self, statements: Sequence[ast.stmt], depth: int, block: tuple[int, ...]) -> list[str]:
         before = set(self.declared)
