@@ -17,13 +17,13 @@ from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.export.export import exported
+from mechid.export.forcing import estimate_on_base, forcing
 from mechid.export.handover import Trial
+from mechid.export.stepping import steppings, usual_rates
 from mechid.export.tables.check import direct, refuse_other
 from mechid.export.tables.csv_file import read_csv, write_csv
-from mechid.export.tables.forcing import estimate_on_base, forcing
 from mechid.export.tables.of_forcing import forcing_tables
 from mechid.export.tables.options import Options
-from mechid.export.tables.stepping import steppings, usual_rates
 from mechid.export.tables.table import Table, numbers, texts
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.resonances import resonances

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from mechid.errors import UsageError, did_you_mean
-from mechid.export.tables.stepping import FASTEST, SLOWEST
+from mechid.export.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
 LARGEST_ID = 99_000_000

@@ -13,16 +13,16 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.hdf5 import is_available
 from mechid.budget.steady_state import cut_off
 from mechid.export.export import Checked, Written
+from mechid.export.forcing import Forcing, estimate_on_base, forcing
 from mechid.export.handover import Handover
+from mechid.export.stepping import steppings, usual_rates
 from mechid.export.tables import csv_file, hdf5, workbook
 from mechid.export.tables.bulk import write_bulk
 from mechid.export.tables.check import Direct, direct, refuse_other
-from mechid.export.tables.forcing import Forcing, estimate_on_base, forcing
 from mechid.export.tables.history import history
 from mechid.export.tables.of_estimate import estimate_tables, provenance_table
 from mechid.export.tables.of_forcing import forcing_tables
 from mechid.export.tables.options import Options
-from mechid.export.tables.stepping import steppings, usual_rates
 from mechid.export.tables.table import Table, column_table
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
