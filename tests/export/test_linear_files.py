@@ -14,12 +14,12 @@ from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budget.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
 from mechid.export.export import exported
+from mechid.export.forcing import estimate_on_base, forcing
 from mechid.export.linear.fraction import fraction
 from mechid.export.linear.linear import linear_of
 from mechid.export.linear.mat import write_mat
 from mechid.export.linear.options import Options
-from mechid.export.tables.forcing import estimate_on_base, forcing
-from mechid.export.tables.stepping import steppings
+from mechid.export.stepping import steppings
 
 RATES = (23.0, 46.0)
 OWN = changed(paper_table(), {"stepper": {"back_emf_constant": None}})

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from mechid.budget.emission import line_sigmas, phase_sigmas
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.steady_state import SteadyState
-from mechid.export.tables.forcing import Forcing
+from mechid.export.forcing import Forcing
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -13,14 +13,14 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError, did_you_mean
+from mechid.export.forcing import Forcing, estimate_on_base, forcing
 from mechid.export.handover import Handover, handover
 from mechid.export.linear.forcing import KEPT, OrderForcing, by_orders
 from mechid.export.linear.fraction import fraction
 from mechid.export.linear.held import Held, uncertain_of
 from mechid.export.linear.options import Options
 from mechid.export.linear.state_space import LinearModel, Uncertain
-from mechid.export.tables.forcing import Forcing, estimate_on_base, forcing
-from mechid.export.tables.stepping import steppings, usual_rates
+from mechid.export.stepping import steppings, usual_rates
 from mechid.identification.result.fit import Fit
 from mechid.parameter import Role
 from mechid.plant.flight import flying_plant

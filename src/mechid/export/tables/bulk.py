@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.budget.emission import BOUND
+from mechid.export.forcing import Forcing
 from mechid.export.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
-from mechid.export.tables.forcing import Forcing
 from mechid.export.tables.options import Options
 from mechid.writing import write_whole
 

@@ -14,7 +14,7 @@ from mechid.budget.attractors import FROM_REST
 from mechid.budget.steady_state import SteadyState
 from mechid.command import RateProfile
 from mechid.errors import FitError, UsageError
-from mechid.export.tables.forcing import Forcing
+from mechid.export.forcing import Forcing
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome

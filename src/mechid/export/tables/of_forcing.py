@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from mechid.budget.emission import BOUND, Emission, line_sigmas, phase_sigmas
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.steady_state import SteadyState
-from mechid.export.tables.forcing import Forcing
+from mechid.export.forcing import Forcing
 from mechid.export.tables.table import Column, Table, numbers, texts
 
 FloatArray = NDArray[np.float64]

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from mechid.errors import UsageError, did_you_mean
+from mechid.export.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
 LARGEST_ID = 99_000_000
@@ -42,10 +43,11 @@ class Options:
     first_id: int = 900_001
 
     def __post_init__(self) -> None:
-        if not all(0.0 < rate < float("inf") for rate in self.rates) or len(self.rates) > MOST_RATES:
+        wrong = [rate for rate in self.rates if not SLOWEST <= rate <= FASTEST]
+        if wrong or len(self.rates) > MOST_RATES:
+            found = f"{wrong[0]:g}" if wrong else f"{len(self.rates)} of them"
             raise UsageError(
-                f"rates: found {', '.join(f'{r:g}' for r in self.rates[:5])}; write full steps/s above 0, "
-                f"{MOST_RATES} at most"
+                f"rates: found {found}; write full steps/s from {SLOWEST:g} to {FASTEST:g}, {MOST_RATES} at most"
             )
         for name, least, most in (("node", 1, LARGEST_ID), ("component", 4, 6), ("first_id", 1, LARGEST_ID)):
             if not least <= getattr(self, name) <= most:

@@ -13,22 +13,23 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.hdf5 import is_available
 from mechid.budget.steady_state import cut_off
 from mechid.export.export import Checked, Written
+from mechid.export.forcing import Forcing, estimate_on_base, forcing
 from mechid.export.handover import Handover
+from mechid.export.stepping import steppings, usual_rates
 from mechid.export.tables import csv_file, hdf5, workbook
 from mechid.export.tables.bulk import write_bulk
 from mechid.export.tables.check import Direct, direct, refuse_other
-from mechid.export.tables.forcing import Forcing, estimate_on_base, forcing
 from mechid.export.tables.history import history
 from mechid.export.tables.of_estimate import estimate_tables, provenance_table
 from mechid.export.tables.of_forcing import forcing_tables
 from mechid.export.tables.options import Options
-from mechid.export.tables.stepping import steppings, usual_rates
 from mechid.export.tables.table import Table, column_table
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 
-NO_STEPS = "No step command drives a record: there are no lines, no time histories and no Nastran cards."
+NO_STEPS = "No record is known that a step command drives: there are no lines, no time histories and no Nastran cards."
 NO_HDF5 = 'tables.h5 is left out: install h5py, pip install "mechid[formats]".'
+NO_ERRORS = "No parameter of it has a standard error: sigma_Nm and bound_Nm count none."
 NOT_LEFT = (
     "Nothing is known of what the fit left of its records (residual.json): bound_Nm holds the errors of the parameters "
     "and of the model's lines, not lines that the model lacks."
@@ -130,6 +131,8 @@ def _words(handover: Handover, torque: _Torque | None, directs: Sequence[Direct]
         yield NO_STEPS
         return
     yield from (f"Left on the bench: {name}: {why}." for name, why in torque.estimate.left.items())
+    if not torque.estimate.names:
+        yield NO_ERRORS
     if torque.estimate.residual is None:
         yield NOT_LEFT
     for one in torque.forcings:
@@ -146,9 +149,10 @@ def _words(handover: Handover, torque: _Torque | None, directs: Sequence[Direct]
 def _of_stepping(one: Forcing) -> Iterator[str]:
     rates, name = one.mode.rates, one.stepping.name
     ran = one.stepping.tested(rates).sum()
+    span = f"{rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g}" if rates.size > 1 else f"{rates[0]:.6g}"
     yield (
-        f"{name}: {rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g} steps/s, lines up to "
-        f"{one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of them (rates.csv: tested)."
+        f"{name}: {span} steps/s, lines up to {one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of "
+        f"{rates.size} (rates.csv: tested)."
     )
     told = (
         (np.array([not s.follows for s in one.largest]), "the rotor does not keep up with the command"),

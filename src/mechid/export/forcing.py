@@ -23,7 +23,7 @@ from mechid.budget.operating_mode import OperatingMode, usual_highest_hz
 from mechid.budget.residual_source import ResidualSource
 from mechid.budget.steady_state import SteadyState
 from mechid.export.handover import Handover
-from mechid.export.tables.stepping import Stepping
+from mechid.export.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.plant.flight import in_flight, left_on_bench
 from mechid.plant.tables import bench_reason

@@ -28,6 +28,8 @@ APART = 1e-3
 """Relative distance from a record's constant rate, below which no other is kept."""
 SPAN = 24.0
 """The lowest rate is no smaller than this part of the highest: a slow period is long and has many lines."""
+SLOWEST, FASTEST = 0.02, 1e5
+"""Full steps/s: slower ones take minutes for a period, and at faster ones no stepper follows."""
 FULL_STEP_DEG = 90.0
 NEAR = 1e-9
 
@@ -57,10 +59,10 @@ class Stepping:
 
 
 def steppings(trials: Sequence[Trial]) -> tuple[Stepping, ...]:
-    """Return the ways of stepping of some records, in their order; records that never step tell none."""
+    """Return the ways of stepping of some records, in their order; records that hardly step tell none."""
     found: dict[tuple[object, ...], list[Trial]] = {}
     for trial in trials:
-        if _range(trial)[1] > 0.0:
+        if _range(trial)[1] >= SLOWEST:
             found.setdefault(_key(trial.command), []).append(trial)
     plain = [_name(alike[0].command) for alike in found.values()]
     return tuple(
@@ -81,8 +83,8 @@ def usual_rates(mechanism: Mechanism, ways: Sequence[Stepping]) -> FloatArray:
     ranges = np.array([one for way in ways for one in way.ranges])
     highest = float(ranges.max())
     slowest = np.where(ranges[:, 0] > 0.0, ranges[:, 0], highest / SPAN)
-    lowest = max(float(slowest.min()), highest / SPAN)
-    constant = np.unique(ranges[ranges[:, 0] == ranges[:, 1], 0])
+    lowest = max(float(slowest.min()), highest / SPAN, SLOWEST)
+    constant = np.unique(ranges[(ranges[:, 0] == ranges[:, 1]) & (ranges[:, 0] >= SLOWEST), 0])
     grid = _graded(mechanism, lowest, highest)
     away = np.all(np.abs(grid[:, None] / constant - 1.0) > APART, axis=1)
     return np.unique(np.round(np.concatenate([grid[away], constant]), 9))
