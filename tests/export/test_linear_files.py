@@ -13,13 +13,13 @@ from scipy.io import loadmat
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budget.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
-from mechid.export.export import exported
-from mechid.export.forcing import estimate_on_base, forcing
-from mechid.export.linear.fraction import fraction
-from mechid.export.linear.linear import linear_of
-from mechid.export.linear.mat import write_mat
-from mechid.export.linear.options import Options
-from mechid.export.stepping import steppings
+from mechid.exports.export import exported
+from mechid.exports.forcing import estimate_on_base, forcing
+from mechid.exports.linear.fraction import fraction
+from mechid.exports.linear.linear import linear_of
+from mechid.exports.linear.mat import write_mat
+from mechid.exports.linear.options import Options
+from mechid.exports.stepping import steppings
 
 RATES = (23.0, 46.0)
 OWN = changed(paper_table(), {"stepper": {"back_emf_constant": None}})
@@ -182,7 +182,7 @@ def test_octave_opens_it(linear, tmp_path):
         pytest.skip("needs Octave with its control package")
     exported_to = tmp_path / "linear.mat"
     write_mat(linear, exported_to)
-    from mechid.export.linear.mat import UNCERTAIN_SS
+    from mechid.exports.linear.mat import UNCERTAIN_SS
 
     (tmp_path / "mechid_uss.m").write_text(UNCERTAIN_SS, encoding="utf-8")
     (tmp_path / "ureal.m").write_text(UREAL, encoding="utf-8")
@@ -307,7 +307,7 @@ def test_values_that_cannot_be(paper):
 
 def test_a_fit_that_failed(paper):
     """Truth: its values are not handed on."""
-    from mechid.export.handover import handover
+    from mechid.exports.handover import handover
 
     failed = {**paper.estimate, "grade": "failed"}
     with pytest.raises(FitError, match="--anyway"):

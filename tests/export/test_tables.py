@@ -16,15 +16,15 @@ from mechid.analysis.residual_file import FILE_NAME, FORMAT
 from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
-from mechid.export.export import exported
-from mechid.export.forcing import estimate_on_base, forcing
-from mechid.export.handover import Trial
-from mechid.export.stepping import steppings, usual_rates
-from mechid.export.tables.check import direct, refuse_other
-from mechid.export.tables.csv_file import read_csv, write_csv
-from mechid.export.tables.of_forcing import forcing_tables
-from mechid.export.tables.options import Options
-from mechid.export.tables.table import Table, numbers, texts
+from mechid.exports.export import exported
+from mechid.exports.forcing import estimate_on_base, forcing
+from mechid.exports.handover import Trial
+from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.tables.check import direct, refuse_other
+from mechid.exports.tables.csv_file import read_csv, write_csv
+from mechid.exports.tables.of_forcing import forcing_tables
+from mechid.exports.tables.options import Options
+from mechid.exports.tables.table import Table, numbers, texts
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.resonances import resonances
 from mechid.simulation.simulator import TimeBase
