@@ -7,7 +7,7 @@ import tempfile
 import zipfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ CO_SIMULATION = 1
 
 
 class Importer:
-    """One version's archive, loaded.
+    """One version's archive, loaded; the folder of its binary goes when the importer is closed.
 
     Parameters
     ----------
@@ -38,6 +38,12 @@ class Importer:
             binary = next(name for name in archive.namelist() if name.startswith("binaries/"))
             archive.extract(binary, self.folder.name)
         self.library = ct.CDLL(str(Path(self.folder.name) / binary))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.folder.cleanup()
 
     def outputs(self, trial: Trial, steps: FloatArray, count: int) -> FloatArray:
         """Return all outputs at the ends of communication steps of these lengths, (len(steps) + 1, count)."""

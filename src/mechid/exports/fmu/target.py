@@ -51,16 +51,15 @@ def _what(options: Options) -> str:
 
 def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:
     """Compare a unit at its communication points with the kernel."""
-    importer = Importer(path, version, unit.guid)
     count = len(unit.handover.mechanism.plant.outputs)
     thinned, results = [], []
-    for reference in tried:
-        base = reference.trial.base
-        every = max(round(STEP_S * base.sample_rate_hz), 1)
-        rows = np.arange(0, base.samples, every)
-        steps = np.diff(rows) / base.sample_rate_hz
-        results.append(Found(importer.outputs(reference.trial, steps, count)))
-        thinned.append(replace(reference, outputs=reference.outputs[rows]))
+    with Importer(path, version, unit.guid) as importer:
+        for reference in tried:
+            base = reference.trial.base
+            rows = np.arange(0, base.samples, max(round(STEP_S * base.sample_rate_hz), 1))
+            steps = np.diff(rows) / base.sample_rate_hz
+            results.append(Found(importer.outputs(reference.trial, steps, count)))
+            thinned.append(replace(reference, outputs=reference.outputs[rows]))
     return checked(thinned, results, f"the torque of the unit for FMI {version}.0")
 
 
