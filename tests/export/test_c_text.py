@@ -10,7 +10,7 @@ import pytest
 
 from golden_variants import VARIANTS
 from layouts import mechanism_of
-from mechid.command import Command, RateProfile
+from mechid.command import Command, Excitation, RateProfile
 from mechid.errors import MechidError, UsageError
 from mechid.exports.c.compiler import found_compiler
 from mechid.exports.c.source import FILES, Source
@@ -18,7 +18,7 @@ from mechid.exports.c.target import Options
 from mechid.exports.export import exported
 from mechid.exports.handover import Handover, Trial
 from mechid.exports.trials import Found, checked, references
-from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 
 STRICT = ("-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-Wconversion", "-O1")
 COMPILERS = [name for name in ("gcc", "clang", "clang-14") if shutil.which(name)]
@@ -92,7 +92,7 @@ def test_sanitizers_and_valgrind_find_nothing(tmp_path):
     """Truth: UBSan and ASan end the program at the first thing they find; valgrind answers with 9."""
     write(source_of("paper"), tmp_path)
     command = tmp_path / "command.csv"
-    command.write_text("start_angle_deg,microsteps,square,clock_tick_s,first_s\n45,1,0,0,0\n0,46\n", encoding="utf-8")
+    command.write_text("start_angle_deg,microsteps,square,clock_tick_s\n45,1,0,0\n0,46\n", encoding="utf-8")
     flags = ("-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
     program = compile_with(COMPILERS[-1], tmp_path, *flags)
     done = subprocess.run([program, command, "0.3", tmp_path / "s.csv"], capture_output=True, text=True, check=False)
@@ -101,6 +101,28 @@ def test_sanitizers_and_valgrind_find_nothing(tmp_path):
         program = compile_with(COMPILERS[0], tmp_path)
         call = ["valgrind", "-q", "--error-exitcode=9", program, command, "0.05"]
         assert subprocess.run(call, capture_output=True, check=False).returncode == 0
+
+
+@needs_compiler
+def test_measured_inputs_are_held(tmp_path):
+    """Truth: the kernel of a direct drive under the same held torques."""
+    source = source_of("direct_torque_drive")
+    write(source, tmp_path)
+    times, rng = np.arange(100) * 1e-3, np.random.default_rng(3)
+    values = np.column_stack([0.05 * rng.standard_normal((100, 1)), np.zeros((100, len(source.plant.inputs) - 1))])
+    rows = "\n".join(",".join(map(repr, row)) for row in np.column_stack([times, values]).tolist())
+    (tmp_path / "command.csv").write_text(f"time_s,inputs\n{rows}\n", encoding="utf-8")
+    program = compile_with(COMPILERS[0], tmp_path)
+    done = subprocess.run([program, tmp_path / "command.csv", "0.1"], capture_output=True, text=True, check=True)
+    found = np.array([line.split(",") for line in done.stdout.splitlines()[1:]], dtype=float)[:, 1:]
+    mechanism = source.handover.mechanism
+    still = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
+    edges = Excitation(np.zeros(values.shape[1]), times[1:], values[1:], tuple(map(str, source.plant.inputs)))
+    edges = replace(edges, times=np.concatenate([[1e-12], edges.times]), values=values)
+    simulator = Simulator(mechanism.plant, still, TimeBase(1e4, 1001), known_edges=edges)
+    truth = np.column_stack(list(simulate_run(simulator.run(mechanism.kernel_values())).values.values()))
+    size = np.sqrt(np.mean(truth**2, axis=0))
+    assert np.all(np.sqrt(np.mean((found - truth) ** 2, axis=0)) < 1e-6 * size)
 
 
 @needs_compiler

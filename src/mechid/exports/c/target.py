@@ -106,7 +106,7 @@ def _run(program: Path, trial: Trial, folder: Path) -> Found:
 def command_text(trial: Trial) -> str:
     """Return a command as the program reads it."""
     command = trial.command
-    own = (command.start_angle_deg, command.microsteps, int(command.waveform == "square"), command.clock_tick_s, 0.0)
+    own = (command.start_angle_deg, command.microsteps, int(command.waveform == "square"), command.clock_tick_s)
     rows = [own, *zip(command.rate.times_s, command.rate.rates, strict=True)]
-    lines = ["start_angle_deg,microsteps,square,clock_tick_s,first_s", *(",".join(map(repr, row)) for row in rows)]
+    lines = ["start_angle_deg,microsteps,square,clock_tick_s", *(",".join(map(repr, row)) for row in rows)]
     return "\n".join(lines) + "\n"
