@@ -23,8 +23,9 @@ from pathlib import Path
 
 import numpy as np
 
+import mechid
 from mechid.budget.example import STRUCTURE
-from mechid.campaign import campaign_text, catalogue_mechanism, load_campaign, mechanism_text, simulate
+from mechid.campaign import campaign_text, catalogue_mechanism, load_campaign, mechanism_text
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.templates import RecordDraft
 
@@ -94,7 +95,7 @@ def at_mounting_point(rate: float, time: np.ndarray, torque: np.ndarray, rng: np
     for name, (order, amplitude, phase_deg) in LINES.items():
         grown = (rate / 20.0) ** 2 if name == "force_x" else 1.0
         out[name] = grown * amplitude * np.cos(order * steps + np.radians(phase_deg))
-    wander = np.cumsum(rng.normal(0.0, np.sqrt(8.0 / SAMPLE_RATE_HZ), time.size))
+    wander = np.cumsum(rng.normal(0.0, np.sqrt(2.0 / SAMPLE_RATE_HZ), time.size))
     out["force_z"] = WANDERING[1] * np.cos(WANDERING[0] * steps + wander + rng.uniform(0.0, 2.0 * np.pi))
     out["force_z"] += UNHEARD[1] * np.cos(UNHEARD[0] * steps)
     return out
@@ -126,14 +127,16 @@ def main(folder: Path, rates: tuple[float, ...] = RATES) -> None:
     (folder / "campaign.toml").write_text(bare.replace("mechanism.toml", "truth.toml"), encoding="utf-8")
     campaign = load_campaign(folder, read_records=False, need_files=False)
     for draft, rate, rng in zip(drafts, rates, np.random.default_rng(0).spawn(len(rates)), strict=True):
-        run = simulate(campaign, draft.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=SECONDS)
+        run = mechid.simulate(campaign, draft.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=SECONDS)
         table = at_table(at_mounting_point(rate, run.time, run.torque, rng), rng)
         rows = np.column_stack([run.time, table])
         header = "time_s," + ",".join(COLUMNS)
         np.savetxt(folder / draft.file, rows, fmt="%.7g", delimiter=",", header=header, comments="")
     (folder / "campaign.toml").write_text(whole, encoding="utf-8")
     modes = iter(DIRECTIONS)
-    structure = re.sub(r"(line_of_sight = \[[-0-9].*\n)", lambda line: f"{line[1]}directions = {next(modes)}\n", STRUCTURE)
+    structure = re.sub(
+        r"(line_of_sight = \[[-0-9].*\n)", lambda line: f"{line[1]}directions = {next(modes)}\n", STRUCTURE
+    )
     (folder / "structure.toml").write_text(structure, encoding="utf-8")
     (folder / "budget.toml").write_text(BUDGET, encoding="utf-8")
 

@@ -10,7 +10,7 @@ Bendat and Piersol, Random Data, 4th ed., 6.1).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,9 @@ BoolArray = NDArray[np.bool_]
 FALSE_ALARM = 0.01
 """By chance noise alone makes a line of any component at any order of one rate at most so often."""
 COHERENT = 0.5
-"""Share of a line's power that has one phase to the drive torque, from which on that phase counts."""
+"""Share of a line's power that has one phase to the drive torque, below which that phase does not count."""
+BY_CHANCE = 0.01
+"""Phases that are none are taken for one at most so often."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -142,35 +144,58 @@ def side_lines(at: SideAtRate) -> SideLines:
     """Return amplitude and phase of the components at one rate, and what they are worth."""
     n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
     own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
-    tests = len(TRACKED) * max(own.shape[1] - 1, 1)
-    heard = (alone > 0.0) & (n * own > gamma.ppf(1.0 - FALSE_ALARM / tests, n) * alone)
+    heard = (alone > 0.0) & (n * own > gamma.ppf(1.0 - FALSE_ALARM / heard_tests(own.shape[1]), n) * alone)
     left = np.where(heard, np.maximum(own - alone, 0.0), 0.0)
-    drive, cross = left[:, 0], power[:, 1:, 0] - noise[:, 1:, 0]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turn = np.where(drive > 0.0, np.sqrt(0.5 * alone[:, 0] / (n * drive)), np.inf)
-        coherence = np.abs(cross) ** 2 / (left[:, 1:] * drive[:, None])
-        mean = np.where(drive[:, None] > 0.0, cross / np.sqrt(drive)[:, None], 0.0)
+    cross, square = power[:, 1:, 0] - noise[:, 1:, 0], left[:, 1:] * left[:, :1]
+    coherence = np.divide(np.abs(cross) ** 2, square, out=np.zeros(square.shape), where=square > 0.0)
+    with np.errstate(divide="ignore"):
+        turn = np.sqrt(0.5 * alone[:, 0] / (n * left[:, 0]))
+    in_phase = heard[:, 1:] & (coherence > least_coherence(n))
     lines = SideLines(
         amplitude=np.sqrt(left[:, 1:]),
         phase=np.angle(cross),
-        covariance=_errors(power[:, 1:, 1:], noise[:, 1:, 1:], mean, n),
+        covariance=_errors(at, coherence, in_phase),
         turn=turn,
         heard=heard[:, 1:],
-        known=heard[:, 1:] & (np.nan_to_num(coherence) > COHERENT),
+        known=in_phase,
     )
-    known = lines.known & (lines.phase_sigma < 1.0 / RESOLVED)
-    return SideLines(**{**vars(lines), "known": known})
+    return replace(lines, known=in_phase & (lines.phase_sigma < 1.0 / RESOLVED))
 
 
-def _errors(power: ComplexArray, noise: ComplexArray, mean: ComplexArray, n: int) -> ComplexArray:
-    """Return the covariance of the mean of n windows: noise, raised where the windows scatter by more."""
-    alone = np.diagonal(noise, axis1=1, axis2=2).real
-    scatter = (np.diagonal(power, axis1=1, axis2=2).real - np.abs(mean) ** 2) * n / max(n - 1, 1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        raised = (
-            np.where(alone > 0.0, np.sqrt(np.maximum(scatter / alone, 1.0)), 1.0) if n > 1 else np.ones(alone.shape)
-        )
-    return np.asarray(noise * raised[:, :, None] * raised[:, None, :] / n)
+def heard_tests(channels: int) -> int:
+    """Return how many lines of one rate noise may be taken for."""
+    return len(TRACKED) * max(channels - 1, 1)
+
+
+def least_coherence(windows: int) -> float:
+    """Return the share of a line's power in one phase to the drive torque from which on that phase is taken as known.
+
+    Phases that are none reach a coherence of x in n windows with the probability (1 - x)^(n - 1); in one window always,
+    so that one alone shows no phase.
+
+    Examples
+    --------
+    >>> least_coherence(1), least_coherence(3), least_coherence(40)
+    (inf, 0.9, 0.5)
+    """
+    if windows < 2:
+        return float("inf")
+    return max(COHERENT, 1.0 - BY_CHANCE ** (1.0 / (windows - 1)))
+
+
+def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:
+    """Return the covariance of the lines' errors: noise, raised where a line in phase scatters more over the windows.
+
+    What the noise of the drive torque's own line adds to that scatter is left out: it turns all lines alike.
+    """
+    n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
+    own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
+    line = np.maximum(own - alone, 0.0)[:, 1:] * np.minimum(coherence, 1.0)
+    drive = np.divide(alone[:, :1], own[:, :1], out=np.ones((len(own), 1)), where=own[:, :1] > 0.0)
+    scatter = (own[:, 1:] - line) * n / max(n - 1, 1) - line * drive
+    ratio = np.divide(scatter, alone[:, 1:], out=np.ones(scatter.shape), where=in_phase & (alone[:, 1:] > 0.0))
+    raised = np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(noise[:, 1:, 1:] * raised[:, :, None] * raised[:, None, :] / n)
 
 
 def _tracked(window: TravelWindow, together: FloatArray, orders: list[float]) -> SideAtRate:
