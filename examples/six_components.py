@@ -38,7 +38,7 @@ MISALIGNED = 0.06
 LINES = {"moment_y": (2.0, 2e-3, 30.0), "force_x": (1.0, 0.04, 0.0), "force_y": (1.0, 0.03, 90.0)}
 """Order, amplitude in N m or N at 20 steps/s, phase to the steps in deg."""
 WANDERING, UNHEARD = (2.0, 0.03), (1.25, 0.02)
-"""Of force_z: order and amplitude in N of a line that has no phase to the steps, and of one where the model has none."""
+"""Of force_z: order and amplitude in N of a line without a phase to the steps, and of one where the model has none."""
 COLUMNS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 CHANNELS = """\
 channels = [

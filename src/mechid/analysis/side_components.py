@@ -180,7 +180,7 @@ def least_coherence(windows: int) -> float:
     """
     if windows < 2:
         return float("inf")
-    return max(COHERENT, 1.0 - BY_CHANCE ** (1.0 / (windows - 1)))
+    return float(max(COHERENT, 1.0 - BY_CHANCE ** (1.0 / (windows - 1))))
 
 
 def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:

@@ -49,8 +49,8 @@ BY_DUTY = "all modes, by duty"
 class Budget:
     """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
 
-    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces and
-    moments that were measured beside the torque, where there are any.
+    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces
+    and moments that were measured beside the torque, where there are any.
     """
 
     file: BudgetFile

@@ -114,13 +114,13 @@ def at_rate(cells: Sequence[SideAtRate], components: tuple[str, ...], rate: floa
 def _between(components: tuple[str, ...], low: SideLines, high: SideLines, share: float) -> SideHere:
     """Return the lines at a share of the way from one rate to another."""
     lines = (1.0 - share) * low.lines + share * high.lines
-    apart = high.lines - low.lines
+    ends = [end for end, weight in ((low, 1.0 - share), (high, share)) if weight > 0.0]
+    known = np.all([end.known for end in ends], axis=0)
+    apart = np.where(known, high.lines - low.lines, 0.0)
     off = share * (1.0 - share) * apart[:, :, None] * apart[:, None, :].conj()
     covariance = (1.0 - share) ** 2 * low.covariance + share**2 * high.covariance + off
     turn = np.hypot((1.0 - share) * _finite(low.turn), share * _finite(high.turn))
     sigma = np.sqrt(0.5 * np.diagonal(covariance, axis1=1, axis2=2).real)
-    ends = [end for end, weight in ((low, 1.0 - share), (high, share)) if weight > 0.0]
-    known = np.all([end.known for end in ends], axis=0)
     size = np.abs(lines)
     known &= np.hypot(sigma, turn[:, None] * size) * RESOLVED < size
     largest = np.max([end.amplitude for end in ends], axis=0)
