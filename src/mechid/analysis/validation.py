@@ -19,7 +19,7 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
-from mechid.records import Mounting, Role
+from mechid.records import COMPONENTS, Mounting
 from mechid.signal import (
     Band,
     LjungBox,
@@ -183,8 +183,9 @@ def _validated(record: CampaignRecord, campaign: Campaign, fit: Fit) -> RecordVa
 
 
 def _components(record: CampaignRecord) -> tuple[str, ...]:
-    """Return what of a record was measured beside its drive torque."""
-    return tuple(c.quantity for c in record.data.channels if c.role is Role.SIDE) if record.data else ()
+    """Return what of a record was measured beside its drive torque, in one order whatever that of the columns."""
+    held = {channel.quantity for channel in record.data.channels} if record.data else set()
+    return tuple(component for component in COMPONENTS if component in held)
 
 
 def _side(record: CampaignRecord, components: Sequence[str], torque: Prediction) -> tuple[SideAtRate, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required
 from mechid.command.entry import is_table
-from mechid.records import COMPONENTS, Mounting, Record, Role, about_mounting_point
+from mechid.records import Mounting, Record, Role, about_mounting_point
 from mechid.records.components import AXES, TORQUE
 
 KEY = "bench"
@@ -30,6 +30,7 @@ def read_bench(table: Mapping[str, Any], place: Place, records: Sequence[Campaig
     mounting = _mounting(table[KEY], place.key(KEY)) if KEY in table else None
     for index, record in enumerate(records):
         _check(record, mounting, place.key("record").item(index).key("channels"))
+    _refuse_different(records, place.key("record"))
     return mounting
 
 
@@ -51,10 +52,25 @@ def _mounting(entry: Any, place: Place) -> Mounting:
     return Mounting(axis, (x, y, z))
 
 
+def _side(record: CampaignRecord) -> list[str]:
+    return [channel.quantity for channel in record.spec.channels if channel.role is Role.SIDE]
+
+
+def _refuse_different(records: Sequence[CampaignRecord], place: Place) -> None:
+    """Refuse records of different components: their lines are joined over the rate."""
+    having = [(index, _side(record)) for index, record in enumerate(records) if _side(record)]
+    for index, own in having:
+        if other := sorted(set(own) ^ set(having[0][1])):
+            remedy = "give the same in each record that has any"
+            raise place.item(index).key("channels").error(
+                f"{', '.join(other)} in one of it and record[{having[0][0]}] alone; {remedy}"
+            )
+
+
 def _check(record: CampaignRecord, mounting: Mounting | None, place: Place) -> None:
     """Refuse components that cannot be told from the drive torque, or cannot be moved to the mounting point."""
     quantities = tuple(channel.quantity for channel in record.spec.channels)
-    side = [quantity for quantity in quantities if quantity in COMPONENTS]
+    side = _side(record)
     if not side:
         return
     at = place.item(quantities.index(side[0]))

@@ -40,7 +40,7 @@ SIDE_COLUMNS = (
 def side_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
     """Return a row for each of the largest lines of each component; none where no record has any."""
     lines = [line for record in validation.values() for line in _lines(record)]
-    rows = []
+    rows: list[dict[str, Any]] = []
     for component in dict.fromkeys(line["component"] for line in lines):
         own = sorted((x for x in lines if x["component"] == component), key=lambda x: float(-x["amplitude"]))
         largest = {line["order"]: line for line in reversed(own)}.values()
