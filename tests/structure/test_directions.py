@@ -74,7 +74,11 @@ def test_responses_of_a_universal_file(tmp_path):
     """Truth: what was written; of directions to which one line of sight has no response none is there."""
     pyuff = pytest.importorskip("pyuff")
     rng, grid = np.random.default_rng(0), np.linspace(1.0, 20.0, 20)
-    sets = {(3, 6): rng.normal(size=(2, 2, 20)), (3, 1): rng.normal(size=(2, 2, 20)), (3, 2): rng.normal(size=(1, 2, 20))}
+    sets = {
+        (3, 6): rng.normal(size=(2, 2, 20)),
+        (3, 1): rng.normal(size=(2, 2, 20)),
+        (3, 2): rng.normal(size=(1, 2, 20)),
+    }
     path = tmp_path / "frf.uff"
     for (node, direction), data in sets.items():
         for response, (re, im) in zip((4, 5), data, strict=False):

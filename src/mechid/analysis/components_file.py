@@ -71,23 +71,37 @@ def components_content(fit: Fit, validation: Mapping[str, RecordValidation]) -> 
     mounting = next((record.mounting for record in measured.values()), None)
     if mounting is None:
         return None
-    records = {
-        name: {
-            "stepping": record.command["stepping"],
-            "microsteps": record.command["microsteps"],
-            "components": list(record.components),
-            "units": [unit_words(quantity) for quantity in record.components],
-            "rates": [_row(at) for at in record.side],
-        }
+    records = tuple(
+        SideRecord(
+            name=name,
+            stepping=str(record.command["stepping"]),
+            microsteps=int(record.command["microsteps"]),
+            components=record.components,
+            rates=record.side,
+        )
         for name, record in measured.items()
-    }
+    )
+    return components_text(SideRecords(mounting=mounting, records=records), fit.provenance)
+
+
+def components_text(measured: SideRecords, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what the file holds, as JSON can; numbers that are none are where an order was not tracked."""
     return {
         "format": FORMAT,
-        "drive_axis": mounting.drive_axis,
-        "mounting_point_m": list(mounting.point_m),
+        "drive_axis": measured.mounting.drive_axis,
+        "mounting_point_m": list(measured.mounting.point_m),
         "orders": list(TRACKED),
-        "records": records,
-        "provenance": dict(fit.provenance),
+        "records": {
+            record.name: {
+                "stepping": record.stepping,
+                "microsteps": record.microsteps,
+                "components": list(record.components),
+                "units": [unit_words(quantity) for quantity in record.components],
+                "rates": [_row(at) for at in record.rates],
+            }
+            for record in measured.records
+        },
+        "provenance": dict(provenance),
     }
 
 

@@ -109,7 +109,7 @@ def side_response(state: SteadyState, source: SideSource, here: SideHere, highes
     orders = list(TRACKED)
     at = np.array([orders.index(q) if q in orders else -1 for q in state.step_orders.tolist()], dtype=np.int64)
     size = np.abs(state.lines)
-    phase = np.where(size > state.error, state.lines / _not_zero(state.lines), 0.0)
+    phase = np.where(size > state.error, state.lines / np.where(size > 0.0, size, 1.0), 0.0)
     return SideResponse(
         here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz)
     )  # fmt: skip
@@ -129,10 +129,6 @@ def _taken(values: NDArray[Any], at: NDArray[np.int64]) -> NDArray[Any]:
     """Return rows by their places, zero for a place of -1."""
     known = (at >= 0).reshape(-1, *[1] * (values.ndim - 1))
     return np.where(known, values[at], 0.0)
-
-
-def _not_zero(lines: ComplexArray) -> ComplexArray:
-    return np.where(lines == 0.0, 1.0, lines)
 
 
 def _with_bound(total: ComplexArray, bound: FloatArray) -> ComplexArray:

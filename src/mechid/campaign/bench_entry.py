@@ -62,8 +62,10 @@ def _refuse_different(records: Sequence[CampaignRecord], place: Place) -> None:
     for index, own in having:
         if other := sorted(set(own) ^ set(having[0][1])):
             remedy = "give the same in each record that has any"
-            raise place.item(index).key("channels").error(
-                f"{', '.join(other)} in one of it and record[{having[0][0]}] alone; {remedy}"
+            raise (
+                place.item(index)
+                .key("channels")
+                .error(f"{', '.join(other)} in one of it and record[{having[0][0]}] alone; {remedy}")
             )
 
 
