@@ -29,7 +29,7 @@ from mechid.campaign import campaign_text, catalogue_mechanism, load_campaign, m
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.templates import RecordDraft
 
-SAMPLE_RATE_HZ, SECONDS = 4000.0, 3.0
+SAMPLE_RATE_HZ, SECONDS = 2000.0, 8.0
 RATES = (18.0, 19.0, 20.0, 21.0, 22.0)
 POINT_M = (0.02, 0.0, 0.06)
 NOISE_NM, NOISE_N = 5e-4, 5e-3

@@ -87,7 +87,7 @@ def test_a_line_that_wanders_has_no_phase():
 def test_one_window_shows_no_phase():
     assert not lines(seconds=0.5).known.any()
     assert lines(seconds=0.5).heard.any()
-    assert least_coherence(2) == pytest.approx(0.99)
+    assert 0.999 < least_coherence(2) < 1.0
 
 
 def test_records_of_one_rate_count_by_their_windows():

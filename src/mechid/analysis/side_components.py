@@ -15,10 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal.windows import hann
-from scipy.stats import gamma
+from scipy.special import gamma
+from scipy.stats import f
 
 from mechid.analysis.order_tracking import RESOLVED, TravelWindow
-from mechid.analysis.residual_emission import TRACKED, around, tracked_windows
+from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
 from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.series import Series
 
@@ -32,6 +33,10 @@ COHERENT = 0.5
 """Share of a line's power that has one phase to the drive torque, below which that phase does not count."""
 BY_CHANCE = 0.01
 """Phases that are none are taken for one at most so often."""
+MANY = 9
+"""Windows less one from which on `COHERENT` alone decides: by chance it is rarer still."""
+HANN = 1.5
+"""Bins of a Hann window that are worth one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -144,7 +149,7 @@ def side_lines(at: SideAtRate) -> SideLines:
     """Return amplitude and phase of the components at one rate, and what they are worth."""
     n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
     own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
-    heard = (alone > 0.0) & (n * own > gamma.ppf(1.0 - FALSE_ALARM / heard_tests(own.shape[1]), n) * alone)
+    heard = (alone > 0.0) & (own > least_power(n, own.shape[1] - 1) * alone)
     left = np.where(heard, np.maximum(own - alone, 0.0), 0.0)
     cross, square = power[:, 1:, 0] - noise[:, 1:, 0], left[:, 1:] * left[:, :1]
     coherence = np.divide(np.abs(cross) ** 2, square, out=np.zeros(square.shape), where=square > 0.0)
@@ -162,25 +167,32 @@ def side_lines(at: SideAtRate) -> SideLines:
     return replace(lines, known=in_phase & (lines.phase_sigma < 1.0 / RESOLVED))
 
 
-def heard_tests(channels: int) -> int:
-    """Return how many lines of one rate noise may be taken for."""
-    return len(TRACKED) * max(channels - 1, 1)
+def least_power(windows: int, components: int) -> float:
+    """Return by how many times a line's mean power has to exceed that of noise to be heard.
+
+    Both are sums of squares: of the line 2 a window, of the noise those of the bins around it.
+    """
+    alarm = FALSE_ALARM / (len(TRACKED) * max(components, 1))
+    return float(f.ppf(1.0 - alarm, 2 * windows, 2 * windows * BINS / HANN))
 
 
 def least_coherence(windows: int) -> float:
     """Return the share of a line's power in one phase to the drive torque from which on that phase is taken as known.
 
-    Phases that are none reach a coherence of x in n windows with the probability (1 - x)^(n - 1); in one window always,
-    so that one alone shows no phase.
+    Phases that are none, one a window, lie within a ball of radius r about their mean with the probability of its
+    volume: with their mean square s = r^2 / n the coherence is 1 - s. One window alone shows no phase.
 
     Examples
     --------
-    >>> least_coherence(1), least_coherence(3), least_coherence(40)
-    (inf, 0.9, 0.5)
+    >>> [round(least_coherence(n), 4) for n in (2, 3, 5, 20)]
+    [0.9998, 0.9758, 0.7623, 0.5]
     """
-    if windows < 2:
+    d = windows - 1
+    if d < 1:
         return float("inf")
-    return float(max(COHERENT, 1.0 - BY_CHANCE ** (1.0 / (windows - 1))))
+    ball = np.pi ** (0.5 * d) / gamma(0.5 * d + 1.0) * np.sqrt(windows)
+    scatter = (BY_CHANCE * (2.0 * np.pi) ** d / ball) ** (2.0 / d) / windows if d < MANY else 1.0
+    return float(max(COHERENT, 1.0 - scatter))
 
 
 def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:

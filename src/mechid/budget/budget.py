@@ -27,6 +27,7 @@ from mechid.budget.side_response import SideResponse, side_response
 from mechid.budget.side_source import SideSource
 from mechid.budget.standing import nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
+from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
@@ -91,13 +92,23 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
     estimate = read_flying(file.estimate, file.flight)
     spread = file.flight.spread
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
-    side = SideSource(estimate.side, file.frame, file.structure) if estimate.side else None
+    side = _side_source(file, estimate)
     maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
     with one_core_algebra():
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
     told = tuple(findings(file, estimate, modes, side))
     return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told, side)
+
+
+def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
+    """Return what was measured beside the torque with the way to the structure, None where nothing was."""
+    if estimate.side is None:
+        return None
+    try:
+        return SideSource(estimate.side, file.frame, file.structure)
+    except InputFileError as error:
+        raise InputFileError(f"{file.path.name}: structure.frame: {error}") from error
 
 
 def _silent(line: str) -> None:

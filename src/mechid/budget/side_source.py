@@ -54,7 +54,7 @@ class SideSource:
         if np.abs(found - np.eye(3)[AXES.index(axis[-1])]).max() > ALONG:
             where = ", ".join(f"{cosine:.4g}" for cosine in found)
             raise InputFileError(
-                f"structure.frame: the bench's drive axis {mounting.drive_axis} points along [{where}] of the "
+                f"the bench's drive axis {mounting.drive_axis} points along [{where}] of the "
                 f"structure, where the torque acts about {axis}; write the bench's axes in its frame, as {FRAME}"
             )
 
