@@ -66,7 +66,7 @@ def test_a_budget_of_six_components(run, folder):
     assert mode["line_of_sight_rms_rad"][0] != pytest.approx(mode["side"]["drive_rms_rad"][0], rel=0.05)
     assert "Forces and moments beside the torque" in result.stdout
     page = (folder / "out" / "budget.html").read_text(encoding="utf-8")
-    assert "moved to the mounting point at [0.02, -0.03, 0.06] m" in page
+    assert "moved to the mounting point at [0.02, -0.03, 0.06] m, " in page
     assert "| scan | force x | 1 | 1 |" in (folder / "out" / "budget.md").read_text(encoding="utf-8")
 
 

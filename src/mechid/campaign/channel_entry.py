@@ -26,6 +26,8 @@ KEYS = ("quantity", "column", "unit", "gain", "role", "between")
 MATCH_KEYS = ("use", "offset", "drift", "quantisation", "noise_sigma")
 BETWEEN = ("linear", "held")
 QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
+MODELLED = tuple(quantity for quantity in QUANTITIES if quantity not in COMPONENTS)
+"""Those that a mechanism may give or take."""
 TORQUE = "torque"
 DRIFTING = (TORQUE, "force")
 """Quantities whose transducers drift: offset and drift are projected out."""

@@ -55,12 +55,24 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
                 raise InputFileError(f"{path.name}: directions: {direction}: no columns {columns_of}")
         pairs = [_pair(f"{sight}_{name}", columns, frequency_hz, path.name, per(direction)) for sight in sights]
         along[direction] = responses_along(frequency_hz, pairs)
-    return replace(structure, directions=along)
+    return with_directions(structure, along)
 
 
 def per(direction: str) -> str:
     """Return the unit of what acts along a direction."""
     return "N*m" if direction in ROTATIONS else "N"
+
+
+def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]) -> Structure:
+    """Return a structure of measured or exported responses with further directions, what is odd about these too."""
+    findings = [
+        line
+        for direction, model in along.items()
+        for line in response_findings(
+            model.frequency_hz, model.values, tuple(f"{name} per {direction}" for name in structure.line_of_sight)
+        )
+    ]
+    return replace(structure, directions=dict(along)).with_warnings(*findings)
 
 
 def responses_along(frequency_hz: NDArray[np.float64], lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from mechid.errors import InputFileError
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
-from mechid.structure.response_csv import per, responses_along, structure_of_responses
+from mechid.structure.response_csv import per, responses_along, structure_of_responses, with_directions
 from mechid.structure.selection import DIRECTIONS, Location, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
@@ -51,7 +51,7 @@ def read_uff(path: Path, selection: Selection) -> Structure:
     if any(_at(entry, "rsp") == (interface.node, interface.component) for entry in excited):
         found["interface"] = _combined(excited, (interface,), frequency_hz, path.name)
     structure = structure_of_responses(path.name, frequency_hz, found, interface.direction)
-    structure = replace(structure, directions=_directions(sets, interface, selection, path.name))
+    structure = with_directions(structure, _directions(sets, interface, selection, path.name))
     labels = [entry for entry in excited if not _label(entry, "ordinate") or not _label(entry, "orddenom")]
     unsaid = f"{len(labels)} responses have no unit; they are read in SI, rotations in rad, torque in N m"
     return structure.with_warnings(unsaid) if labels else structure
