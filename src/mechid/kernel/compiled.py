@@ -174,17 +174,16 @@ class Buffers:
 
 def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sensitive: bool) -> Buffers:
     """Return zeroed buffers for blocks of up to `samples`, with sensitivities or without."""
-    n_y, lanes, n_s = len(plant.outputs), int(module.NL), len(plant.switches)
-    armed = n_s * plant.most_guards
+    n_y, lanes = len(plant.outputs), int(module.NL)
     rows = samples if sensitive else 0
     return Buffers(
         directions=np.zeros(len(plant.parameters) * lanes),
-        discrete=np.zeros(int(module.MODE) + n_s + armed + int(module.NG), dtype=np.int64),
+        discrete=np.zeros(int(module.DISCRETE), dtype=np.int64),
         w=aligned(int(module.SIZE)),
         y=np.zeros(samples * n_y),
         y_dot=np.zeros(rows * n_y),
         J=np.zeros(rows * n_y * lanes),
-        events=np.zeros(events * (5 + lanes)),
+        events=np.zeros(events * (int(module.EVENT_LANES) + lanes)),
         outputs=n_y,
         lanes=lanes,
         sensitive=sensitive,

@@ -7,43 +7,43 @@ rates `k`, the lane workspace `w`.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
 
 from mechid.kernel.expressions import Angles, Constants, python_text
+from mechid.kernel.places import Places
 from mechid.kernel.program import Program
 from mechid.kernel.schedule import scheduled
 from mechid.plant.plant import START_ANGLE, Plant
 
-_PLACES = {
-    "x": "w_[x_at + {}]", "k": "w_[k_at + {}]", "new": "w_[new_at + {}]", "mid": "w_[mid_at + {}]",
-    "g": "w_[g_at + {}]",
-    "z": "w_[AT_Z + {}]", "u": "w_[AT_U + {}]", "m": "w_[AT_M + {}]", "c": "w_[AT_C + {}]",
-    "x_p": "w_[AT_X_P + {}]", "g_x": "w_[AT_G_X + {}]", "g_p": "w_[AT_G_P + {}]", "pinned": "w_[AT_PINNED + {}]",
-    "points": "w_[AT_POINTS + {}]", "tangent": "w_[AT_TANGENT + {}]",
-    "y_x": "w_[AT_Y_X + {}]", "y_p": "w_[AT_Y_P + {}]", "A": "w_[AT_A + {}]", "B": "w_[AT_B + {}]",
-    "dA": "w_[AT_DA + {}]", "dB": "w_[AT_DB + {}]", "dz": "w_[AT_DZ + {}]", "prop": "w_[prop_at + {}]",
-    "p": "p_[{}]", "w": "w_[{}]", "y": "y_[{}]",
-}  # fmt: skip
-"""Where the short names of this module stand: nearly all in one flat workspace `w_`."""
-NAMED_PLACE = re.compile(r"\bAT_([A-Z_]+)_(\d+)\b")
-"""A place of a part by its number, e.g. ``AT_C_5``: a constant of the module, cheaper to compile than a sum."""
-_SUM = re.compile(r"\b(AT_[A-Z_]+) \+ (\d+)\]")
-_READ = re.compile(r"\b(" + "|".join(_PLACES) + r")\[([^\[\]]*(?:\[[^\]]*\][^\[\]]*)?)\]")
 MANY = 1000
 """Operations from which the start is written with shared parts: compilation takes time."""
 NJIT = "@njit(**INNER, fastmath=FAST{inline})"
 Assignments = Sequence[tuple[str, sp.Expr]]
 
 
+@dataclass(frozen=True)
+class Body:
+    """The lines of a computation: those that read what moves within a step, what holds, and those that compute."""
+
+    moving: list[str]
+    held: list[str]
+    computed: list[str]
+
+    @property
+    def lines(self) -> list[str]:
+        """All of them."""
+        return [*self.moving, *self.held, *self.computed]
+
+
 @dataclass
 class Writer:
-    """Collects functions of one plant; shares constants and angles between them."""
+    """Collects functions of one plant; shares constants, angles and places between them."""
 
     plant: Plant
+    at: Places = field(default_factory=Places)
     program: Program = field(init=False)
     constants: Constants = field(init=False)
     angles: Angles = field(init=False)
@@ -64,8 +64,8 @@ class Writer:
     @property
     def held_arguments(self) -> list[str]:
         """Inputs and mode symbols as arguments: constant over a step."""
-        inputs = [f"u[{i}]" for i in range(len(self.plant.inputs))]
-        return inputs + [f"m[{i}]" for i in range(len(self.mode_symbols))]
+        inputs = [self.at.u[i] for i in range(len(self.plant.inputs))]
+        return inputs + [self.at.m[i] for i in range(len(self.mode_symbols))]
 
     @property
     def point(self) -> tuple[sp.Symbol, ...]:
@@ -75,13 +75,24 @@ class Writer:
     @property
     def unpacked(self) -> str:
         """All scalar arguments of the rates, read from the workspace."""
-        return ", ".join([f"x[{i}]" for i in range(len(self.point))] + self.held_arguments)
+        return ", ".join(self._point_places + self.held_arguments)
 
     def body(self, wanted: Assignments, *, scalars: Iterable[sp.Symbol] = (), share: bool = False) -> list[str]:
+        """Return the lines that compute `wanted`, as `parts` has them, one after another."""
+        return self.parts(wanted, scalars=scalars, share=share).lines
+
+    def parts(
+        self,
+        wanted: Assignments,
+        *,
+        scalars: Iterable[sp.Symbol] = (),
+        share: bool = False,
+        point: Sequence[str] | None = None,
+    ) -> Body:
         """Return the lines that compute `wanted` ({target: expression}).
 
-        `scalars` are symbols that are local already; everything else that is needed is read from
-        the arrays. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
+        `scalars` are symbols that are local already; everything else that is needed is read from the arrays, the point
+        from `point` or where `x_at` says. With `share`, repeated subexpressions get a name (``r0``, ``r1``, ...).
         """
         terms = self._needed_terms(wanted)
         assignments = [(str(s), e) for s, e in terms] + list(wanted)
@@ -95,11 +106,17 @@ class Writer:
         lines = [*multiples, *ready]
         early = {*self.constants.names.values(), *self.plant.inputs, *self.mode_symbols}
         texts = [f"{name} = {text}" for name, text in scheduled(lines, early)]
-        return self._loads([e for _, e in lines], set(scalars)) + texts
+        moving, held = self._loads([e for _, e in lines], set(scalars), point or self._point_places)
+        return Body(moving, held, texts)
 
     def expression_loads(self, expressions: Sequence[sp.Expr]) -> list[str]:
         """Return the lines that read all symbols of some expressions."""
-        return self._loads(expressions, set())
+        moving, held = self._loads(expressions, set(), self._point_places)
+        return [*moving, *held]
+
+    @property
+    def _point_places(self) -> list[str]:
+        return [self.at.x[i] for i in range(len(self.point))]
 
     def _needed_terms(self, wanted: Assignments) -> list[tuple[sp.Symbol, sp.Expr]]:
         expressions, names = [e for _, e in wanted], {name for name, _ in wanted}
@@ -111,16 +128,16 @@ class Writer:
             todo = {s for t in todo for s in definitions[t].free_symbols & definitions.keys()} - needed
         return [(s, e) for s, e in definitions.items() if s in needed]
 
-    def _loads(self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol]) -> list[str]:
+    def _loads(
+        self, expressions: Sequence[sp.Expr], scalars: set[sp.Symbol], point: Sequence[str]
+    ) -> tuple[list[str], list[str]]:
+        """Return the lines that read what moves within a step, and those that read what holds."""
         seen = set().union(*(sp.sympify(e).free_symbols for e in expressions)) - scalars
-        sources = {
-            "x": self.point, "z": self.plant.filter.states,
-            "u": self.plant.inputs, "m": self.mode_symbols,
-        }  # fmt: skip
-        lines = [
-            f"{s} = {array}[{k}]" for array, symbols in sources.items() for k, s in enumerate(symbols) if s in seen
-        ]
-        return lines + [f"{s} = c[{k}]" for k, s in self.constants.used_in(expressions)]
+        moving = [f"{s} = {place}" for s, place in zip(self.point, point, strict=True) if s in seen]
+        moving += [f"{s} = {self.at.z[k]}" for k, s in enumerate(self.plant.filter.states) if s in seen]
+        held = [f"{s} = {self.at.u[k]}" for k, s in enumerate(self.plant.inputs) if s in seen]
+        held += [f"{s} = {self.at.m[k]}" for k, s in enumerate(self.mode_symbols) if s in seen]
+        return moving, held + [f"{s} = {self.at.c[k]}" for k, s in self.constants.used_in(expressions)]
 
 
 def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) -> list[tuple[str, sp.Expr]]:
@@ -143,33 +160,34 @@ def _in_order(shared: Sequence[tuple[sp.Symbol, sp.Expr]], wanted: Assignments) 
     return ready
 
 
-def placed(line: str) -> str:
-    """Return a line with the short array names replaced by places in the workspace."""
-    while _READ.search(line):
-        line = _READ.sub(lambda found: _PLACES[found[1]].format(found[2]), line)
-    return _SUM.sub(r"\1_\2]", line)
-
-
-def function(name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False) -> str:
-    """Return the text of one compiled function."""
-    body = "\n".join(f"    {placed(line)}" for line in lines)
+def function(
+    name: str, arguments: str, doc: str, lines: Iterable[str], *, inline: bool = False, returns: str = "None"
+) -> str:
+    """Return the text of one compiled function; the types of its arguments follow from their names."""
+    body = "\n".join(f"    {line}" for line in lines)
     head = NJIT.format(inline=", forceinline=True" if inline else "")
-    return f'{head}\ndef {name}({arguments}):\n    """{doc}"""\n{body}\n'
+    typed = ", ".join(f"{argument}: {_type_of(argument)}" for argument in arguments.split(", "))
+    return f'{head}\ndef {name}({typed}) -> {returns}:\n    """{doc}"""\n{body}\n'
+
+
+def _type_of(argument: str) -> str:
+    """Return the type of an argument: numbers, an integer (a place, a switch, its mode, a guard), or a number."""
+    if argument.endswith("_") and len(argument) == len("w_"):
+        return "Numbers"
+    return "int" if argument.endswith("_at") or argument in ("at", "to", "s", "mode", "g") else "float"
 
 
 def rates(writer: Writer) -> list[str]:
     """Rates and filter inputs, on scalars and on arrays."""
-    plant, fed = writer.plant, writer.program.filter_inputs
+    plant, fed, at = writer.plant, writer.program.filter_inputs, writer.at
     scalars = (*writer.point, *plant.inputs, *writer.mode_symbols)
     wanted = [(f"k_{s}", e) for s, e in zip(plant.states, plant.rates, strict=True)]
     wanted += [(f"v_{k}", e) for k, e in enumerate(fed)]
     names = ", ".join(name for name, _ in wanted)
-    shared = [(str(s), e) for s, e in plant.terms if s in writer.program.shared]
-    folded = [(name, writer.program.folded(e)) for name, e in [*shared, *wanted]]
-    lines = [*writer.body(folded, scalars=scalars), f"return {names}"]
+    lines = [*writer.body(wanted, scalars=scalars), f"return {names}"]
     arguments = ", ".join(map(str, scalars))
     fill = [f"{names} = rates_of({writer.unpacked}, w_)"]
-    fill += [f"k[{i}] = {name}" for i, (name, _) in enumerate(wanted)]
+    fill += [f"{at.k[i]} = {name}" for i, (name, _) in enumerate(wanted)]
     return [
         function(
             "rates_of",
@@ -177,6 +195,7 @@ def rates(writer: Writer) -> list[str]:
             "Rates of the states, then inputs of the filter.",
             lines,
             inline=True,
+            returns=f"tuple[{', '.join(['float'] * len(wanted))}]",
         ),
         function("rates", "w_, x_at, k_at", "The same from x_at to k_at.", fill, inline=True),
     ]
@@ -184,13 +203,13 @@ def rates(writer: Writer) -> list[str]:
 
 def start(writer: Writer) -> str:
     """States and sensitivities at the start of a record, coils settled at the first voltages."""
-    plant = writer.plant
-    reads = [f"{q} = p[{k}]" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
-    reads += [f"{u} = u[{k}]" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
+    plant, at = writer.plant, writer.at
+    reads = [f"{q} = {at.p[k]}" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
+    reads += [f"{u} = {at.u[k]}" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
     reads += [f"{START_ANGLE} = theta_0"]
-    wanted = [(f"x[{i}]", sp.sympify(e)) for i, e in enumerate(plant.initial)]
+    wanted = [(at.x[i], sp.sympify(e)) for i, e in enumerate(plant.initial)]
     wanted += [
-        (f"x_p[{i * len(plant.parameters) + k}]", d)
+        (at.x_p[i * len(plant.parameters) + k], d)
         for i, e in enumerate(plant.initial)
         for k, q in enumerate(plant.parameters)
         if (d := sp.diff(e, q)) != 0
@@ -213,14 +232,14 @@ def _has(expressions: Iterable[sp.Expr], symbol: sp.Symbol) -> bool:
 
 def outputs(writer: Writer) -> list[str]:
     """Write outputs, and their gradients to states, filter states and parameters."""
-    plant, program = writer.plant, writer.program
-    wanted = [(f"y[at + {j}]", e) for j, e in enumerate(plant.outputs.values())]
+    plant, program, at = writer.plant, writer.program, writer.at
+    wanted = [(at.y[f"at + {j}"], e) for j, e in enumerate(plant.outputs.values())]
     every = (*plant.states, *plant.filter.states)
     gradient: list[tuple[str, sp.Expr]] = []
     for j, node in enumerate(program.measured):
-        gradient += [(f"y_x[{j * len(every) + i}]", node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
+        gradient += [(at.y_x[j * len(every) + i], node.inner.get(s, sp.Integer(0))) for i, s in enumerate(every)]
         gradient += [
-            (f"y_p[{j * len(plant.parameters) + k}]", d)
+            (at.y_p[j * len(plant.parameters) + k], d)
             for k, q in enumerate(plant.parameters)
             if (d := node.outer.get(q))
         ]
@@ -235,16 +254,16 @@ def outputs(writer: Writer) -> list[str]:
 
 def _output_flow(writer: Writer) -> str:
     """Time derivative of the outputs: their gradients along the rates and the filter's flow."""
-    plant, width = writer.plant, len(writer.plant.filter.inputs)
+    plant, width, at = writer.plant, len(writer.plant.filter.inputs), writer.at
     states, z = plant.states, plant.filter.states
     rates = {s: sp.Symbol(f"k_{s}") for s in (*states, *z)}
-    lines = [f"k_{s} = k[{i}]" for i, s in enumerate(states)]
+    lines = [f"k_{s} = {at.k[i]}" for i, s in enumerate(states)]
     for i, s in enumerate(z):
-        parts = [f"A[{i * len(z) + j}] * z[{j}]" for j in range(len(z)) if plant.filter.A[i, j] != 0]
-        parts += [f"B[{i * width + j}] * k[{len(states) + j}]" for j in range(width) if plant.filter.B[i, j] != 0]
+        parts = [f"{at.A[i * len(z) + j]} * {at.z[j]}" for j in range(len(z)) if plant.filter.A[i, j] != 0]
+        parts += [f"{at.B[i * width + j]} * {at.k[len(states) + j]}" for j in range(width) if plant.filter.B[i, j] != 0]
         lines.append(f"k_{s} = " + (" + ".join(parts) or "0.0"))
     flows = [
-        (f"y[at + {j}]", sp.Add(*(d * rates[s] for s, d in node.inner.items() if s in rates)))
+        (at.y[f"at + {j}"], sp.Add(*(d * rates[s] for s, d in node.inner.items() if s in rates)))
         for j, node in enumerate(writer.program.measured)
     ]
     lines += writer.body(flows, scalars=rates.values(), share=True)
@@ -253,17 +272,17 @@ def _output_flow(writer: Writer) -> str:
 
 def linear_filter(writer: Writer) -> str:
     """Matrices of the filter and their derivatives to the parameters in them."""
-    plant = writer.plant
+    plant, at = writer.plant, writer.at
     system, lines = plant.filter, []
     own = filter_parameters(plant)
     used = set().union(*(e.free_symbols for e in [*system.A, *system.B]), set())
-    reads = [f"{q} = p[{k}]" for k, q in enumerate(plant.parameters) if q in used]
-    for name, matrix in (("A", system.A), ("B", system.B)):
+    reads = [f"{q} = {at.p[k]}" for k, q in enumerate(plant.parameters) if q in used]
+    for values, slopes, matrix in ((at.A, at.dA, system.A), (at.B, at.dB, system.B)):
         for (i, j), e in _entries(matrix):
             place = i * matrix.cols + j
-            lines.append(f"{name}[{place}] = {python_text(e)}")
+            lines.append(f"{values[place]} = {python_text(e)}")
             lines += [
-                f"d{name}[{f * len(matrix) + place}] = {python_text(d)}"
+                f"{slopes[f * len(matrix) + place]} = {python_text(d)}"
                 for f, q in enumerate(own)
                 if (d := sp.diff(e, q)) != 0
             ]
@@ -286,10 +305,10 @@ def filter_parameters(plant: Plant) -> tuple[sp.Symbol, ...]:
 
 def constants(writer: Writer) -> str:
     """All hoisted constants; written last, when they are known."""
-    names = writer.constants.names
+    names, at = writer.constants.names, writer.at
     used = set().union(*(e.free_symbols for e in names), set())
-    reads = [f"{q} = p[{k}]" for k, q in enumerate(writer.plant.parameters) if q in used]
+    reads = [f"{q} = {at.p[k]}" for k, q in enumerate(writer.plant.parameters) if q in used]
     lines = [
-        f"c[{k}] = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}") for k, (e, s) in enumerate(names.items())
+        f"{at.c[k]} = {python_text(e)}" + ("" if e.is_Symbol else f"  # {s}") for k, (e, s) in enumerate(names.items())
     ]
     return function("constants", "p_, w_", "Functions of the parameters alone.", [*reads, *lines, "return"])

@@ -10,34 +10,36 @@ from mechid.kernel.physics import Writer, function
 
 def turns(writer: Writer) -> str:
     """Sine and cosine of the base angles of a point, from its states."""
-    first = len(writer.plant.states)
+    first, at = len(writer.plant.states), writer.at
     angles = [(f"turn_{k}", writer.constants.hoist(base)) for k, base in enumerate(writer.angles.bases)]
     lines = writer.expression_loads([e for _, e in angles]) + [f"{name} = {python_text(e)}" for name, e in angles]
-    lines += [f"x[{first + 2 * k}], x[{first + 2 * k + 1}] = sincos(turn_{k})" for k in range(len(angles))]
+    lines += [
+        f"{at.x[first + 2 * k]}, {at.x[first + 2 * k + 1]} = sine_and_cosine(turn_{k})" for k in range(len(angles))
+    ]
     return function("turn", "w_, x_at", "Complete a point from its states.", [*lines, "return"])
 
 
 def step(writer: Writer) -> str:
     """One classical Runge-Kutta step, its first rates known; written out, as a loop's choices cost time."""
-    states, n_fed = writer.plant.states, len(writer.program.filter_inputs)
+    states, n_fed, at = writer.plant.states, len(writer.program.filter_inputs), writer.at
     pairs = writer.angles.pairs
     arguments = ", ".join([f"at_{s}" for s in writer.point] + writer.held_arguments)
-    lines = [f"{s} = x[{i}]" for i, s in enumerate((*states, *pairs))]
-    lines += [f"{s} = c[{k}]" for k, s in writer.constants.used_in(_increments(writer))]
-    lines += [f"k_{s}_0 = k[{i}]" for i, s in enumerate(states)]
+    lines = [f"{s} = {at.x[i]}" for i, s in enumerate((*states, *pairs))]
+    lines += [f"{s} = {at.c[k]}" for k, s in writer.constants.used_in(_increments(writer))]
+    lines += [f"k_{s}_0 = {at.k[i]}" for i, s in enumerate(states)]
     lines += ["half, sixth = 0.5 * h, h * (1.0 / 6.0)"]
     for stage, reach in enumerate(("half", "half", "h")):
         lines += [f"at_{s} = {s} + {reach} * k_{s}_{stage}" for s in states]
         lines += _turned(writer, reach, f"k_{{}}_{stage}")
-        lines += [f"points[{4 * i + stage}] = at_{s}" for i, s in enumerate(writer.point)]
+        lines += [f"{at.points[4 * i + stage]} = at_{s}" for i, s in enumerate(writer.point)]
         results = [f"k_{s}_{stage + 1}" for s in states] + [f"v_{j}_{stage + 1}" for j in range(n_fed)]
         lines.append(f"{', '.join(results)} = rates_of({arguments}, w_)")
     lines += [f"sum_{s} = (k_{s}_0 + 2.0 * (k_{s}_1 + k_{s}_2)) + k_{s}_3" for s in states]
     lines += [f"at_{s} = {s} + sixth * sum_{s}" for s in states]
     lines += _turned(writer, "sixth", "sum_{}")
     for i, s in enumerate(writer.point):
-        lines += [f"new[{i}] = at_{s}", f"points[{4 * i + 3}] = at_{s}"]
-    lines += [f"mid[{j}] = 0.5 * (v_{j}_1 + v_{j}_2) + 0.25 * v_{j}_3" for j in range(n_fed)]
+        lines += [f"{at.new[i]} = at_{s}", f"{at.points[4 * i + 3]} = at_{s}"]
+    lines += [f"{at.mid[j]} = 0.5 * (v_{j}_1 + v_{j}_2) + 0.25 * v_{j}_3" for j in range(n_fed)]
     doc = (
         "From x_at, whose rates are at k_at, one step of length h to new_at; filter inputs half way to mid_at, "
         "the points of the stages and of the end, side by side, to AT_POINTS."

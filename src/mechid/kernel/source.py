@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 from importlib import resources
 
 import numpy as np
 
 from mechid.kernel import physics, runge_kutta
+from mechid.kernel.places import Places
 from mechid.kernel.switching import guards
 from mechid.kernel.tangents import WIDTH, LaneWriter
 from mechid.plant.plant import Plant
@@ -17,13 +19,15 @@ GENERATOR = (
     "physics.py",
     "runge_kutta.py",
     "switching.py",
+    "places.py",
+    "pointers.py",
     "tangents.py",
     "program.py",
     "expressions.py",
     "schedule.py",
 )
-TEMPLATES = ("numbers", "places", "filter", "guards", "lanes", "switches", "loop")
-"""The texts that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
+LOOP = ("numbers", "memory", "filter", "guards", "lanes", "switches", "advance")
+"""The modules that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
 the first."""
 TERMS = 48
 """Most terms of the series of the filter's propagator: enough where no rate is above ten a step."""
@@ -38,7 +42,7 @@ def fingerprint(plant: Plant, lanes: int) -> str:
     """Return the name of a plant's kernel: its structure, the lanes, and mechid's own generator."""
     generator = "".join(
         resources.files("mechid.kernel").joinpath(name).read_text(encoding="utf-8")
-        for name in (*GENERATOR, *(f"templates/{name}.py.in" for name in TEMPLATES))
+        for name in (*GENERATOR, *(f"loop/{name}.py" for name in LOOP))
     )
     return hashlib.sha256(f"{plant.digest} {lanes} {generator}".encode()).hexdigest()[:24]
 
@@ -65,14 +69,22 @@ def generate(plant: Plant, lanes: int) -> str:
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
-    first, *others = map(_template, TEMPLATES)
+    first, *others = map(_of_loop, LOOP)
     body = "\n\n".join([first, *functions, *others])
-    names = _place_lines(parts, body)
+    names = _place_lines(writer.at)
     return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n\n" + body
 
 
-def _template(name: str) -> str:
-    return resources.files("mechid.kernel").joinpath(f"templates/{name}.py.in").read_text(encoding="utf-8")
+def _of_loop(name: str) -> str:
+    """Return the text of a module of the loop without its imports, under its title."""
+    text = resources.files("mechid.kernel").joinpath(f"loop/{name}.py").read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    body = next(node for node in tree.body[1:] if not isinstance(node, ast.Import | ast.ImportFrom))
+    decorators = getattr(body, "decorator_list", [])
+    first = decorators[0].lineno if decorators else body.lineno
+    rule, title = "# " + "-" * 93, (ast.get_docstring(tree) or name).splitlines()
+    lines = [rule, *(f"# {line}".rstrip() for line in title), rule, ""]
+    return "\n".join([*lines, *text.splitlines()[first - 1 :]]) + "\n"
 
 
 def _header(plant: Plant, lanes: int, body: str) -> str:
@@ -85,8 +97,8 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
-        '"""\n\nimport math\n\nimport numpy as np\nfrom numba import njit, types\n'
-        "from numba.extending import intrinsic\n\n"
+        '"""\n\nfrom __future__ import annotations\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
+        "from mechid.kernel.pointers import numbers\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
         'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
@@ -135,19 +147,14 @@ def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
     return [*lines, f"SIZE = {first}"]
 
 
-def _place_lines(parts: dict[str, int], body: str) -> list[str]:
+def _place_lines(places: Places) -> list[str]:
     """Return the assignments of the single places that the text names, a line each part.
 
     They too are NumPy integers: Numba 0.68 miscounts references to arrays indexed by literal ones.
     """
-    used: dict[str, set[int]] = {}
-    for part, place in physics.NAMED_PLACE.findall(body):
-        used.setdefault(part, set()).add(int(place))
     return [
-        ", ".join(f"AT_{part}_{i}" for i in sorted(places))
-        + f", = (np.int64(AT_{part} + i) for i in {tuple(sorted(places))})"
-        for part, places in used.items()
-        if part in parts
+        ", ".join(f"AT_{part}_{i}" for i in single) + f", = (np.int64(AT_{part} + i) for i in {tuple(single)})"
+        for part, single in places.named.items()
     ]
 
 

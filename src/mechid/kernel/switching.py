@@ -11,11 +11,11 @@ from mechid.kernel.physics import Writer, function
 
 def guards(writer: Writer) -> list[str]:
     """Margins of all guards mode by mode, their rates and gradients; entry rules; mode symbols."""
-    margins, slopes, gradients = [], [], []
+    margins, slopes, gradients, at = [], [], [], writer.at
     for switch in writer.plant.switches:
         for mode in switch.modes:
             expressions = [guard.margin for guard in switch.guards.get(mode, ())]
-            margins.append(writer.body([(f"g[{i}]", e) for i, e in enumerate(expressions)]))
+            margins.append(writer.body([(at.g[i], e) for i, e in enumerate(expressions)]))
             slopes.append(_slope_lines(writer, expressions))
             gradients.append(_gradient_lines(writer, expressions))
     modes = [len(s.modes) for s in writer.plant.switches]
@@ -32,22 +32,22 @@ def guards(writer: Writer) -> list[str]:
 
 
 def _slope_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
-    rates = [sp.Symbol(f"k_{i}") for i in range(len(writer.plant.states))]
+    rates, at = [sp.Symbol(f"k_{i}") for i in range(len(writer.plant.states))], writer.at
     flows = []
     for e in margins:
         g_x = writer.program.partial_x(e)
         flows.append(sp.Add(*(d * k for d, k in zip(g_x, rates, strict=True))))
-    read = [f"{k} = k[{i}]" for i, k in enumerate(rates) if any(e.has(k) for e in flows)]
-    wanted = [(f"g[{i}]", e) for i, e in enumerate(flows)]
+    read = [f"{k} = {at.k[i]}" for i, k in enumerate(rates) if any(e.has(k) for e in flows)]
+    wanted = [(at.g[i], e) for i, e in enumerate(flows)]
     return [*read, *writer.body(wanted, scalars=rates, share=True)]
 
 
 def _gradient_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:
-    wanted: list[tuple[str, sp.Expr]] = []
+    wanted, at = list[tuple[str, sp.Expr]](), writer.at
     for n, e in enumerate(margins):
         g_x, g_p = writer.program.partial_x(e), writer.program.partial_p(e)
-        wanted += [(f"g_x[{n * len(g_x) + i}]", d) for i, d in enumerate(g_x) if d != 0]
-        wanted += [(f"g_p[{n * len(g_p) + i}]", d) for i, d in enumerate(g_p) if d != 0]
+        wanted += [(at.g_x[n * len(g_x) + i], d) for i, d in enumerate(g_x) if d != 0]
+        wanted += [(at.g_p[n * len(g_p) + i], d) for i, d in enumerate(g_p) if d != 0]
     return writer.body(wanted, share=True)
 
 
@@ -78,28 +78,28 @@ def _entry(writer: Writer) -> str:
             *(f"    {line}" for line in inner),
             f"    return {modes.index(switch.otherwise)}",
         ]
-    return function("entry_mode", "s, w_, x_at", "Mode that switch s takes at x.", [*lines, "return 0"])
+    return function("entry_mode", "s, w_, x_at", "Mode that switch s takes at x.", [*lines, "return 0"], returns="int")
 
 
 def _mode_symbols(writer: Writer) -> str:
-    lines, first = [], 0
+    lines, first, at = [], 0, writer.at
     for i, switch in enumerate(writer.plant.switches):
         for j, values in enumerate(switch.modes.values()):
             lines.append(f"if s == {i} and mode == {j}:")
-            lines += [f"    m[{first + n}] = {float(v)!r}" for n, v in enumerate(values.values())]
+            lines += [f"    {at.m[first + n]} = {float(v)!r}" for n, v in enumerate(values.values())]
         first += len(next(iter(switch.modes.values())))
     return function("set_mode", "s, mode, w_", "Write the symbols of a mode.", [*lines, "return"])
 
 
 def _resets(writer: Writer) -> str:
-    lines, g = [], 0
+    lines, g, at = [], 0, writer.at
     index = {s: i for i, s in enumerate(writer.plant.states)}
     for switch in writer.plant.switches:
         for guard in (guard for gs in switch.guards.values() for guard in gs):
             if guard.resets:
                 lines.append(f"if g == {g}:")
                 for state, v in guard.resets.items():
-                    lines += [f"    x[{index[state]}] = {float(v)!r}", f"    pinned[{index[state]}] = 1"]
+                    lines += [f"    {at.x[index[state]]} = {float(v)!r}", f"    {at.pinned[index[state]]} = 1"]
             g += 1
     doc = "States that take a fixed value where guard g fires."
     return function("reset_states", "g, w_, x_at", doc, [*lines, "return"])

@@ -10,7 +10,6 @@ coordinates cost nothing.
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -108,25 +107,22 @@ class LaneWriter:
 
     def _tangent(self) -> str:
         """Write the coefficients at all points of a step side by side, the points as lanes."""
-        wanted = [(f"tangent[{4 * i} + l]", e) for i, e in enumerate(self._coefficients.values())]
-        lines = self.writer.body(wanted, share=True)
-        held = [line for line in lines if re.fullmatch(r"\w+ = [umc]\[\d+\]", line)]
-        body = [
-            re.sub(r" = x\[(\d+)\]$", lambda found: f" = points[{4 * int(found[1])} + l]", line)
-            for line in lines
-            if line not in held
-        ]
+        at = self.writer.at
+        wanted = [(at.tangent[f"{4 * i} + l"], e) for i, e in enumerate(self._coefficients.values())]
+        point = [at.points[f"{4 * i} + l"] for i in range(len(self.writer.point))]
+        found = self.writer.parts(wanted, share=True, point=point)
+        body = [*found.moving, *found.computed]
         doc = "Coefficients of the tangent program at the points of a step."
-        return function("tangents", "w_", doc, [*held, "for l in range(4):", *(f"    {line}" for line in body)])
+        return function("tangents", "w_", doc, [*found.held, "for l in range(4):", *(f"    {line}" for line in body)])
 
     def _constant_loads(self) -> list[str]:
         texts = [t for part in (self._slopes, self._seeds) for row in part.values() for t in row.values()]
         used = [sp.Symbol(t.lstrip("-")) for t in texts]
-        return [f"{s} = c[{k}]" for k, s in self.writer.constants.used_in(used)]
+        return [f"{s} = {self.writer.at.c[k]}" for k, s in self.writer.constants.used_in(used)]
 
     def _coefficient_loads(self, stage: str) -> list[str]:
-        point = STAGES.index(stage)
-        return [f"{name}_{stage} = tangent[{4 * i + point}]" for i, name in enumerate(self._coefficients)]
+        tangent, point = self.writer.at.tangent, STAGES.index(stage)
+        return [f"{name}_{stage} = {tangent[4 * i + point]}" for i, name in enumerate(self._coefficients)]
 
     def _direction_loads(self) -> list[str]:
         seeds = {q for row in self._seeds.values() for q in row}
@@ -157,7 +153,7 @@ class LaneWriter:
         return f"t_{source}_{stage}" if source in self.writer.program.shared else f"t_v_{j}_{stage}"
 
     def _row(self, part: str, index: int) -> str:
-        return f"w[g + {(self.layout.rows[part] + index) * WIDTH} + l]"
+        return self.writer.at.w[f"g + {(self.layout.rows[part] + index) * WIDTH} + l"]
 
     def _group_function(self, name: str, arguments: str, doc: str, before: list[str], body: list[str]) -> str:
         """One pass over the lanes of the group at place g."""
@@ -210,8 +206,8 @@ class LaneWriter:
     def _filter_loads(self) -> list[str]:
         own, n = filter_parameters(self.writer.plant), self.layout.filter_states
         width = n + 3 * self.layout.fed
-        lines = [f"p_{i}_{j} = prop[{i * width + j}]" for i in range(n) for j in range(width)]
-        return lines + [f"d_{f}_{i} = dz[{f * n + i}]" for f in range(len(own)) for i in range(n)]
+        lines = [f"p_{i}_{j} = {self.writer.at.prop[i * width + j]}" for i in range(n) for j in range(width)]
+        return lines + [f"d_{f}_{i} = {self.writer.at.dz[f * n + i]}" for f in range(len(own)) for i in range(n)]
 
     def _filter_lines(self, inputs: list[str]) -> list[str]:
         """S_z' = Phi S_z + Gamma S_v, plus what the filter's own parameters do to Phi and Gamma."""
@@ -227,13 +223,13 @@ class LaneWriter:
 
     def _measure_group(self) -> str:
         """Write dy/dp of a group's lanes, output by output."""
-        plant, program = self.writer.plant, self.writer.program
+        plant, program, at = self.writer.plant, self.writer.program, self.writer.at
         every = (*plant.states, *plant.filter.states)
         before, body = [], []
         for j, node in enumerate(program.measured):
-            before += [f"y_x_{j}_{i} = y_x[{j * len(every) + i}]" for i, s in enumerate(every) if s in node.inner]
+            before += [f"y_x_{j}_{i} = {at.y_x[j * len(every) + i]}" for i, s in enumerate(every) if s in node.inner]
             before += [
-                f"y_p_{j}_{k} = y_p[{j * len(plant.parameters) + k}]"
+                f"y_p_{j}_{k} = {at.y_p[j * len(plant.parameters) + k]}"
                 for k, q in enumerate(plant.parameters)
                 if q in node.outer
             ]

@@ -228,7 +228,7 @@ class Run:
             ask()
             yield self._block(done, count)
             done += count
-        self.buffers.discrete[0] = done
+        self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = done
         while done < total:
             ask()
             count = min(self.block, total - done)
@@ -296,17 +296,13 @@ class Run:
     @property
     def switching(self) -> Switching:
         """Switches met so far, as many as were to be logged."""
-        b = self.buffers
-        table = b.events.reshape(-1, 5 + b.lanes)[: b.discrete[2]]
-        index = table[:, 1:4].astype(np.int64)
-        return Switching(
-            table[:, 0].copy(),
-            index[:, 0],
-            index[:, 1],
-            index[:, 2],
-            table[:, 4].copy(),
-            table[:, 5 : 5 + self.moved].copy(),
-        )
+        b, module = self.buffers, self.simulator.kernel.module
+        lanes = int(module.EVENT_LANES)
+        table = b.events.reshape(-1, lanes + b.lanes)[: b.discrete[int(module.EVENTS)]]
+        switch, before, after = (table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64)
+                                 for name in ("SWITCH", "BEFORE", "AFTER"))  # fmt: skip
+        times, slopes = table[:, int(module.EVENT_TIME)].copy(), table[:, int(module.EVENT_SLOPE)].copy()
+        return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + self.moved].copy())
 
 
 def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:

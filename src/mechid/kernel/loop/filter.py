@@ -1,14 +1,38 @@
-# ---------------------------------------------------------------------------------------------
-# The linear filter behind the plant, over a step in closed form.
-# ---------------------------------------------------------------------------------------------
+"""The linear filter behind the plant, over a step in closed form."""
+
+from __future__ import annotations
+
+from mechid.kernel.loop.memory import fill
+from mechid.kernel.loop.plant import (
+    AT_A,
+    AT_B,
+    AT_DA,
+    AT_DB,
+    AT_DZ,
+    AT_POWER,
+    AT_PRODUCT,
+    AT_TABLE,
+    AT_Z,
+    END_POWER,
+    END_TABLE,
+    FAST,
+    INNER,
+    NF,
+    NPF,
+    NV,
+    NX,
+    TERMS,
+    Numbers,
+    njit,
+)
 
 WIDTH = NF + 3 * NV
 PROP = (1 + NPF) * NF * WIDTH  # size of a propagator with its derivatives
 
 
 @njit(**INNER)
-def multiply(w, a, b, out, scale, keep):
-    """out = keep out + scale a b, NF by NF matrices by their places in w."""
+def multiply(w: Numbers, a: int, b: int, out: int, scale: float, keep: float) -> None:
+    """Write out = keep out + scale a b, NF by NF matrices by their places in w."""
     for i in range(NF):
         for j in range(NF):
             total = 0.0
@@ -18,7 +42,7 @@ def multiply(w, a, b, out, scale, keep):
 
 
 @njit(**INNER)
-def add_term(w, power, gains, begin, middle, end, now, later):
+def add_term(w: Numbers, power: int, gains: int, begin: float, middle: float, end: float, now: int, later: int) -> None:
     """Add one term of the series to the table: the power itself, and its weighted products with the gains."""
     for i in range(NF):
         for j in range(NF):
@@ -31,7 +55,7 @@ def add_term(w, power, gains, begin, middle, end, now, later):
 
 
 @njit(**INNER)
-def filter_table(w, h, parameters):
+def filter_table(w: Numbers, h: float, parameters: int) -> int:
     """Write the propagator of z' = A z + B v as a polynomial in the share of h, row by row from AT_TABLE.
 
     A propagator is [Phi, Gamma_begin, Gamma_middle, Gamma_end], then its derivatives to the filter's
@@ -71,7 +95,7 @@ def filter_table(w, h, parameters):
 
 
 @njit(**INNER, fastmath=FAST)
-def filter_propagator(w, share, rows, place, parameters):
+def filter_propagator(w: Numbers, share: float, rows: int, place: int, parameters: int) -> None:
     """Write the propagator over a share of the step that the table was made for, four terms at a time."""
     row, size = AT_TABLE, (1 + parameters) * NF * WIDTH
     square = share * share
@@ -86,8 +110,8 @@ def filter_propagator(w, share, rows, place, parameters):
 
 
 @njit(**INNER, fastmath=FAST, forceinline=True)
-def advance_filter(w, prop, k_at, mid_at, new_at, parameters):
-    """z over one step; dz[f] what the filter's parameter f changes in it."""
+def advance_filter(w: Numbers, prop: int, k_at: int, mid_at: int, new_at: int, parameters: int) -> None:
+    """Advance z over one step; dz[f] is what the filter's parameter f changes in it."""
     for f in range(1 + parameters):
         for i in range(NF):
             total, row = 0.0, prop + (f * NF + i) * WIDTH

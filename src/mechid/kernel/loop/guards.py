@@ -1,10 +1,36 @@
-# ---------------------------------------------------------------------------------------------
-# Guards: which of them fires within a step, and when.
-# ---------------------------------------------------------------------------------------------
+"""Guards: which of them fires within a step, and when."""
+
+from __future__ import annotations
+
+import math
+
+from mechid.kernel.loop.memory import ARMED, MODE, THROWN
+from mechid.kernel.loop.plant import (
+    AT_G_NEW,
+    AT_G_OLD,
+    AT_G_SLOPE,
+    AT_K,
+    AT_K_NEW,
+    AT_MID_TRY,
+    AT_X,
+    AT_X_NEW,
+    AT_X_TRY,
+    GUARD_COUNT,
+    INNER,
+    MOST_GUARDS,
+    NS,
+    Integers,
+    Numbers,
+    margins,
+    njit,
+    rates,
+    slopes,
+    step,
+)
 
 
 @njit(**INNER)
-def margin_after(share, s, mode, i, w, h):
+def margin_after(share: float, s: int, mode: int, i: int, w: Numbers, h: float) -> float:
     """Return the margin of guard i of a mode after a share of the step."""
     step(w, AT_X, AT_K, share * h, AT_X_TRY, AT_MID_TRY)
     margins(s, mode, w, AT_X_TRY, AT_G_SLOPE)
@@ -12,7 +38,7 @@ def margin_after(share, s, mode, i, w, h):
 
 
 @njit(**INNER)
-def locate(s, mode, i, w, h, inside, outside):
+def locate(s: int, mode: int, i: int, w: Numbers, h: float, inside: float, outside: float) -> float:
     """Return the share of a step of length h after which a margin, positive at `inside`, reaches zero.
 
     Illinois variant of the secant rule on the step itself, so that the state there is the step's own.
@@ -41,7 +67,7 @@ def locate(s, mode, i, w, h, inside, outside):
 
 
 @njit(**INNER, forceinline=True)
-def any_suspect(w, discrete, h):
+def any_suspect(w: Numbers, discrete: Integers, h: float) -> bool:
     """Whether any guard may have fired within the step: cheap, and never wrongly False.
 
     After a step that ends on the right side the parabola through both margins and the first slope must
@@ -72,7 +98,22 @@ def any_suspect(w, discrete, h):
 
 
 @njit(**INNER)
-def first_crossing(s, mode, i, w, h, armed):
+def lowest_point(s: int, mode: int, i: int, w: Numbers, h: float, f_0: float, f_1: float) -> float:
+    """Return where the cubic through a margin and its slopes at both ends has its minimum, else -1."""
+    rates(w, AT_X_NEW, AT_K_NEW)
+    slopes(s, mode, w, AT_X, AT_K, AT_G_SLOPE)
+    d_0 = w[AT_G_SLOPE + i] * h
+    slopes(s, mode, w, AT_X_NEW, AT_K_NEW, AT_G_SLOPE)
+    d_1 = w[AT_G_SLOPE + i] * h
+    b, a = 3.0 * (f_1 - f_0) - 2.0 * d_0 - d_1, 2.0 * (f_0 - f_1) + d_0 + d_1
+    root = b * b - 3.0 * a * d_0
+    if root < 0.0 or b + math.sqrt(root) == 0.0:
+        return -1.0
+    return -d_0 / (b + math.sqrt(root))
+
+
+@njit(**INNER)
+def first_crossing(s: int, mode: int, i: int, w: Numbers, h: float, armed: int) -> float:
     """Return the share of the step at which guard i ends the mode of switch s, or 2.0 where it does not.
 
     A guard not yet armed stands at zero since its mode began: its margin must first have grown. One that a jump, of
@@ -101,22 +142,7 @@ def first_crossing(s, mode, i, w, h, armed):
 
 
 @njit(**INNER)
-def lowest_point(s, mode, i, w, h, f_0, f_1):
-    """Return where the cubic through a margin and its slopes at both ends has its minimum, else -1."""
-    rates(w, AT_X_NEW, AT_K_NEW)
-    slopes(s, mode, w, AT_X, AT_K, AT_G_SLOPE)
-    d_0 = w[AT_G_SLOPE + i] * h
-    slopes(s, mode, w, AT_X_NEW, AT_K_NEW, AT_G_SLOPE)
-    d_1 = w[AT_G_SLOPE + i] * h
-    b, a = 3.0 * (f_1 - f_0) - 2.0 * d_0 - d_1, 2.0 * (f_0 - f_1) + d_0 + d_1
-    root = b * b - 3.0 * a * d_0
-    if root < 0.0 or b + math.sqrt(root) == 0.0:
-        return -1.0
-    return -d_0 / (b + math.sqrt(root))
-
-
-@njit(**INNER)
-def find_event(w, discrete, h):
+def find_event(w: Numbers, discrete: Integers, h: float) -> tuple[float, int, int]:
     """Return (share, switch, guard) of the first guard that fires within the step; switch -1: none."""
     share, fired, guard = 2.0, -1, -1
     for s in range(NS):
@@ -129,7 +155,7 @@ def find_event(w, discrete, h):
 
 
 @njit(**INNER)
-def arm(s, w, discrete):
+def arm(s: int, w: Numbers, discrete: Integers) -> None:
     """Mark the guards of switch s that stand clear of zero in its present mode."""
     first = s * MOST_GUARDS
     margins(s, discrete[MODE + s], w, AT_X, AT_G_OLD + first)

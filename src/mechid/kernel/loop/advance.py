@@ -1,15 +1,95 @@
-# ---------------------------------------------------------------------------------------------
-# The time loop.
-# ---------------------------------------------------------------------------------------------
+"""The time loop."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from mechid.kernel.loop.filter import advance_filter, filter_propagator, filter_table
+from mechid.kernel.loop.guards import any_suspect, arm, find_event
+from mechid.kernel.loop.lanes import drop_denormals, lane_place, measure_lanes, refresh, step_of_lanes, use_groups
+from mechid.kernel.loop.memory import (
+    CHATTER,
+    CLOSE_SAMPLES,
+    DISCRETE,
+    DIVERGED,
+    EDGE,
+    GRID_CLOSE,
+    GRID_INTERVAL,
+    GRID_START,
+    GRID_STEP,
+    LARGE,
+    MODE,
+    MOST_EVENTS,
+    NEXT_SAMPLE,
+    OK,
+    REFRESH,
+    ROWS,
+    SAME,
+    STALE,
+    fill,
+)
+from mechid.kernel.loop.plant import (
+    AT_CLOSE,
+    AT_G_NEW,
+    AT_G_OLD,
+    AT_JUMP,
+    AT_K,
+    AT_K_NEW,
+    AT_KNOWN,
+    AT_MID,
+    AT_OTHER,
+    AT_REGULAR,
+    AT_TIME,
+    AT_U,
+    AT_X,
+    AT_X_NEW,
+    AT_X_P,
+    END_JUMP_LANES,
+    FAST,
+    GUARD_FIRST,
+    GUARD_TARGET,
+    INNER,
+    MOST_GUARDS,
+    NF,
+    NL,
+    NP,
+    NPF,
+    NPOINT,
+    NS,
+    NU,
+    NV,
+    NX,
+    NY,
+    ROW_S,
+    SIZE,
+    Array,
+    IntegerArray,
+    Numbers,
+    constants,
+    entry_mode,
+    filter_matrices,
+    njit,
+    numbers,
+    outputs,
+    rates,
+    set_mode,
+    start,
+    step,
+    turn,
+)
+from mechid.kernel.loop.switches import add_jump, change_mode, log_event
 
 
 @njit(error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
-def begin(p, directions, inputs, theta_0, x_0, x_p, discrete, w):
+def begin(
+    p: Array, directions: Array, inputs: Array, theta_0: float, x_0: Array, x_p: Array, discrete: IntegerArray, w: Array
+) -> None:
     """Set state, modes and sensitivities to the start of a record: currents settled, gear unwound.
 
     x_0 (NX) and x_p (NX NP), where not empty, are a start and its derivatives that are known better.
     """
-    moved = discrete.shape[0]
     p, directions, discrete, w = numbers(p), numbers(directions), numbers(discrete), numbers(w)
     fill(w, 0, SIZE, 0.0)
     for i in range(NU):
@@ -21,7 +101,7 @@ def begin(p, directions, inputs, theta_0, x_0, x_p, discrete, w):
         w[AT_X_P + i] = x_p[i]
     constants(p, w)
     turn(w, AT_X)
-    for i in range(moved):
+    for i in range(DISCRETE):
         discrete[i] = 0
     discrete[STALE] = 1
     for s in range(NS):
@@ -39,29 +119,47 @@ def begin(p, directions, inputs, theta_0, x_0, x_p, discrete, w):
 
 
 @njit(**INNER)
-def lose(y, row, rows):
+def lose(y: Numbers, row: int, rows: int) -> None:
     """Mark the samples from `row` to `rows` as lost."""
     for i in range(row * NY, rows * NY):
         y[i] = np.nan
 
 
 @njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
-def run(p, directions, sensitive, grid, edge_times, edge_values, discrete, w, y, y_dot, J, events):
+def run(
+    p: Array,
+    directions: Array,
+    sensitive: int,
+    grid: Array,
+    edge_times: Array,
+    edge_values: Array,
+    discrete: IntegerArray,
+    w: Array,
+    y: Array,
+    y_dot: Array,
+    J: Array,
+    events: Array,
+) -> int:
     """Advance a record over len(y) / NY samples from where w stands; return OK, DIVERGED or CHATTER.
 
     All arrays are flat. p (NP) parameters; directions (NP NL) what each lane moves of them; sensitive: whether
-    the lanes are wanted; grid (4) = time of sample 0, sample interval, longest step, longest step close behind a
-    break-away or the start, s; edge_times (E) and edge_values (E NU), inputs held from there on; discrete (ints): next
+    the lanes are wanted; grid: time of sample 0, sample interval, longest step, longest step close behind a
+    break-away or the start, s; edge_times (E) and edge_values (E NU), inputs held from there on; discrete: next
     sample, next edge, events so far, whether the rates are stale, rows of the filter's table, modes, armed guards, what
     moves in each group of lanes; w: time, states, inputs, sensitivities and scratch; y, y_dot (n NY) and J (n NY NL)
-    outputs, their time derivative and their derivative to the parameters; events (most (5 + NL)).
+    outputs, their time derivative and their derivative to the parameters; events, each EVENT_LANES + NL.
     """
     samples, edges, most = y.shape[0] // NY, edge_times.shape[0], events.shape[0]
     p, directions, edge_times, edge_values = numbers(p), numbers(directions), numbers(edge_times), numbers(edge_values)
     discrete, w, y, y_dot, J, events = (
-        numbers(discrete), numbers(w), numbers(y), numbers(y_dot), numbers(J), numbers(events)
+        numbers(discrete),
+        numbers(w),
+        numbers(y),
+        numbers(y_dot),
+        numbers(J),
+        numbers(events),
     )
-    t_zero, h, longest = grid[0], grid[1], grid[2]
+    t_zero, h, longest = grid[GRID_START], grid[GRID_INTERVAL], grid[GRID_STEP]
     asked = NPF if sensitive else 0  # of the filter's parameters
     if discrete[ROWS] == 0:
         filter_matrices(p, w)
@@ -87,7 +185,7 @@ def run(p, directions, sensitive, grid, edge_times, edge_values, discrete, w, y,
                 t_end, at_edge = edge_times[discrete[EDGE]], True
             reach = longest
             if t < w[AT_CLOSE] - SAME * h:
-                reach = grid[3]
+                reach = grid[GRID_CLOSE]
                 if w[AT_CLOSE] < t_end - SAME * h:
                     t_end, at_edge = w[AT_CLOSE], False
             count, whole = 1, t_end - t

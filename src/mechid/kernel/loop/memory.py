@@ -1,12 +1,19 @@
-# ---------------------------------------------------------------------------------------------
-# What the time loop is told and keeps. It knows no physics, only states, guards, edges and samples.
-# One text serves all plants: the functions above are what it calls of them.
-# ---------------------------------------------------------------------------------------------
+"""What the time loop knows and keeps.
+
+It knows no physics, only states, guards, edges and samples. One text serves all plants.
+"""
+
+from __future__ import annotations
+
+from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, Numbers, njit
 
 OK, DIVERGED, CHATTER = 0, 1, 2
 NEXT_SAMPLE, EDGE, EVENTS, STALE, ROWS, MODE = 0, 1, 2, 3, 4, 5  # places in `discrete`; modes, then armed guards
 ARMED = MODE + NS
 GROUPS = ARMED + NS * MOST_GUARDS  # what moves in each group of lanes
+DISCRETE = GROUPS + NG
+GRID_START, GRID_INTERVAL, GRID_STEP, GRID_CLOSE = 0, 1, 2, 3  # places in `grid`
+EVENT_TIME, EVENT_SWITCH, EVENT_BEFORE, EVENT_AFTER, EVENT_SLOPE, EVENT_LANES = 0, 1, 2, 3, 4, 5  # and of an event
 LARGE = 1e9  # a measured quantity beyond this has diverged
 MOST_EVENTS = 64  # in one step
 THROWN = 1e-9  # a margin this far below zero, of its change over a step, did not come there by flowing
@@ -17,7 +24,7 @@ REFRESH = 256  # samples after which sines and cosines are taken afresh
 
 
 @njit(**INNER)
-def fill(w, first, last, value):
+def fill(w: Numbers, first: int, last: int, value: float) -> None:
     """Set w[first:last]."""
     for i in range(first, last):
         w[i] = value

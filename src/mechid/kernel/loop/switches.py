@@ -1,10 +1,72 @@
-# ---------------------------------------------------------------------------------------------
-# What happens when a guard fires.
-# ---------------------------------------------------------------------------------------------
+"""What happens when a guard fires."""
+
+from __future__ import annotations
+
+from mechid.kernel.loop.guards import arm, margin_after
+from mechid.kernel.loop.lanes import lane_place, measure_lanes
+from mechid.kernel.loop.memory import (
+    AHEAD,
+    EVENT_AFTER,
+    EVENT_BEFORE,
+    EVENT_LANES,
+    EVENT_SLOPE,
+    EVENT_SWITCH,
+    EVENT_TIME,
+    EVENTS,
+    MODE,
+    THROWN,
+    fill,
+)
+from mechid.kernel.loop.plant import (
+    AT_B,
+    AT_DOT_PAIR,
+    AT_G_NEW,
+    AT_G_P,
+    AT_G_SLOPE,
+    AT_G_X,
+    AT_J_PAIR,
+    AT_JUMP,
+    AT_JUMP_LANES,
+    AT_K,
+    AT_K_EVENT,
+    AT_PAIR,
+    AT_PINNED,
+    AT_TIME,
+    AT_X,
+    AT_X_TRY,
+    END_G_P,
+    END_PINNED,
+    GUARD_FIRST,
+    GUARD_TARGET,
+    INNER,
+    NF,
+    NL,
+    NP,
+    NS,
+    NV,
+    NX,
+    NY,
+    ROW_DIR,
+    ROW_DTAU,
+    ROW_S,
+    ROW_SZ,
+    Integers,
+    Numbers,
+    entry_mode,
+    gradients,
+    margins,
+    njit,
+    outputs,
+    rates,
+    reset_states,
+    set_mode,
+    slopes,
+    turn,
+)
 
 
 @njit(**INNER)
-def saltation(w, s, mode, i, slope, h, at_edge):
+def saltation(w: Numbers, s: int, mode: int, i: int, slope: float, h: float, at_edge: bool) -> None:
     """Write dtau/dp = -(g_x S + g_p)/(g_x f) of the instant at which guard i of a mode fires, into its row.
 
     A guard that was thrown below zero by a jump fires with that jump: at an edge, which no parameter moves, or with
@@ -27,7 +89,7 @@ def saltation(w, s, mode, i, slope, h, at_edge):
 
 
 @njit(**INNER)
-def jump_of_lanes(w):
+def jump_of_lanes(w: Numbers) -> None:
     """S+ = S- + (f- - f+) dtau/dp; a state that takes a fixed value keeps only what flows after."""
     for lane in range(NL):
         dtau = w[lane_place(ROW_DTAU, lane)]
@@ -44,7 +106,7 @@ def jump_of_lanes(w):
 
 
 @njit(**INNER)
-def entered(s, mode, i, w, h):
+def entered(s: int, mode: int, i: int, w: Numbers, h: float) -> int:
     """Return the mode that switch s takes where guard i has ended its mode.
 
     Where that would be the same mode again, nothing pulls either way at this instant: what follows decides.
@@ -57,7 +119,9 @@ def entered(s, mode, i, w, h):
 
 
 @njit(**INNER)
-def change_mode(s, i, share, h, w, discrete, sensitive, at_edge):
+def change_mode(
+    s: int, i: int, share: float, h: float, w: Numbers, discrete: Integers, sensitive: int, at_edge: bool
+) -> float:
     """Guard i of switch s fires: new mode, jump of the sensitivities and of the outputs; return its slope.
 
     Where y itself jumps, the sample that ends the interval takes the jump's mean over it: `share` of the
@@ -96,7 +160,7 @@ def change_mode(s, i, share, h, w, discrete, sensitive, at_edge):
 
 
 @njit(**INNER)
-def add_jump(w, y, y_dot, J, row, sensitive):
+def add_jump(w: Numbers, y: Numbers, y_dot: Numbers, J: Numbers, row: int, sensitive: int) -> None:
     """Give the sample its share of the jumps in its interval."""
     for j in range(NY):
         y[row * NY + j] += w[AT_JUMP + j]
@@ -107,12 +171,13 @@ def add_jump(w, y, y_dot, J, row, sensitive):
 
 
 @njit(**INNER)
-def log_event(events, most, discrete, w, s, old_mode, slope):
+def log_event(events: Numbers, most: int, discrete: Integers, w: Numbers, s: int, old_mode: int, slope: float) -> None:
     """Note instant, switch, modes before and after, the guard's slope, and the instant's sensitivities."""
-    at = discrete[EVENTS] * (5 + NL)
+    at = discrete[EVENTS] * (EVENT_LANES + NL)
     if at < most:
-        events[at], events[at + 1], events[at + 2] = w[AT_TIME], s, old_mode
-        events[at + 3], events[at + 4] = discrete[MODE + s], slope
+        events[at + EVENT_TIME], events[at + EVENT_SLOPE] = w[AT_TIME], slope
+        events[at + EVENT_SWITCH] = s
+        events[at + EVENT_BEFORE], events[at + EVENT_AFTER] = old_mode, discrete[MODE + s]
         for l in range(NL):
-            events[at + 5 + l] = w[lane_place(ROW_DTAU, l)]
+            events[at + EVENT_LANES + l] = w[lane_place(ROW_DTAU, l)]
     discrete[EVENTS] += 1
