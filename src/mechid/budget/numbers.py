@@ -20,9 +20,9 @@ from mechid.budget.over_rate import torque_bands
 from mechid.budget.profile_run import ProfileResponse
 from mechid.budget.requirement import Standing
 from mechid.budget.shares import deviations
+from mechid.budget.side_numbers import side_of_bench, side_of_mode
 from mechid.budget.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
-from mechid.units import unit_words
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "model_discrepancy": budget.estimate.discrepancy.overall,
         "model_discrepancy_by_order": [[q, e] for q, e in sorted(budget.estimate.discrepancy.orders.items())],
         "residual_known": budget.estimate.residual is not None,
-        **_bench(budget),
+        **side_of_bench(budget.side),
         "flight": {
             "values": dict(file.flight.values),
             "uncertain": dict(file.flight.uncertain),
@@ -72,22 +72,6 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "notes": _notes(budget),
         "warnings": list(budget.warnings),
     }  # fmt: skip
-
-
-def _bench(budget: Budget) -> dict[str, Any]:
-    """Return how the mechanism stood on a table of several components, and which of them fly; nothing without one."""
-    if budget.side is None:
-        return {}
-    mounting = budget.side.measured.mounting
-    return {
-        "side": {
-            "drive_axis": mounting.drive_axis,
-            "mounting_point_m": list(mounting.point_m),
-            "frame": budget.file.frame.tolist(),
-            "flying": list(budget.side.flying),
-            "left_out": dict(budget.side.absent),
-        }
-    }
 
 
 def _notes(budget: Budget) -> list[str]:
@@ -148,36 +132,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "over_rate": _over_rate(made),
         "series": _series(made),
         "lines": _lines(made),
-        **_side(made),
-    }
-
-
-def _side(made: ModeBudget) -> dict[str, Any]:
-    """Return what drive torque and each component beside it make of the line of sight at the worst rate; or nothing."""
-    at = made.responses[made.worst]
-    if at.side is None:
-        return {}
-    parts = np.sqrt(0.5 * np.sum(np.abs(at.side.parts()) ** 2, axis=0))
-    alone = np.zeros(len(at.axes)) if at.side.alone is None else np.sqrt(at.side.alone.power.sum(axis=0))
-    components = [
-        {
-            "name": name,
-            "unit": unit_words(name),
-            "coherent": int(np.count_nonzero(at.side.lines[:, k])),
-            "bounds": int(np.count_nonzero(at.side.bounds[:, k])),
-            "line_of_sight_rms_rad": parts[:, k].tolist(),
-        }
-        for k, name in enumerate(at.side.here.components)
-    ]
-    return {
-        "side": {
-            "drive_rms_rad": at.of_drive().rms().tolist(),
-            "components": components,
-            "together_rms_rad": at.rms().tolist(),
-            "alone_rms_rad": alone.tolist(),
-            "far": at.side.here.far,
-            "outside": at.side.here.outside,
-        }
+        **side_of_mode(made),
     }
 
 

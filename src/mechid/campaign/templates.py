@@ -27,6 +27,7 @@ from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
+from mechid.records import COMPONENTS
 from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
@@ -189,7 +190,8 @@ and may have
                  {", ".join(MODELLED[6:10])},
                  {", ".join(MODELLED[10:])};
                  of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma;
-                 force_x to moment_z of a table beside the torque: docs/six_components.md
+                 of a table beside the torque, see docs/six_components.md:
+                 {", ".join(COMPONENTS)}
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
   peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
   test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone
