@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from mechid.analysis.components_file import SideRecords
 from mechid.analysis.residual_emission import TRACKED
 from mechid.budget.line_of_sight import respond
 from mechid.budget.side_here import BOUND, COHERENT, WITHIN
@@ -15,7 +16,7 @@ from mechid.budget.side_source import SideSource
 from mechid.budget.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
-from mechid.records import COMPONENTS
+from mechid.records import COMPONENTS, Mounting
 from mechid.structure import Location, Modes, Selection, Structure, read_structure
 from table_of_six import MEASURED, side_records
 
@@ -220,6 +221,22 @@ def test_directions_that_the_structure_lacks_are_named():
     assert response(source, 10.0).side.here.components == ("force_y", "moment_y")
     nothing = source_of(replace(STRUCTURE, directions={}))
     assert nothing.flying == ()
+
+
+def test_a_torque_that_turns_the_other_way():
+    """Truth: the same bench, its torque counted about -z: the line of sight is that of before with the other sign."""
+    source = source_of()
+    flip = np.ones((6, 6))
+    flip[0], flip[:, 0] = -1.0, -1.0
+    flip[0, 0] = 1.0
+    records = tuple(
+        replace(r, rates=tuple(replace(at, power=flip * at.power, noise=flip * at.noise) for at in r.rates))
+        for r in source.measured.records
+    )
+    other = SideRecords(mounting=Mounting("-z", source.measured.mounting.point_m), records=records)
+    state = steady(10.0, {q: -line for q, line in DRIVE.items()})
+    found = response(SideSource(other, FRAME, STRUCTURE), 10.0, state)
+    np.testing.assert_allclose(found.phasors, -response(source, 10.0).phasors, rtol=1e-9)
 
 
 def test_a_drive_axis_that_is_not_the_structures_is_refused():

@@ -50,13 +50,19 @@ class SideSource:
         mounting, axis = self.measured.mounting, self.structure.axis
         if not self.structure.directions:
             return
-        found = mounting.sense * self.frame[:, mounting.axis]
-        if np.abs(found - np.eye(3)[AXES.index(axis[-1])]).max() > ALONG:
+        found = self._drive
+        if np.abs(np.abs(found) - np.eye(3)[AXES.index(axis[-1])]).max() > ALONG:
             where = ", ".join(f"{cosine:.4g}" for cosine in found)
             raise InputFileError(
                 f"the bench's drive axis {mounting.drive_axis} points along [{where}] of the "
                 f"structure, where the torque acts about {axis}; write the bench's axes in its frame, as {FRAME}"
             )
+
+    @property
+    def _drive(self) -> FloatArray:
+        """About which axis of the structure a positive drive torque turns, (3,)."""
+        mounting = self.measured.mounting
+        return np.asarray(mounting.sense * self.frame[:, mounting.axis])
 
     @property
     def components(self) -> tuple[str, ...]:
@@ -76,14 +82,17 @@ class SideSource:
         return tuple(component for component in self.components if component not in self.absent)
 
     def transfer(self, frequency_hz: FloatArray) -> ComplexArray:
-        """Return line of sight per component that flies, (n, m, s) rad/N or rad/(N m); 0 where it is not known."""
+        """Return line of sight per component that flies, (n, m, s) rad/N or rad/(N m); 0 where it is not known.
+
+        A budget lets the torque turn about the structure's axis. Where it turns the other way, all signs are reversed.
+        """
         out = np.zeros((frequency_hz.size, len(self.structure.line_of_sight), len(self.flying)), dtype=np.complex128)
         for k, component in enumerate(self.flying):
             for direction, cosine in self._directions(component):
                 response = self.structure.along(direction, frequency_hz)
                 assert response is not None
                 out[:, :, k] += cosine * np.nan_to_num(response)
-        return out
+        return out * np.sign(self._drive.sum()) if self.flying else out
 
     def stepped_alike(self, command: Command) -> bool:
         """Return whether any record was stepped as the command steps; else all of them count, as bounds."""
