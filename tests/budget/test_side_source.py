@@ -10,7 +10,7 @@ import pytest
 from mechid.analysis.components_file import SideRecords
 from mechid.analysis.residual_emission import TRACKED
 from mechid.budget.line_of_sight import respond
-from mechid.budget.side_here import BOUND, COHERENT, WITHIN
+from mechid.budget.side_here import COHERENT, MAGNITUDE, WITHIN
 from mechid.budget.side_response import side_response
 from mechid.budget.side_source import SideSource
 from mechid.budget.steady_state import SteadyState
@@ -199,14 +199,14 @@ def test_how_lines_count_and_where_nothing_is_near():
     assert near.how(one, force_x) == COHERENT
     assert near.how(one, MEASURED.index("force_z")) == WITHIN
     assert not near.far
-    assert above.how(one, force_x) == BOUND
+    assert above.how(one, force_x) == MAGNITUDE
     assert above.far
     assert above.outside
     grown = 0.5 * 1.05**2 * (21.0 / 10.5) ** 2
     assert above.bounds[one, force_x] == pytest.approx(grown, rel=1e-2)
     other = Command(stepping="full", microsteps=1, rate=RateProfile.constant(1.0), start_angle_deg=45.0)
     assert not source.stepped_alike(other)
-    assert source.at(other, 10.0).how(one, force_x) == BOUND
+    assert source.at(other, 10.0).how(one, force_x) == MAGNITUDE
     gap = source_of(rates=(5.0, 20.0)).at(MICRO, 10.0)
     assert gap.far
     assert not gap.outside

@@ -53,7 +53,7 @@ def test_a_budget_of_six_components(run, folder):
     assert float(one["amplitude"]) == pytest.approx(0.5, rel=1e-2)
     assert float(one["phase_deg"]) == pytest.approx(0.0, abs=2.0)
     assert (one["how"], one["unit"]) == ("coherent", "N")
-    assert by["force_x", 2.0]["how"] == "bound"  # the bench's torque had no line there
+    assert by["force_x", 2.0]["how"] == "magnitude"  # the bench's torque had no line there
     wk = 2.0 * np.pi * np.array([0.02, 21.0, 47.5, 112.0])
     zeta, x = np.array([0.7, 0.005, 0.005, 0.01]), np.array([0.1, -0.04, 0.05, 0.03])
     w = 2.0 * np.pi * np.array([20.0, 40.0])[:, None]
@@ -61,7 +61,7 @@ def test_a_budget_of_six_components(run, folder):
     rms = np.sqrt(0.5 * np.sum((transfer * [0.5, 0.1]) ** 2))
     force = next(c for c in mode["side"]["components"] if c["name"] == "force_x")
     assert force["line_of_sight_rms_rad"][0] == pytest.approx(rms, rel=1e-2)
-    assert (force["coherent"], force["bounds"]) == (1, 1)
+    assert (force["coherent"], force["by_magnitude"]) == (1, 1)
     assert mode["side"]["together_rms_rad"] == pytest.approx(mode["line_of_sight_rms_rad"])
     assert mode["line_of_sight_rms_rad"][0] != pytest.approx(mode["side"]["drive_rms_rad"][0], rel=0.05)
     assert "Forces and moments beside the torque" in result.stdout
@@ -124,6 +124,6 @@ def test_from_the_records_to_the_line_of_sight(run, tmp_path):
         assert at[name, order]["how"] == "coherent"
     turned = float(at["force_y", 1.0]["phase_deg"]) - float(at["force_x", 1.0]["phase_deg"])
     assert turned == pytest.approx(90.0, abs=1.0)
-    assert at["force_z", 1.25]["how"] == "bound"
+    assert at["force_z", 1.25]["how"] == "magnitude"
     assert float(at["moment_x", 1.0]["amplitude"]) == pytest.approx(0.06 * torque[1.0], abs=4e-5)
     assert float(at["moment_x", 1.0]["phase_deg"]) == pytest.approx(0.0, abs=15.0)

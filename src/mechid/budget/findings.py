@@ -73,7 +73,7 @@ def _side_of_mode(side: SideSource, made: ModeBudget) -> Iterator[str]:
         low, high = side.rates(command)
         yield (
             f'mode "{name}": at {len(far)} of {len(here)} rates, {min(far):.4g} to {max(far):.4g} steps/s, no record '
-            f"is near: {what} are bounds, the larger lines of the rates beside; {low:.4g} to {high:.4g} steps/s were "
+            f"is near: {what} count by magnitude, the larger of the rates beside; {low:.4g} to {high:.4g} steps/s were "
             "measured"
         )
     if any(at.outside for _, at in here):
@@ -81,7 +81,7 @@ def _side_of_mode(side: SideSource, made: ModeBudget) -> Iterator[str]:
     if not side.stepped_alike(command):
         yield (
             f'mode "{name}": no record with {what} is stepped as it is ({command.stepping}): those of the others '
-            "count, as bounds"
+            "count, by magnitude"
         )
 
 

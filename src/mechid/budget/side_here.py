@@ -22,7 +22,7 @@ from mechid.budget.residual_source import NEAR
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-COHERENT, BOUND, WITHIN = "coherent", "bound", "within noise"
+COHERENT, MAGNITUDE, WITHIN = "coherent", "magnitude", "within noise"
 """How a line counts: with its phase to the drive torque; by its amplitude alone; not, since noise explains it."""
 
 
@@ -64,7 +64,7 @@ class SideHere:
         """Return how a line counts, by its places among the orders and the components."""
         if self.lines[order, component]:
             return COHERENT
-        return BOUND if self.bounds[order, component] else WITHIN
+        return MAGNITUDE if self.bounds[order, component] else WITHIN
 
     def of(self, components: Sequence[str]) -> SideHere:
         """Return some of the components."""

@@ -39,7 +39,7 @@ def side_of_mode(made: ModeBudget) -> dict[str, Any]:
             "name": name,
             "unit": unit_words(name),
             "coherent": int(np.count_nonzero(at.side.lines[:, k])),
-            "bounds": int(np.count_nonzero(at.side.bounds[:, k])),
+            "by_magnitude": int(np.count_nonzero(at.side.bounds[:, k])),
             "line_of_sight_rms_rad": parts[:, k].tolist(),
         }
         for k, name in enumerate(at.side.here.components)

@@ -19,7 +19,7 @@ STEADY = (
 """Of the table of steady states."""
 EMISSION = ("Hz", "at, steps/s", "model, RMS N m", "lacking, RMS N m", "95 % bound, RMS N m")
 """Of the table of the torque on the base."""
-SIDE = ("", "lines in phase with the torque", "bounds", "line of sight RMS by itself, rad")
+SIDE = ("", "lines with a phase to the torque", "by magnitude", "line of sight RMS by itself, rad")
 """Of the table of the forces and moments beside the torque."""
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
@@ -140,7 +140,12 @@ def side_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
         return []
     rows: list[tuple[str, ...]] = [("torque", NO_NUMBER, NO_NUMBER, _per_axis(data, side["drive_rms_rad"]))]
     rows += [
-        (quantity_words(c["name"]), str(c["coherent"]), str(c["bounds"]), _per_axis(data, c["line_of_sight_rms_rad"]))
+        (
+            quantity_words(c["name"]),
+            str(c["coherent"]),
+            str(c["by_magnitude"]),
+            _per_axis(data, c["line_of_sight_rms_rad"]),
+        )
         for c in side["components"]
     ]
     rows.append(("together, on the torque's lines", "", "", _per_axis(data, side["together_rms_rad"])))

@@ -41,8 +41,8 @@ MODES = (
 )
 SIDE = (
     Column("", "name", words=True),
-    Column("in phase", "coherent"),
-    Column("bounds", "bounds"),
+    Column("with phase", "coherent"),
+    Column("by magnitude", "magnitude"),
     Column("line of sight RMS rad", "rms", words=True),
 )
 SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
@@ -76,7 +76,7 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
 def _print_side(data: Mapping[str, Any], console: Console) -> None:
     """Print what the torque and each component beside it make of the line of sight, where several fly."""
     for mode in data["modes"]:
-        rows = [dict(zip(("name", "coherent", "bounds", "rms"), row, strict=True)) for row in side_rows(data, mode)]
+        rows = [dict(zip(("name", "coherent", "magnitude", "rms"), row, strict=True)) for row in side_rows(data, mode)]
         if rows:
             say(console, f'Forces and moments beside the torque, mode "{mode["name"]}", at its worst rate', "bold")
             print_table(console, SIDE, [{"text": {}, **row} for row in rows])
