@@ -162,8 +162,8 @@ def side_words(data: Data) -> str:
     point = ", ".join(plain(value, 4) for value in side["mounting_point_m"])
     axes = (f"{name} [{', '.join(plain(row[k], 4) for row in side['frame'])}]" for k, name in enumerate("xyz"))
     said = (
-        f"measured with the torque about {side['drive_axis']} of the bench, moved to the mounting point at [{point}] m, "
-        f"the bench's axes in the structure's frame {', '.join(axes)}"
+        f"measured with the torque about {side['drive_axis']} of the bench, moved to the mounting point at [{point}] m"
+        f", the bench's axes in the structure's frame {', '.join(axes)}"
     )
     left = ", ".join(quantity_words(name) for name in side["left_out"])
     flying = ", ".join(quantity_words(name) for name in side["flying"]) or "nothing"
