@@ -9,7 +9,8 @@ from typing import Any
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import json_text
-from mechid.identification.result.fit import Fit, ParameterEstimate
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.writing import write_whole
 
 PARTS = ("whole", "first", "second", "reference")

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from mechid.analysis.information import record_information
-from mechid.identification.result.fit import Fit, ParameterEstimate, RecordFit
+from mechid.identification.result.fit import Fit, RecordFit
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.simulation.resonances import resonances
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
 

@@ -10,9 +10,10 @@ from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, RecordFit
+from mechid.identification.result.fit import ChannelFit, Fit, RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 
 EVENT = "the model's friction goes from stuck to forward"
 FACTORS = {"gear.stiffness": 2.0, "gear.damping": 6.0, "friction.coulomb": 3.0}

@@ -15,9 +15,10 @@ from mechid.analysis.validation import BandError
 from mechid.campaign import Stage, catalogue_mechanism
 from mechid.command import Command, RateProfile
 from mechid.identification.identify import identify
-from mechid.identification.result.fit import Fit, ParameterEstimate, RecordFit, StageReport
+from mechid.identification.result.fit import Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.parameter import Status
 from mechid.report import report_data
 from mechid.report.writing import write_report

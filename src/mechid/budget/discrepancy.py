@@ -86,7 +86,7 @@ def _beyond_noise(record: Mapping[str, Any]) -> float:
 def _line_errors(content: Mapping[str, Any], folder: Path, seen: list[str], judged: int) -> dict[float, float]:
     """Return the relative error of each order, the RMS over records; those within their noise count as none."""
     squares: dict[float, list[float]] = {}
-    for row in _report(content, folder).get("orders", []):
+    for row in report_of(content, folder).get("orders", []):
         torque = row["quantity"] == "torque"
         if torque and row["name"] in seen and row["amplitude_error_percent"] is not None:
             phase = np.radians(row["phase_error_deg"] or 0.0)
@@ -95,8 +95,16 @@ def _line_errors(content: Mapping[str, Any], folder: Path, seen: list[str], judg
     return {order: float(np.sqrt(np.mean(values) * share)) for order, values in squares.items()}
 
 
-def _report(content: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
-    """Return the report of the same fit, empty where there is none."""
+def report_of(content: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+    """Return the report beside an estimate.json where it is of the same fit, empty where there is none.
+
+    Parameters
+    ----------
+    content : mapping
+        Of estimate.json.
+    folder : Path
+        Where it lies.
+    """
     try:
         report = json.loads((folder / REPORT_NAME).read_text(encoding="utf-8"))
     except (OSError, ValueError):

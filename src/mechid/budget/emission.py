@@ -15,6 +15,7 @@ from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.line_of_sight import LINE_SPACING, Response
 from mechid.budget.over_rate import SAMPLES, torque_samples
 from mechid.budget.residual_source import EDGES_HZ, ResidualHere
+from mechid.budget.steady_state import SteadyState
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -90,6 +91,26 @@ def emission(response: Response, estimate: Estimate, highest_hz: float, seed: in
         band_residual=np.sqrt(0.5 * np.where(tracked, residual, 0.0) ** 2 @ inside + density),
         band_bound=np.quantile(np.sqrt(power), BOUND, axis=0),
     )
+
+
+def line_sigmas(estimate: Estimate, state: SteadyState) -> FloatArray:
+    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, error."""
+    return _sigmas(estimate, state, 1.0)
+
+
+def phase_sigmas(estimate: Estimate, state: SteadyState) -> FloatArray:
+    """Return the standard error of each torque line's phase, (n,) rad, of the same as `line_sigmas`; pi at most."""
+    across = _sigmas(estimate, state, 1j)
+    return np.asarray(np.minimum(across / np.maximum(np.abs(state.lines), 1e-300), np.pi), dtype=np.float64)
+
+
+def _sigmas(estimate: Estimate, state: SteadyState, turn: complex) -> FloatArray:
+    """Return the standard error along each line's own phasor, or across it where that is turned by 1j, (n,) N m."""
+    unit = turn * state.lines / np.maximum(np.abs(state.lines), 1e-300)
+    slope = (np.conj(unit)[:, None] * state.gradient[:, : len(estimate.names)]).real
+    own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
+    missed = estimate.discrepancy.of_lines(state.step_orders) * np.abs(state.lines)
+    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + state.error**2), dtype=np.float64)
 
 
 def _beside(

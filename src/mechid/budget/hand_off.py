@@ -7,19 +7,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.residual_emission import TRACKED
 from mechid.budget.budget import Budget
+from mechid.budget.emission import line_sigmas
 from mechid.budget.hdf5 import is_available, write_hdf5
-from mechid.budget.line_of_sight import Response
 from mechid.budget.numbers import band_edges, budget_data
 from mechid.budget.side_here import COHERENT
 from mechid.identification.result.estimate_file import json_text
 from mechid.units import unit_words
 from mechid.writing import writable, write_whole
-
-FloatArray = NDArray[np.float64]
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
@@ -77,7 +74,7 @@ def _harmonics(budget: Budget) -> Iterator[str]:
                 for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.carried, strict=True)
             ]
             joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
-            sigmas = line_sigmas(budget, response)
+            sigmas = line_sigmas(budget.estimate, s)
             n = s.lines.size
             rows = zip(
                 s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True
@@ -110,16 +107,6 @@ def _components(budget: Budget) -> Iterator[str]:
                     f"{made.mode.name},{rate:.9g},{order:g},{order * abs(rate):.9g},{name},{size[k, j]:.6e},"
                     f"{unit_words(name)},{phase},{sigma[k, j]:.2e},{how}\n"
                 )
-
-
-def line_sigmas(budget: Budget, response: Response) -> FloatArray:
-    """Return the standard error of each torque line's amplitude, (n,) N m: covariance, what the model misses, error."""
-    s, estimate = response.state, budget.estimate
-    unit = np.conj(s.lines) / np.maximum(np.abs(s.lines), 1e-300)
-    slope = (unit[:, None] * s.gradient[:, : len(estimate.names)]).real
-    own = np.einsum("ij,jk,ik->i", slope, estimate.covariance, slope)
-    missed = estimate.discrepancy.of_lines(s.step_orders) * np.abs(s.lines)
-    return np.asarray(np.sqrt(np.maximum(own, 0.0) + missed**2 + s.error**2), dtype=np.float64)
 
 
 def _number(value: float) -> str:

@@ -14,11 +14,14 @@ def export(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the files; made where missing.")],
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
     anyway: Annotated[bool, typer.Option("--anyway", help="Hand on the values of a fit that failed too.")] = False,
+    option: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Of the target, repeatable: see its page.")
+    ] = None,
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
     from mechid.cli.finished_fit import finished_fit
-    from mechid.export.export import exported
-    from mechid.export.handover import handover
+    from mechid.exports.export import exported, named_options
+    from mechid.exports.handover import handover
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
     from mechid.report.exported import print_exported
@@ -26,8 +29,9 @@ def export(
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
+    options = named_options(option or ())
     finished = finished_fit(fit, campaign)
     folder = fit if fit.is_dir() else fit.parent
     mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
-    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway)
-    print_exported(exported(what, to, out), console_on())
+    what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway, folder=folder)
+    print_exported(exported(what, to, out, options), console_on())

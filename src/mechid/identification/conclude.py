@@ -24,8 +24,9 @@ from mechid.identification.output_error.declaration import DECLARED, taken_campa
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
-from mechid.identification.result.fit import Fit, ParameterEstimate, PriorShare
+from mechid.identification.result.fit import Fit
 from mechid.identification.result.missing import OwnValue, missing_of, missing_warning
+from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.record_fit import record_fit
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.doubts import refused_gain

@@ -206,7 +206,6 @@ def start(writer: Writer) -> str:
     plant, at = writer.plant, writer.at
     reads = [f"{q} = {at.p[k]}" for k, q in enumerate(plant.parameters) if _has(plant.initial, q)]
     reads += [f"{u} = {at.u[k]}" for k, u in enumerate(plant.inputs) if _has(plant.initial, u)]
-    reads += [f"{START_ANGLE} = theta_0"]
     wanted = [(at.x[i], sp.sympify(e)) for i, e in enumerate(plant.initial)]
     wanted += [
         (at.x_p[i * len(plant.parameters) + k], d)
@@ -215,7 +214,9 @@ def start(writer: Writer) -> str:
         if (d := sp.diff(e, q)) != 0
     ]
     lines = [f"{name} = {python_text(e)}" for name, e in _shared_if_long(wanted)]
-    return function("start", "p_, theta_0, w_, x_at", "States at the start and their derivatives to p.", reads + lines)
+    return function(
+        "start", f"p_, {START_ANGLE}, w_, x_at", "States at the start and their derivatives to p.", reads + lines
+    )
 
 
 def _shared_if_long(wanted: Assignments) -> list[tuple[str, sp.Expr]]:

@@ -15,6 +15,7 @@ from mechid.plant.layout import Flying, Layout
 from mechid.plant.mechanisms import ASSEMBLIES
 from mechid.plant.moving_base import ACCELERATION
 from mechid.plant.plant import Plant, assemble
+from mechid.plant.ports import NAMES, Port
 
 
 def check_assembly(name: str) -> None:
@@ -37,7 +38,7 @@ def plant_of(layout: Layout) -> Plant:
     if layout.own:
         return _assembled(layout)
     key = (tuple(sorted(layout.laws.items())), tuple(sorted(layout.orders.items())), tuple(sorted(layout.tables)))
-    return _cached(layout.assembly, *key, layout.flying)
+    return _cached(layout.assembly, *key, layout.flying, layout.ports)
 
 
 @lru_cache(maxsize=64)
@@ -47,10 +48,14 @@ def _cached(
     orders: tuple[tuple[str, tuple[int | None, ...]], ...],
     tables: tuple[str, ...],
     flying: Flying | None,
+    ports: frozenset[Port],
 ) -> Plant:
     return _assembled(
-        Layout(assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), flying=flying)
-    )
+        Layout(
+            assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), flying=flying,
+            ports=ports,
+        )
+    )  # fmt: skip
 
 
 def _assembled(layout: Layout) -> Plant:
@@ -61,7 +66,7 @@ def _assembled(layout: Layout) -> Plant:
     except ValueError as error:
         raise InputFileError(f"assembly: the blocks do not fit together: {error}") from error
     channels = measured_quantities(plant.inputs)
-    known = {"e_A", "e_B", ACCELERATION.name, *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
+    known = {"e_A", "e_B", ACCELERATION.name, *NAMES, *channels, *(f"{quantity}{RAMP}" for quantity in channels)}
     if unwired := [s.name for s in plant.inputs if s.name not in known]:
         names = ", ".join(name.removesuffix("_in") for name in unwired)
         raise InputFileError(f"assembly: no block gives {names}; a block of your own has to have it among its outputs")

@@ -10,6 +10,7 @@ from sympy import Expr, Integer, Symbol, sin, symbols
 
 from mechid.parameter import Declaration
 from mechid.plant.block import Block
+from mechid.plant.ports import PUSH
 from mechid.plant.start import ANGLE, FULL_STEP, RATE
 from mechid.plant.start import start as own_start
 
@@ -34,6 +35,7 @@ def rotor(
     start_rate: Declaration | None = None,
     unbalance: Declaration | None = None,
     turns: bool = False,
+    pushed: bool = False,
 ) -> Block:
     """Rotor: J_rot alpha_ddot = T_res = T_mot - T_fr - T_rg, and - W sin(alpha) where it is unbalanced.
 
@@ -55,23 +57,30 @@ def rotor(
         Of W = m c g, of an axis that hangs at alpha = 0; None: balanced, or across gravity.
     turns : bool
         Whether its base turns.
+    pushed : bool
+        Whether a torque from outside acts on it (`ports`): T_reaction = T_res less that is what the base feels.
     """
     T_mot, T_rg, T_fr, free = symbols("T_mot_in T_rg_in T_fr_in free_in")
-    drive, T_res, J_rot = symbols(f"T_drive T_res {inertia.symbol}")
+    drive, T_res, T_reaction, J_rot = symbols(f"T_drive T_res T_reaction {inertia.symbol}")
     driven = T_mot - T_rg if geared else T_mot
     if unbalance:
         driven -= Symbol(unbalance.symbol) * sin(alpha)
-    inputs = (T_mot, *([T_rg] if geared else []), T_fr, free)
+    pushing = PUSH if pushed else Integer(0)
+    inputs = (T_mot, *([T_rg] if geared else []), T_fr, free, *([PUSH] if pushed else []))
     outputs: dict[str, Expr] = {"alpha": alpha, "omega": omega, "T_res": T_res, "T_drive": drive}
     if turns:
         held = Symbol("beta_acc_rotor_in")
         inputs = (*inputs, beta_acc, held)
-        terms = {drive: driven - J_rot * held, T_res: free * (driven - T_fr) + (1 - free) * J_rot * beta_acc}
+        moving = free * (driven + pushing - T_fr) + (1 - free) * J_rot * beta_acc
+        terms = {drive: driven + pushing - J_rot * held, T_res: moving}
         rate: Expr = free * (T_res / J_rot - beta_acc)
-        outputs |= {"T_free_rotor": driven - T_fr, "T_held_rotor": Integer(0), "I_rotor": J_rot}
+        outputs |= {"T_free_rotor": driven - T_fr, "T_held_rotor": -pushing, "I_rotor": J_rot}
     else:
-        terms = {drive: driven, T_res: free * (drive - T_fr)}
+        terms = {drive: driven + pushing, T_res: free * (drive - T_fr)}
         rate = T_res / J_rot
+    if pushed:
+        terms[T_reaction] = T_res - pushing
+        outputs["T_res"] = T_reaction
     return Block(
         name="rotor",
         table="rotor",

@@ -14,6 +14,7 @@ from mechid.plant.layout import Base, Flying, Layout
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_ORDER, LINE_TORQUE
 from mechid.plant.plant import Plant
+from mechid.plant.ports import Port
 from mechid.plant.tables import TABLES, bench_reason, table_of
 
 LOAD, MODE = "load", "load.mode"
@@ -112,6 +113,13 @@ def on_base(mechanism: Mechanism, flying: Flying, modes: ModeValues = ()) -> Mec
     plant = plant_of(replace(layout, flying=flying))
     values = mode_values("base", ("frequency", "damping", "shape"), modes)
     return Mechanism(plant, _parameters(plant, mechanism.parameters, values), mechanism.options)
+
+
+def with_ports(mechanism: Mechanism, ports: Iterable[Port]) -> Mechanism:
+    """Return a mechanism on which something from outside acts too; a block of the user's own may lack an input."""
+    layout = mechanism.plant.layout
+    assert layout is not None
+    return replace(mechanism, plant=plant_of(replace(layout, ports=frozenset(ports))))
 
 
 def moving_base_objection(mechanism: Mechanism) -> str:

@@ -8,6 +8,7 @@ from enum import StrEnum
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
+from mechid.plant.ports import Port
 
 STEPPER_GEAR_MASS = "stepper_gear_mass"
 
@@ -56,6 +57,8 @@ class Layout:
         Table to the user's own block in place of those of the library.
     flying : Flying or None
         How it flies; None on the bench.
+    ports : frozenset of Port
+        Where something from outside acts on it.
     """
 
     assembly: str = STEPPER_GEAR_MASS
@@ -64,6 +67,7 @@ class Layout:
     tables: frozenset[str] = frozenset()
     own: Mapping[str, Block] = field(default_factory=dict)
     flying: Flying | None = None
+    ports: frozenset[Port] = frozenset()
 
     @property
     def turns(self) -> bool:

@@ -9,6 +9,7 @@ from sympy import Expr, Float, Integer, Symbol, diff, symbols
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, Rival
 from mechid.plant.drive_train import COMMANDED, SWING, G, alpha_gear, beta_acc, omega_gear
+from mechid.plant.ports import PUSH
 from mechid.plant.start import ANGLE, OUTPUT_TORQUE, RATE, TWIST, TWIST_RATE
 from mechid.plant.start import start as own_start
 
@@ -40,6 +41,7 @@ def load(
     unbalanced: bool = False,
     start: Expr = (COMMANDED + ANGLE) / G,
     turns: bool = False,
+    pushed: bool = False,
 ) -> Block:
     """Load on the output, rigid or with flexible modes, free or with friction of its own.
 
@@ -47,11 +49,11 @@ def load(
     kg m2, rad, N m. Each mode k, seen from the output, is an inertia J_k on a spring, q_k its deflection:
 
         q_k'' + 2 zeta_k omega_k q_k' + omega_k^2 q_k = -A
-        (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr - T_cable - T_unbalance
+        (J_m - sum J_k) A = T_applied + sum J_k (omega_k^2 q_k + 2 zeta_k omega_k q_k') - T_fr - T_cable - T_outside
 
     (cantilever modes with effective inertias J_k; J_m is the inertia of the whole; A = alpha_g'' is the hub's
     acceleration, on a base that turns alpha_g'' + beta''). The base feels T_load = T_applied - T_fr - T_cable: friction
-    and cables act between it and the load, the weight from outside.
+    and cables act between it and the load, T_outside = T_unbalance - T_port, weight less what pushes it, from outside.
 
     Parameters
     ----------
@@ -64,31 +66,39 @@ def load(
         Its angle at the start of a record, rad; where the rotor begins off the commanded angle a function of that.
     turns : bool
         Whether its base turns.
+    pushed : bool
+        Whether a torque from outside acts on it (`ports`).
     """
-    if not (modes or rubbed or cabled or unbalanced or turns):
+    if not (modes or rubbed or cabled or unbalanced or turns or pushed):
         return _test_mass(start)
     flexible = [_Mode(k) for k in range(1, modes + 1)]
     springs = sum((mode.spring for mode in flexible), Integer(0))
     hub = J_m - sum((mode.J for mode in flexible), Integer(0))
     held = hub * beta_acc_held if turns and rubbed else Integer(0)
-    cable, weight = T_cable if cabled else Integer(0), T_unbalance if unbalanced else Integer(0)
+    cable = T_cable if cabled else Integer(0)
+    outside = (T_unbalance if unbalanced else Integer(0)) - (PUSH if pushed else 0)
     moving: Expr = drive + held
     if rubbed:
         moving = free * (drive + held - T_fr) + ((1 - free) * hub * beta_acc if turns else 0)
-    on_base = {"T_free_load": T_applied - cable - (T_fr if rubbed else 0), "T_held_load": -springs, "I_load": hub}
+    on_base = {
+        "T_free_load": T_applied - cable - (T_fr if rubbed else 0),
+        "T_held_load": outside - springs,
+        "I_load": hub,
+    }
     return Block(
         name="load",
         table="load",
         declarations=(INERTIA, *(d for mode in flexible for d in mode.declarations)),
         inputs=(
             T_applied, *([T_fr, free] if rubbed else []), *([T_cable] if cabled else []),
-            *([T_unbalance] if unbalanced else []), *_base_inputs(rubbed=rubbed, turns=turns),
+            *([T_unbalance] if unbalanced else []), *([PUSH] if pushed else []),
+            *_base_inputs(rubbed=rubbed, turns=turns),
         ),
         terms={
             **{mode.spring: mode.torque for mode in flexible},
-            drive: T_applied + springs - cable - weight - held,
+            drive: T_applied + springs - cable - outside - held,
             a_gear: moving / hub,
-            T_load: moving - springs + weight,
+            T_load: moving - springs + outside,
         },
         rates={
             alpha_gear: omega_gear,

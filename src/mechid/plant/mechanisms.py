@@ -22,6 +22,7 @@ from mechid.plant.housing import FORMS, SECOND, housing, rigid_housing
 from mechid.plant.layout import STEPPER_GEAR_MASS, Base, Layout
 from mechid.plant.load import load
 from mechid.plant.moving_base import Bodies, base_on_modes, driven_base
+from mechid.plant.ports import Port, fed_from_outside
 from mechid.plant.start import ANGLE
 from mechid.plant.stepper import PHASES, SCALES, current_fed, motor_torque, windings
 
@@ -59,7 +60,12 @@ def _ungeared_stepper(layout: Layout) -> Parts:
     stand, wiring, torques = _stand(layout, loaded=False)
     blocks = [
         *motor,
-        rotor(geared=False, inertia=replace(INERTIA, role=Role.LOAD_INERTIA), turns=layout.turns),
+        rotor(
+            geared=False,
+            inertia=replace(INERTIA, role=Role.LOAD_INERTIA),
+            turns=layout.turns,
+            pushed=Port.OUTPUT in layout.ports,
+        ),
         *_friction(layout, _site(drive)),
         *_base(layout, {"rotor": "free"}),
         *stand,
@@ -172,14 +178,18 @@ def _phases(layout: Layout, drive: str) -> Parts:
         raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
     if drive in VOLTAGES:
         coils = windings(harmonics=harmonics, apart=apart, sagging=sagging, commanded=drive == "voltage")
-        return [VOLTAGES[drive](table_orders), coils], {}, dict.fromkeys(PHASES, "windings")
+        return [_fed(VOLTAGES[drive](table_orders), layout), coils], {}, dict.fromkeys(PHASES, "windings")
     coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
-    blocks = [CURRENTS[drive](table_orders), coils]
+    blocks = [_fed(CURRENTS[drive](table_orders), layout), coils]
     if not limited:
         return blocks, {}, dict.fromkeys(PHASES, "drive")
     wiring = {f"loop_{x}.i_ref_{x}": f"drive.i_{x}" for x in PHASES}
     wiring |= {f"windings.i_{x}": f"loop_{x}.i_{x}" for x in PHASES}
     return [*blocks, *map(current_limit.loop, PHASES)], wiring, {x: f"loop_{x}" for x in PHASES}
+
+
+def _fed(drive: Block, layout: Layout) -> Block:
+    return fed_from_outside(drive) if Port.PHASES in layout.ports else drive
 
 
 def _friction(layout: Layout, site: Site, *, geared: bool = False) -> tuple[Block, ...]:
@@ -200,7 +210,7 @@ def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
     body = load(
         modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, cabled=cabled, unbalanced=unbalanced,
-        start=at, turns=layout.turns,
+        start=at, turns=layout.turns, pushed=Port.OUTPUT in layout.ports,
     )  # fmt: skip
     laws = cable.LAWS
     return [

@@ -9,8 +9,9 @@ from typing import Any
 
 from mechid.analysis.validation import RecordValidation
 from mechid.campaign.campaign import names_start
-from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
+from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.parameter import Status
 from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.lacking import beside_data, lacking_lines, missing_data

@@ -21,7 +21,9 @@ import sympy as sp
 from numpy.typing import NDArray
 
 from mechid.command import Command, RateProfile
+from mechid.kernel.equations import equations_of
 from mechid.kernel.equilibrium import equilibrium
+from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
@@ -96,6 +98,27 @@ class Linearised:
         ])  # fmt: skip
 
     @property
+    def outputs(self) -> FloatArray:
+        """What is measured at the point, (n_y,)."""
+        quantity = equations_of(self.plant).outputs
+        return quantity(*self._arguments)
+
+    def at_rest(self, expr: sp.Expr) -> float:
+        """Return what an expression in the plant's symbols is at the point."""
+        at = dict(zip((*self.plant.states, *self.plant.filter.states), self.x.tolist(), strict=True))
+        at |= dict(zip(self.plant.inputs, self.inputs.tolist(), strict=True)) | dict(self.holding)
+        at |= dict(zip(self.plant.parameters, self.p.tolist(), strict=True))
+        return float(self.plant.expand(expr).subs(at))
+
+    def margins(self) -> dict[str, float]:
+        """Return how far each friction that holds is from its release, by the switch's name, in its torque's unit."""
+        return {
+            switch.name: min(self.at_rest(guard.margin) for guard in switch.guards[switch.otherwise])
+            for switch in self.plant.switches
+            if _rubs(switch) and switch.modes[switch.otherwise].items() <= self.holding.items()
+        }
+
+    @property
     def _arguments(self) -> tuple[Sequence[float], ...]:
         modes = [self.holding[symbol] for symbol in _mode_symbols(self.plant)]
         return (self.x.tolist(), self.inputs.tolist(), modes, self.p.tolist())
@@ -153,6 +176,28 @@ def rotor_held(plant: Plant) -> Holding:
         if any(rate in guard.resets for guards in switch.guards.values() for guard in guards):
             out |= switch.modes[switch.otherwise]
     return out
+
+
+def named_holdings(plant: Plant) -> dict[str, Holding]:
+    """Return the ways to hold that differ, by name.
+
+    ``"stuck"``: friction holds the rotor and nothing else. ``"locked"``: it holds the load too, where that has friction
+    of its own. ``"free"``: friction is taken away. Where friction never holds, as bristles do not, ``"holding"`` alone.
+    Other switches, as a backlash, are taken away in all of them.
+    """
+    free = holdings(plant)[-1]
+    locked = dict(free)
+    for switch in filter(_rubs, plant.switches):
+        locked |= switch.modes[switch.otherwise]
+    stuck = rotor_held(plant)
+    if locked == free:
+        return {"holding": free}
+    return {"stuck": stuck, **({"locked": locked} if locked != stuck else {}), "free": free}
+
+
+def _rubs(switch: Switch) -> bool:
+    """Return whether a switch is one that holds a body at rest."""
+    return any(guard.resets for guards in switch.guards.values() for guard in guards)
 
 
 @dataclass(frozen=True)

@@ -28,9 +28,9 @@ def estimate_text(fit: Fit) -> str:
     return json_text(fit.to_dict())
 
 
-def json_text(value: Mapping[str, Any]) -> str:
-    """Return strict JSON, with null for what is not finite."""
-    return json.dumps(_finite(value), indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def json_text(value: Mapping[str, Any], *, indent: int | None = 1) -> str:
+    """Return strict JSON, with null for what is not finite; on one line where `indent` is None."""
+    return json.dumps(_finite(value), indent=indent, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_estimate(path: Path | str, *, needs: Sequence[str] = TABLES) -> dict[str, Any]:

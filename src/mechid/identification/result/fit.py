@@ -3,90 +3,29 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
+from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, OwnValue, Suggested
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
-
-
-@dataclass(frozen=True, kw_only=True)
-class PriorShare:
-    """A prior of the mechanism file, and what it did.
-
-    Attributes
-    ----------
-    value, sigma : float
-        In the parameter's unit.
-    std_error_without : float or None
-        White standard error of the parameter from the records alone, no prior counted; infinite where they do not
-        tell it. None where the parameter is not estimated or the prior did not count.
-    counted : bool
-        Whether the prior counted in the last fit.
-    """
-
-    value: float
-    sigma: float
-    std_error_without: float | None = None
-    counted: bool = False
-
-    @property
-    def dominates(self) -> bool:
-        """Whether the prior says more of the parameter than the records do."""
-        return self.std_error_without is not None and self.std_error_without > self.sigma
-
-
-@dataclass(frozen=True, kw_only=True)
-class ParameterEstimate:
-    """One parameter of the mechanism file after the fit, in the file's coordinates and unit.
-
-    `std_error` holds where the model lacks something too, `std_error_noise` counts noise of any colour alone,
-    `std_error_white` white noise alone; all are None unless the parameter is free. `dof`: degrees of freedom of
-    Student's t, by which the interval follows from `std_error`; None: so many that it is the normal distribution.
-    `local_only`: the cost within its standard error is not what the derivatives
-    say, so that the error is none to rely on; `reason` says where. `contradicted`: the records want it beyond
-    its bound by more than chance. `one_sided`: its 95 % interval where it lies on a bound that the records allow.
-    """
-
-    name: str
-    symbol: str
-    unit: str
-    value: float
-    std_error: float | None
-    std_error_white: float | None
-    start: float
-    min: float | None
-    max: float | None
-    status: str
-    reason: str = ""
-    local_only: bool = False
-    prior: PriorShare | None = None
-    std_error_noise: float | None = None
-    dof: float | None = None
-    contradicted: bool = False
-    one_sided: tuple[float, float] | None = None
-
-    @property
-    def ci95(self) -> tuple[float, float] | None:
-        """95 % interval from the standard error; one-sided at a bound; or None."""
-        if self.std_error is None:
-            return self.one_sided
-        reach = self.std_error * float(stdtrit(math.inf if self.dof is None else self.dof, 0.975))
-        return self.value - reach, self.value + reach
+LINEAR = "mechid.exports.linear.linear"
+"""Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -304,6 +243,27 @@ class Fit:
     suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
+
+    def linear(
+        self,
+        campaign: Campaign | None = None,
+        *,
+        start_angle_deg: float | None = None,
+        rates: Sequence[float] | None = None,
+        samples: int = 20,
+        seed: int = 0,
+        values: Mapping[str, float] | None = None,
+        anyway: bool = False,
+    ) -> Any:
+        """Return uncertain linear models at holding and the torque at steady rates: `mechid.exports.linear`.
+
+        With the campaign it was identified from, the first record's start angle is held and the records' stepping is
+        run; without, 0 deg and no rates. The keywords are those of `Options` there; `anyway` takes a failed fit too.
+        """
+        return import_module(LINEAR).linear_of_fit(
+            self, campaign, anyway, start_angle_deg=start_angle_deg, rates=None if rates is None else tuple(rates),
+            samples=samples, seed=seed, values=dict(values or {}),
+        )  # fmt: skip
 
     def to_dict(self) -> dict[str, object]:
         """Return the content of estimate.json."""

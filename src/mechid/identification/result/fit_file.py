@@ -15,10 +15,11 @@ from mechid.identification.output_error.declaration import Taken
 from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
-from mechid.identification.result.fit import ChannelFit, Fit, ParameterEstimate, PriorShare, RecordFit, StageReport
+from mechid.identification.result.fit import ChannelFit, Fit, RecordFit, StageReport
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, Suggested
 from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.terms_beside import TermsBeside
 
 ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-ENTRIES = ("begin", "run", "of_file")
+ENTRIES = ("begin", "run", "of_file", "of_file_slopes")
 """Functions that are called from outside."""
 
 

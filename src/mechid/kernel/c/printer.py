@@ -14,9 +14,11 @@ from mechid.kernel.c.types import DOUBLE, INT, INTEGERS, NUMBERS, Signature, nam
 
 INDENT = "    "
 WIDTH = 110
-NEEDED = frozenset(("NL", "NS", "NEXT_SAMPLE", "EDGE", "EVENTS", "ROWS", "MODE", "AT_X", "AT_U", "AT_TIME", "SIZE", "DISCRETE",
-                    "GRID_START", "GRID_INTERVAL", "GRID_STEP", "GRID_CLOSE", "EVENT_TIME", "EVENT_SWITCH", "EVENT_BEFORE",
-                    "EVENT_AFTER", "EVENT_LANES"))  # fmt: skip
+NEEDED = frozenset((
+    "NL", "NS", "NEXT_SAMPLE", "EDGE", "EVENTS", "ROWS", "MODE", "AT_X", "AT_U", "AT_TIME", "SIZE", "DISCRETE",
+    "GRID_START", "GRID_INTERVAL", "GRID_STEP", "GRID_CLOSE", "EVENT_TIME", "EVENT_SWITCH", "EVENT_BEFORE",
+    "EVENT_AFTER", "EVENT_LANES",
+))  # fmt: skip
 """Constants that who calls the kernel needs."""
 
 
@@ -82,7 +84,9 @@ class _Function:
         if len(out) > 1:
             arguments += [f"{kind} *{name}" for kind, name in zip(out, results(self.node), strict=True)]
         returned = out[0] if len(out) == 1 else "void"
-        return _filled(f"static {returned} {self.node.name}(", arguments or ["void"], ")")
+        inline = any("forceinline" in ast.unparse(decorator) for decorator in self.node.decorator_list)
+        begin = f"static {'inline ' if inline else ''}{returned} {self.node.name}("
+        return _filled(begin, arguments or ["void"], ")")
 
     def _body(self, statements: Sequence[ast.stmt], depth: int, block: tuple[int, ...]) -> list[str]:
         before = set(self.declared)

@@ -6,11 +6,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.metadata import version
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.budget.discrepancy import report_of
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
 from mechid.command import Command, MeasuredCommand
@@ -21,6 +23,7 @@ from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
+SYNTHETIC = "SYNTHETIC: the records were simulated, nothing was measured."
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
 
@@ -52,6 +55,8 @@ class Handover:
         What estimate.json holds.
     trials : tuple of Trial
         Of the records that a command drives, in the campaign's order.
+    folder : Path or None
+        Where identify left the estimate, with what its records have left; None where that is not known.
     """
 
     name: str
@@ -60,6 +65,7 @@ class Handover:
     covariance: FloatArray
     estimate: Mapping[str, Any]
     trials: tuple[Trial, ...]
+    folder: Path | None = None
 
     @property
     def grade(self) -> Grade:
@@ -70,7 +76,12 @@ class Handover:
     def trust(self) -> str:
         """How far the values can be trusted, in a sentence or two."""
         reasons = [str(reason["text"]) for reason in self.estimate.get("grade_reasons", [])]
-        return " ".join([GRADE_WORDS[self.grade], *reasons])
+        return " ".join([*([SYNTHETIC] if self.is_synthetic else []), GRADE_WORDS[self.grade], *reasons])
+
+    @property
+    def is_synthetic(self) -> bool:
+        """Whether the records were simulated, as far as the report beside the estimate says so."""
+        return self.folder is not None and bool(report_of(self.estimate, self.folder).get("synthetic"))
 
     @property
     def provenance(self) -> dict[str, Any]:
@@ -85,7 +96,12 @@ class Handover:
 
 
 def handover(
-    estimate: Mapping[str, Any], mechanism: Mechanism, campaign: Campaign | None, *, anyway: bool = False
+    estimate: Mapping[str, Any],
+    mechanism: Mechanism,
+    campaign: Campaign | None,
+    *,
+    anyway: bool = False,
+    folder: Path | None = None,
 ) -> Handover:
     """Return what a fit hands on.
 
@@ -99,6 +115,8 @@ def handover(
         Of which it was identified; None leaves nothing to try it with.
     anyway : bool
         Whether a fit that failed is handed on too.
+    folder : Path or None
+        Where identify left the estimate.
 
     Raises
     ------
@@ -111,7 +129,7 @@ def handover(
     names, covariance = _covariance(estimate)
     return Handover(
         name=_name(campaign), mechanism=mechanism, names=names, covariance=covariance, estimate=estimate,
-        trials=_trials(campaign) if campaign else (),
+        trials=_trials(campaign) if campaign else (), folder=folder,
     )  # fmt: skip
 
 

@@ -1,0 +1,44 @@
+"""The C compiler of this machine, and what it makes of a text."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+FLAGS = ("-std=c99", "-O2")
+KNOWN = ("cc", "gcc", "clang")
+
+
+class CompilerError(Exception):
+    """The compiler has refused a text; its message is the compiler's first error."""
+
+
+def found_compiler() -> str | None:
+    """Return the compiler to use: that of the environment's CC, or the first of those known; None without one."""
+    named = os.environ.get("CC")
+    return next((path for name in ([named] if named else KNOWN) if (path := shutil.which(name))), None)
+
+
+def compiled(sources: Sequence[Path], program: Path, *, flags: Sequence[str] = ()) -> Path:
+    """Compile sources to a program, or with ``-shared`` among the flags to a library.
+
+    Raises
+    ------
+    CompilerError
+        There is no compiler, or it has refused the text.
+    """
+    compiler = found_compiler()
+    if compiler is None:
+        raise CompilerError("no C compiler was found; install one, or name it in CC")
+    command = [compiler, *FLAGS, *flags, *map(str, sources), "-o", str(program), "-lm"]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise CompilerError(f"{compiler}: {error}") from error
+    if done.returncode:
+        lines = [line for line in done.stderr.splitlines() if "error" in line] or done.stderr.splitlines()
+        raise CompilerError(f"{compiler}: {lines[0] if lines else f'ended with {done.returncode}'}")
+    return program
