@@ -167,7 +167,7 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
 
 def _validated(record: CampaignRecord, campaign: Campaign, fit: Fit) -> RecordValidation:
     predicted, fitted = predict(record, fit), as_fitted(record, fit)
-    components = _components(fitted)
+    components = _components(fitted) if TORQUE in predicted else ()
     return RecordValidation(
         name=record.name,
         use=fitted.use,
