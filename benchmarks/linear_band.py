@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 
 from mechid.cli.finished_fit import finished_fit
-from mechid.export.handover import handover
-from mechid.export.linear.fraction import fraction
-from mechid.export.linear.linear import linear_of
-from mechid.export.linear.options import Options
-from mechid.export.linear.state_space import response_of
+from mechid.exports.handover import handover
+from mechid.exports.linear.fraction import fraction
+from mechid.exports.linear.linear import linear_of
+from mechid.exports.linear.options import Options
+from mechid.exports.linear.state_space import response_of
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 

@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from mechid.cli.finished_fit import finished_fit
-from mechid.export.handover import handover
-from mechid.export.tables.bulk import order_loads
-from mechid.export.tables.forcing import estimate_on_base, forcing
-from mechid.export.tables.stepping import steppings, usual_rates
+from mechid.exports.forcing import estimate_on_base, forcing
+from mechid.exports.handover import handover
+from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.tables.bulk import order_loads
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 

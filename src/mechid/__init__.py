@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from mechid.analysis.validation import validate
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.prediction import simulate
+    from mechid.exports.export import export
     from mechid.identification.diagnosis.completion import identify
     from mechid.identification.diagnosis.diagnosis import diagnose
     from mechid.identification.result.fit import Fit
@@ -25,6 +26,7 @@ __all__ = [
     "__version__",
     "compare",
     "diagnose",
+    "export",
     "identify",
     "load_campaign",
     "simulate",
@@ -36,6 +38,7 @@ _HOMES = {
     "Trajectory": "mechid.simulation.trajectory",
     "compare": "mechid.analysis.comparison",
     "diagnose": "mechid.identification.diagnosis.diagnosis",
+    "export": "mechid.exports.export",
     "identify": "mechid.identification.diagnosis.completion",
     "load_campaign": "mechid.campaign.campaign_file",
     "simulate": "mechid.campaign.prediction",

@@ -32,6 +32,8 @@ SI_UNIT: Mapping[str, str] = {
     "current_phase_b": "A",
     "voltage_phase_a": "V",
     "voltage_phase_b": "V",
+    **dict.fromkeys(("force_x", "force_y", "force_z"), "N"),
+    **dict.fromkeys(("moment_x", "moment_y", "moment_z"), "N*m"),
 }
 """The quantities a record can hold, each with the unit it has inside mechid."""
 

@@ -33,7 +33,7 @@ def test_tables_from_folder_to_folder(run, fit, tmp_path):
     [
         ("nodes=4", 'found "nodes"; did you mean "node"?'),
         ("node", 'found "node", which has no value; write NAME=VALUE'),
-        ("rates=0", "rates: found 0; write full steps/s above 0"),
+        ("rates=0", "rates: found 0; write full steps/s from 0.02"),
     ],
 )
 def test_an_option_that_cannot_be_is_one_line(refused, fit, tmp_path, option, said):

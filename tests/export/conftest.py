@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from mechid.command import Command, RateProfile
-from mechid.export.export import Exported, exported
-from mechid.export.handover import Handover, Trial, handover
-from mechid.export.tables.options import Options
+from mechid.exports.export import Exported, exported
+from mechid.exports.handover import Handover, Trial, handover
+from mechid.exports.tables.options import Options
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
 from mechid.simulation.simulator import TimeBase

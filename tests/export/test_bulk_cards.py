@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from mechid.export.tables.bulk_cards import darea, rload1, rload2, tabled1
+from mechid.exports.tables.bulk_cards import darea, rload1, rload2, tabled1
 from nastran_cards import cards, value
 
 AREA, REAL, IMAGINARY, SIZE = 900_001, 11, 12, 13

@@ -13,13 +13,13 @@ from scipy.io import loadmat
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.budget.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
-from mechid.export.export import exported
-from mechid.export.linear.fraction import fraction
-from mechid.export.linear.linear import linear_of
-from mechid.export.linear.mat import write_mat
-from mechid.export.linear.options import Options
-from mechid.export.tables.forcing import estimate_on_base, forcing
-from mechid.export.tables.stepping import steppings
+from mechid.exports.export import exported
+from mechid.exports.forcing import estimate_on_base, forcing
+from mechid.exports.linear.fraction import fraction
+from mechid.exports.linear.linear import linear_of
+from mechid.exports.linear.mat import write_mat
+from mechid.exports.linear.options import Options
+from mechid.exports.stepping import steppings
 
 RATES = (23.0, 46.0)
 OWN = changed(paper_table(), {"stepper": {"back_emf_constant": None}})
@@ -54,6 +54,9 @@ def test_both_files_hold_the_model(done, linear):
     data = json.loads((done.folder / "linear.json").read_text(encoding="utf-8"))
     mat = loadmat(done.folder / "linear.mat")
     assert data["format"] == "mechid-linear/1"
+    about = mat["about"][0, 0]
+    assert json.loads(about["provenance"][0]) == data["provenance"] == dict(linear.provenance)
+    assert [str(cell[0]) for cell in about["words"].ravel()] == data["words"] == list(linear.words)
     assert data["uncertain"]["names"] == [str(cell[0]) for cell in mat["uncertain"][0, 0]["names"].ravel()]
     np.testing.assert_array_equal(mat["uncertain"][0, 0]["covariance"], linear.uncertain.covariance)
     for name, model in linear.models.items():
@@ -179,7 +182,7 @@ def test_octave_opens_it(linear, tmp_path):
         pytest.skip("needs Octave with its control package")
     exported_to = tmp_path / "linear.mat"
     write_mat(linear, exported_to)
-    from mechid.export.linear.mat import UNCERTAIN_SS
+    from mechid.exports.linear.mat import UNCERTAIN_SS
 
     (tmp_path / "mechid_uss.m").write_text(UNCERTAIN_SS, encoding="utf-8")
     (tmp_path / "ureal.m").write_text(UREAL, encoding="utf-8")
@@ -210,6 +213,42 @@ def test_a_motor_alone_on_a_current_drive(paper, tmp_path):
     assert stuck["D"][row][column] == 1.0
     assert stuck["inputs"]["names"][0] == "added_current_phase_a"
     assert stuck["fraction"]["sizes"] == []
+
+
+OWN_LOAD = """
+from sympy import symbols
+from mechid.parameter import Declaration
+from mechid.plant.block import Block
+
+
+def load(push=None):
+    a, v, T, J, G, p, t = symbols('alpha_gear omega_gear T_applied_in J_m G p theta_0')
+    J_d = Declaration(key='inertia', symbol='J_m', unit='kg m2', meaning='inertia', lower=0.0)
+    pushes = (push,) if push is not None else ()
+    return Block(name='load', table='load', declarations=(J_d,), inputs=(T, *pushes),
+                 rates={a: v, v: (T + sum(pushes)) / J}, initial={a: t / (p / 2) / G, v: 0},
+                 outputs={'alpha_gear': a, 'omega_gear': v, 'T_load': T})
+
+
+def pushed():
+    return load(symbols('output_torque'))
+"""
+
+
+@pytest.mark.parametrize("name", ["load", "pushed"])
+def test_a_load_of_ones_own(paper, tmp_path, name):
+    """Truth: it has the inputs that its block declares; what is lacking is said; else it is the library's load."""
+    (tmp_path / "own.py").write_text(OWN_LOAD, encoding="utf-8")
+    table = changed(OWN, {"load": {"block": f"{tmp_path}/own.py:{name}"}, "housing": None})
+    own = linear_of(replace(paper, mechanism=mechanism_of(table)), Options(rates=(), samples=0))
+    words = " ".join(own.words)
+    assert "The base's acceleration is no input: load: the block of your own" in words
+    assert ("The torque on the output is no input" in words) == (name == "load")
+    phases = ("added_voltage_phase_a", "added_voltage_phase_b")
+    assert own["free"].inputs.names == (*phases, *(["output_torque"] if name == "pushed" else []))
+    library = linear_of(paper, Options(rates=(), samples=0))["free"].response([30.0])
+    response = own["free"].response([30.0])
+    np.testing.assert_allclose(response, library[:, :, : response.shape[2]], rtol=1e-9, atol=1e-15)
 
 
 def test_the_same_seed_gives_the_same_file(paper, linear):
@@ -268,7 +307,7 @@ def test_values_that_cannot_be(paper):
 
 def test_a_fit_that_failed(paper):
     """Truth: its values are not handed on."""
-    from mechid.export.handover import handover
+    from mechid.exports.handover import handover
 
     failed = {**paper.estimate, "grade": "failed"}
     with pytest.raises(FitError, match="--anyway"):

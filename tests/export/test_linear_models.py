@@ -10,11 +10,11 @@ from scipy.stats import binom
 from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.command import Command, Excitation, RateProfile
 from mechid.errors import FitError
-from mechid.export.linear.check import departure
-from mechid.export.linear.draws import physical_draws
-from mechid.export.linear.fraction import fraction
-from mechid.export.linear.held import Held
-from mechid.export.linear.state_space import Uncertain, response_of
+from mechid.exports.linear.check import departure
+from mechid.exports.linear.draws import physical_draws
+from mechid.exports.linear.fraction import fraction
+from mechid.exports.linear.held import Held
+from mechid.exports.linear.state_space import Uncertain, response_of
 from mechid.kernel.equations import equations_of
 from mechid.plant.flight import in_flight
 from mechid.plant.small_signal import small_signal

@@ -6,8 +6,8 @@ import pytest
 from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
-from mechid.export.linear.held import Held
-from mechid.export.linear.state_space import Uncertain
+from mechid.exports.linear.held import Held
+from mechid.exports.linear.state_space import Uncertain
 from mechid.plant.flight import in_flight, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.small_signal import small_signal

@@ -16,15 +16,15 @@ from mechid.analysis.residual_file import FILE_NAME, FORMAT
 from mechid.budget.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
-from mechid.export.export import exported
-from mechid.export.handover import Trial
-from mechid.export.tables.check import direct, refuse_other
-from mechid.export.tables.csv_file import read_csv, write_csv
-from mechid.export.tables.forcing import estimate_on_base, forcing
-from mechid.export.tables.of_forcing import forcing_tables
-from mechid.export.tables.options import Options
-from mechid.export.tables.stepping import steppings, usual_rates
-from mechid.export.tables.table import Table, numbers, texts
+from mechid.exports.export import exported
+from mechid.exports.forcing import estimate_on_base, forcing
+from mechid.exports.handover import Trial
+from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.tables.check import direct, refuse_other
+from mechid.exports.tables.csv_file import read_csv, write_csv
+from mechid.exports.tables.of_forcing import forcing_tables
+from mechid.exports.tables.options import Options
+from mechid.exports.tables.table import Table, numbers, texts
 from mechid.plant.flight import below, in_flight
 from mechid.simulation.resonances import resonances
 from mechid.simulation.simulator import TimeBase
@@ -268,7 +268,7 @@ def test_without_a_step_command_there_are_no_lines(paper, tmp_path):
     assert done.written.checked is None
     assert "parameters.csv" in done.written.files
     assert not {"lines.csv", "lines.bdf"} & set(done.written.files)
-    assert any("No step command" in line for line in done.written.words)
+    assert any("no lines, no time histories" in line for line in done.written.words)
 
 
 @pytest.mark.parametrize(
@@ -276,8 +276,9 @@ def test_without_a_step_command_there_are_no_lines(paper, tmp_path):
     [
         ({"rate": "23"}, 'found "rate"; did you mean "rates"'),
         ({"rates": "23,x"}, 'rates: found "23,x"; write numbers'),
-        ({"rates": "23,-4"}, "rates: found -4, 23; write full steps/s above 0"),
-        ({"rates": "nan"}, "rates: found nan; write full steps/s above 0"),
+        ({"rates": "23,-4"}, "rates: found -4; write full steps/s from 0.02 to 100000, 2000 at most"),
+        ({"rates": "nan"}, "rates: found nan; write full steps/s from 0.02"),
+        ({"rates": ",".join(map(str, range(1, 2102)))}, "rates: found 2101 of them; write"),
         ({"node": "1.5"}, 'node: found "1.5"; write a whole number'),
         ({"node": "0"}, "node: found 0; write a whole number from 1"),
         ({"component": "7"}, "component: found 7; write a whole number from 4 to 6"),

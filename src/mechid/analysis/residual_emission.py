@@ -7,7 +7,9 @@ what they leave says how large noise alone would make them.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,12 +85,20 @@ def residual_emission(residual: Series, travel: Series, sample_rate_hz: float) -
     sample_rate_hz : float
     """
     found: dict[int, list[_Window]] = {}
+    for key, window, orders in tracked_windows(travel, sample_rate_hz):
+        found.setdefault(key, []).append(_tracked(window, window.of(residual), orders))
+    return tuple(_joined(found[key]) for key in sorted(found))
+
+
+def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int, TravelWindow, list[float]]]:
+    """Yield each window of a record with the number of its rate, alike within `RATE_STEP`, and its orders.
+
+    The orders are those of `TRACKED` that it reaches and tells apart; windows without any are left out.
+    """
     for window in travel_windows(travel, sample_rate_hz):
         orders = [q for q, apart in SPACED if window.reaches(q) and apart * window.travelled >= TURNS]
         if orders and window.size > 4 * len(orders) + 4:
-            key = round(np.log(window.rate) / np.log1p(RATE_STEP))
-            found.setdefault(key, []).append(_tracked(window, window.of(residual), orders))
-    return tuple(_joined(found[key]) for key in sorted(found))
+            yield round(np.log(window.rate) / np.log1p(RATE_STEP)), window, orders
 
 
 def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Window:
@@ -98,23 +108,23 @@ def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Wi
     frequency, fine = periodogram(between, window.sample_rate_hz, window="hann")
     at_lines, tracked = window.rate * np.array(orders), np.isin(TRACKED, orders)
     density = _third_octaves(frequency, fine, at_lines)
-    near = _around(frequency, fine, at_lines)
+    near = around(frequency, fine, at_lines)
     power, noise = np.full((2, len(TRACKED)), np.nan)
     power[tracked], noise[tracked] = np.abs(amplitudes[:, 0]) ** 2, 2.0 * near / duration_s
     return _Window(window.rate, duration_s, power, noise, density)
 
 
-def _around(frequency: FloatArray, density: FloatArray, lines_hz: FloatArray) -> FloatArray:
-    """Return the mean density around each line, (k,), over an octave to both sides and `BINS` bins at least.
+def around(frequency: FloatArray, density: NDArray[Any], lines_hz: FloatArray) -> NDArray[Any]:
+    """Return the mean density around each line, (..., k), over an octave to both sides and `BINS` bins at least.
 
-    A bin less counts for each line that was fitted among them.
+    Of densities (..., n) at frequencies (n,). A bin less counts for each line that was fitted among them.
     """
-    sums = np.concatenate([[0.0], np.cumsum(density)])
+    sums = np.concatenate([np.zeros((*density.shape[:-1], 1)), np.cumsum(density, axis=-1)], axis=-1)
     first = np.maximum(np.searchsorted(frequency, 0.5 * lines_hz), 1)
     last = np.minimum(np.maximum(np.searchsorted(frequency, 2.0 * lines_hz), first + BINS), frequency.size)
     lowest = np.maximum(np.minimum(first, last - BINS), 1)
     fitted = np.searchsorted(lines_hz, frequency[last - 1], side="right") - np.searchsorted(lines_hz, frequency[lowest])
-    return np.asarray((sums[last] - sums[lowest]) / np.maximum(last - lowest - fitted, 1))
+    return np.asarray((sums[..., last] - sums[..., lowest]) / np.maximum(last - lowest - fitted, 1))
 
 
 def _third_octaves(frequency: FloatArray, density: FloatArray, lines_hz: FloatArray) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.residual_emission import ResidualAtRate, residual_emission
+from mechid.analysis.side_components import SideAtRate, side_components
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
+from mechid.records import COMPONENTS, Mounting
 from mechid.signal import (
     Band,
     LjungBox,
@@ -29,7 +31,9 @@ from mechid.signal import (
     theil_inequality,
     third_octaves,
 )
-from mechid.signal.series import blocks
+from mechid.signal.remainder import Remainder
+from mechid.signal.series import Series, blocks
+from mechid.signal.trend import fit_line
 from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
@@ -111,12 +115,19 @@ class ChannelValidation:
 
 @dataclass(frozen=True, kw_only=True)
 class RecordValidation:
-    """The validation of a record: how it was taken to be driven, and its channels by quantity."""
+    """The validation of a record: how it was taken to be driven, and its channels by quantity.
+
+    `side` are the lines over the rate of its `components` beside the drive torque, about the mounting point; none where
+    it has none.
+    """
 
     name: str
     use: str
     command: Mapping[str, str | int | float]
     channels: Mapping[str, ChannelValidation]
+    components: tuple[str, ...] = ()
+    side: tuple[SideAtRate, ...] = ()
+    mounting: Mounting | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the record's ``validation`` table in estimate.json."""
@@ -150,18 +161,41 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
     """
     with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
         return {
-            record.name: RecordValidation(
-                name=record.name,
-                use=as_fitted(record, fit).use,
-                command=_stepping(as_fitted(record, fit).command),
-                channels={
-                    q: replace(channel_validation(q, SI_UNIT[q], p), use=_only_compared(record, q))
-                    for q, p in predict(record, fit).items()
-                },
-            )
-            for record in campaign.records
-            if record.data is not None
+            record.name: _validated(record, campaign, fit) for record in campaign.records if record.data is not None
         }
+
+
+def _validated(record: CampaignRecord, campaign: Campaign, fit: Fit) -> RecordValidation:
+    predicted, fitted = predict(record, fit), as_fitted(record, fit)
+    components = _components(fitted) if TORQUE in predicted else ()
+    return RecordValidation(
+        name=record.name,
+        use=fitted.use,
+        command=_stepping(fitted.command),
+        channels={
+            q: replace(channel_validation(q, SI_UNIT[q], p), use=_only_compared(record, q))
+            for q, p in predicted.items()
+        },
+        components=components,
+        side=_side(fitted, components, predicted[TORQUE]) if components else (),
+        mounting=campaign.mounting if components else None,
+    )
+
+
+def _components(record: CampaignRecord) -> tuple[str, ...]:
+    """Return what of a record was measured beside its drive torque, in one order whatever that of the columns."""
+    held = {channel.quantity for channel in record.data.channels} if record.data else set()
+    return tuple(component for component in COMPONENTS if component in held)
+
+
+def _side(record: CampaignRecord, components: Sequence[str], torque: Prediction) -> tuple[SideAtRate, ...]:
+    """Return the lines of the components with their phase to the torque as the fit took it, offsets and drifts out."""
+    assert record.data is not None
+    level: list[Series] = [torque.level]
+    for quantity in components:
+        data = record.data.channel(quantity).data
+        level.append(Remainder(data, fit_line(data, 2)))
+    return side_components(level, torque.travel, torque.base.sample_rate_hz)
 
 
 def _only_compared(record: CampaignRecord, quantity: str) -> str:

@@ -23,8 +23,11 @@ from mechid.budget.orders import Crossing, crossings, rates_to_avoid
 from mechid.budget.over_rate import level_curve, rms_bands
 from mechid.budget.profile_run import run_profile
 from mechid.budget.requirement import Standing
+from mechid.budget.side_response import SideResponse, side_response
+from mechid.budget.side_source import SideSource
 from mechid.budget.standing import nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
+from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
@@ -47,7 +50,8 @@ BY_DUTY = "all modes, by duty"
 class Budget:
     """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
 
-    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement.
+    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces
+    and moments that were measured beside the torque, where there are any.
     """
 
     file: BudgetFile
@@ -57,6 +61,7 @@ class Budget:
     two_way_by_duty: dict[str, float]
     crossings: tuple[Crossing, ...]
     warnings: tuple[str, ...]
+    side: SideSource | None = None
 
     @property
     def standings(self) -> list[Standing]:
@@ -87,12 +92,23 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
     estimate = read_flying(file.estimate, file.flight)
     spread = file.flight.spread
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
-    maker = _Maker(file, estimate, ensemble, workers, listener or _silent)
+    side = _side_source(file, estimate)
+    maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
     with one_core_algebra():
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
-    told = tuple(findings(file, estimate, modes))
-    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told)
+    told = tuple(findings(file, estimate, modes, side))
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told, side)
+
+
+def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
+    """Return what was measured beside the torque with the way to the structure, None where nothing was."""
+    if estimate.side is None:
+        return None
+    try:
+        return SideSource(estimate.side, file.frame, file.structure)
+    except InputFileError as error:
+        raise InputFileError(f"{file.path.name}: structure.frame: {error}") from error
 
 
 def _silent(line: str) -> None:
@@ -108,6 +124,7 @@ class _Maker:
     ensemble: Ensemble
     workers: int
     listener: Listener
+    side: SideSource | None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -156,7 +173,13 @@ class _Maker:
     def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
         source = self.estimate.residual
         here = None if source is None else source.at(mode.command, state.rate)
-        return respond(state, self.file.structure, here, mode.highest_hz)
+        return respond(state, self.file.structure, here, mode.highest_hz, self._side(mode, state))
+
+    def _side(self, mode: OperatingMode, state: SteadyState) -> SideResponse | None:
+        """Return what was measured beside the torque, at a rate; None where nothing of it reaches the structure."""
+        if self.side is None or not self.side.flying:
+            return None
+        return side_response(state, self.side, self.side.at(mode.command, state.rate), mode.highest_hz)
 
     def profile(self, mode: OperatingMode) -> ModeBudget:
         """Return the budget of a mode with a profile."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from mechid.budget.error_entry import read_errors
 from mechid.budget.flight_entry import Flight, read_flight
 from mechid.budget.mode_entry import read_modes
@@ -12,23 +15,26 @@ from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.other_errors import OtherError
 from mechid.budget.requirement import Requirement
 from mechid.budget.requirement_entry import read_requirements
-from mechid.budget.structure_entry import read_structure_entry
+from mechid.budget.structure_entry import read_frame, read_structure_entry
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
 from mechid.structure import Structure
+
+FloatArray = NDArray[np.float64]
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BudgetFile:
-    """What a budget file asks for, its structure read."""
+    """What a budget file asks for, its structure read; `frame` has the bench's axes in its frame as columns, (3, 3)."""
 
     path: Path
     estimate: Path
     flight: Flight
     structure: Structure
+    frame: FloatArray
     coupled_below_hz: float
     modes: tuple[OperatingMode, ...]
     requirements: tuple[Requirement, ...]
@@ -60,6 +66,7 @@ def read_budget_file(path: Path | str) -> BudgetFile:
         estimate=path.parent / estimate,
         flight=read_flight(table.get("flight", {}), place.key("flight")),
         structure=structure,
+        frame=read_frame(table, place),
         coupled_below_hz=coupled_below_hz,
         modes=read_modes(table, place, path.parent),
         requirements=read_requirements(table, place, structure.line_of_sight),

@@ -10,6 +10,7 @@ from mechid.budget.coupling import SUFFICES
 from mechid.budget.flying_mechanism import Estimate
 from mechid.budget.mode_budget import ModeBudget
 from mechid.budget.operating_mode import OperatingMode
+from mechid.budget.side_source import SideSource
 from mechid.budget.steadiness import told
 from mechid.plant.flight import moving_base_objection
 from mechid.structure import Modes
@@ -17,7 +18,9 @@ from mechid.structure import Modes
 TOLD_UNCOVERED, TOLD_UNSTEADY = 0.05, 0.05
 
 
-def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) -> Iterator[str]:
+def findings(
+    file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget], side: SideSource | None = None
+) -> Iterator[str]:
     """Yield the warnings of a budget."""
     yield from (f"{file.structure.name}: {line}" for line in file.structure.warnings)
     if estimate.outcome:
@@ -28,6 +31,8 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
             f"{file.estimate.name}: there is no {RESIDUAL_NAME} of a torque record beside it, so that what the model "
             "lacks does not fly: mechid report makes it anew from records of the torque"
         )
+    if side is not None:
+        yield from _side(file, side, modes)
     if objection := moving_base_objection(estimate.mechanism):
         yield objection
     for made in modes:
@@ -42,6 +47,42 @@ def findings(file: BudgetFile, estimate: Estimate, modes: Sequence[ModeBudget]) 
                 f'mode "{made.mode.name}": |receptance x dynamic stiffness| reaches {made.loop_gain:.2g}, so that '
                 "one-way is not enough: give the structure's modes for a two-way result"
             )
+
+
+def _side(file: BudgetFile, side: SideSource, modes: Sequence[ModeBudget]) -> Iterator[str]:
+    """Tell what of the forces and moments beside the torque does not fly, or flies as a bound alone."""
+    if side.absent:
+        needs = ", ".join(dict.fromkeys(side.absent.values()))
+        yield (
+            f"{', '.join(side.absent)}: measured beside the torque and not counted: {file.structure.name} has no "
+            f"response to {needs} at the interface. Give the structure with these directions"
+        )
+    for made in modes if side.flying else ():
+        yield from _side_of_mode(side, made)
+
+
+def _side_of_mode(side: SideSource, made: ModeBudget) -> Iterator[str]:
+    name, command = made.mode.name, made.mode.command
+    what = "the forces and moments beside the torque"
+    if made.course is not None:
+        yield f'mode "{name}": {what} are known at steady rates alone; its profile is that of the torque'
+        return
+    here = [(r.state.rate, r.side.here) for r in made.responses if r.side is not None]
+    far = [rate for rate, at in here if at.far]
+    if far:
+        low, high = side.rates(command)
+        yield (
+            f'mode "{name}": at {len(far)} of {len(here)} rates, {min(far):.4g} to {max(far):.4g} steps/s, no record '
+            f"is near: {what} count by magnitude, the larger of the rates beside; {low:.4g} to {high:.4g} steps/s were "
+            "measured"
+        )
+    if any(at.outside for _, at in here):
+        yield f'mode "{name}": above the rates measured, {what} are taken to grow with the rate squared'
+    if not side.stepped_alike(command):
+        yield (
+            f'mode "{name}": no record with {what} is stepped as it is ({command.stepping}): those of the others '
+            "count, by magnitude"
+        )
 
 
 def _cut(mode: OperatingMode) -> Iterator[str]:

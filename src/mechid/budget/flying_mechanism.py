@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
+from mechid.analysis.components_file import SideRecords, read_components
 from mechid.analysis.residual_file import read_residual
 from mechid.budget.carried import carried
 from mechid.budget.discrepancy import Discrepancy, read_discrepancy
@@ -52,6 +53,8 @@ class Estimate:
         Why the fit is not to be relied on, empty where it has grade A or B.
     residual : ResidualSource or None
         What the fit left of the bench's torque records; None where identify left none beside the estimate.
+    side : SideRecords or None
+        Forces and moments that the bench measured beside the torque; None where it did not.
     lacking : str
         What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
     """
@@ -63,6 +66,7 @@ class Estimate:
     left: Mapping[str, str]
     outcome: str = ""
     residual: ResidualSource | None = None
+    side: SideRecords | None = None
     lacking: str = ""
 
 
@@ -105,6 +109,7 @@ def read_flying(path: Path, flight: Flight) -> Estimate:
         left=left_on_bench(bench, names),
         outcome=_doubt(content),
         residual=source,
+        side=read_components(content, path.parent),
         lacking=_lacking(content),
     )
 

@@ -8,16 +8,19 @@ from typing import Any
 
 import numpy as np
 
+from mechid.analysis.residual_emission import TRACKED
 from mechid.budget.budget import Budget
 from mechid.budget.emission import line_sigmas
 from mechid.budget.hdf5 import is_available, write_hdf5
 from mechid.budget.numbers import band_edges, budget_data
+from mechid.budget.side_here import COHERENT
 from mechid.identification.result.estimate_file import json_text
+from mechid.units import unit_words
 from mechid.writing import writable, write_whole
 
 HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
 CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
-EMISSION = "emission.csv"
+EMISSION, COMPONENTS = "emission.csv", "components.csv"
 
 
 def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
@@ -44,6 +47,8 @@ def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | N
         texts[WINDOWED] = _windowed(budget)
     if any(made.states for made in budget.modes):
         texts[STATES] = _steady_states(budget)
+    if any(response.side for made in budget.modes for response in made.responses):
+        texts[COMPONENTS] = _components(budget)
     with writable(folder):
         for name, content in texts.items():
             write_whole(folder / name, content)
@@ -83,6 +88,25 @@ def _harmonics(budget: Budget) -> Iterator[str]:
                 )
             for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], beside[n:], strict=True):
                 yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
+
+
+def _components(budget: Budget) -> Iterator[str]:
+    """Yield the lines beside the drive torque that count: component, amplitude, phase to the torque's line, sigma, how.
+
+    Along the bench's axes, about the mounting point; those that noise explains are left out.
+    """
+    yield "mode,rate_steps_per_s,order,frequency_Hz,component,amplitude,unit,phase_deg,sigma,how\n"
+    for made in budget.modes:
+        for side, rate in ((r.side, r.state.rate) for r in made.responses if r.side is not None):
+            here = side.here
+            size, sigma = np.abs(here.lines) + here.bounds, here.sigma
+            for k, j in np.argwhere(size > 0.0).tolist():
+                order, name, how = TRACKED[k], here.components[j], here.how(k, j)
+                phase = f"{np.degrees(np.angle(here.lines[k, j])):.2f}" if how == COHERENT else ""
+                yield (
+                    f"{made.mode.name},{rate:.9g},{order:g},{order * abs(rate):.9g},{name},{size[k, j]:.6e},"
+                    f"{unit_words(name)},{phase},{sigma[k, j]:.2e},{how}\n"
+                )
 
 
 def _number(value: float) -> str:

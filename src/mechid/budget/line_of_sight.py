@@ -13,6 +13,7 @@ from mechid.budget.discrepancy import Discrepancy
 from mechid.budget.indices import Index
 from mechid.budget.pointing_error import Incoherent, PointingError, Random, Source
 from mechid.budget.residual_source import EDGES_HZ, ResidualHere
+from mechid.budget.side_response import SideResponse
 from mechid.budget.steady_state import SteadyState
 from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
@@ -56,6 +57,9 @@ class LineOfSight(Protocol):
     def without_residual(self) -> LineOfSight:
         """Return what the model alone makes of it."""
 
+    def with_side(self, rng: np.random.Generator) -> LineOfSight:
+        """Return a draw of it with the components beside the drive torque off by their errors."""
+
     def rms(self) -> FloatArray:
         """Return the RMS along each line of sight, (m,) rad."""
 
@@ -72,7 +76,7 @@ class Response:
     transfer : (n, m) complex
         Line of sight per torque at each line, rad/(N m); zero where the structure is not known.
     phasors : (n, m) complex
-        rad.
+        rad, of all components where several fly.
     uncovered : float
         Share of the torque lines' RMS at frequencies that the structure does not cover.
     random : Random or None
@@ -81,6 +85,8 @@ class Response:
         What the model lacks of the torque; None where nothing is known of it.
     lacking : Incoherent or None
         What that makes of the line of sight; None where it is nothing.
+    side : SideResponse or None
+        What was measured beside the drive torque; None where nothing of it flies.
     """
 
     axes: tuple[str, ...]
@@ -91,6 +97,7 @@ class Response:
     random: Random | None
     residual: ResidualHere | None = None
     lacking: Incoherent | None = None
+    side: SideResponse | None = None
 
     @property
     def columns(self) -> int:
@@ -100,7 +107,17 @@ class Response:
     @property
     def slopes(self) -> ComplexArray:
         """Derivative of the phasors to each parameter, (p, n, m)."""
-        return np.asarray(self.state.gradient.T[:, :, None] * self.transfer[None, :, :], dtype=np.complex128)
+        own = np.asarray(self.state.gradient.T[:, :, None] * self.transfer[None, :, :], dtype=np.complex128)
+        return own if self.side is None else own + self.side.slopes(self.state.turned(self.state.gradient.T))
+
+    @property
+    def drive(self) -> ComplexArray:
+        """What the drive torque alone makes of the line of sight, (n, m) rad."""
+        return self.transfer * self.state.lines[:, None]
+
+    def of_drive(self) -> Response:
+        """Return what the drive torque alone makes of it; itself where nothing else flies."""
+        return self if self.side is None else replace(self, phasors=self.drive, side=None)
 
     def under(self, index: Index) -> Moved:
         """Return the error as a function of the parameters' deviations, (p,)."""
@@ -108,7 +125,8 @@ class Response:
         size = np.asarray(np.abs(self.phasors).max(axis=1))
         loud = np.asarray(size > QUIET * size.max(initial=0.0))
         phasors, slopes, orders = self.phasors[loud], self.slopes[:, loud], self.state.orders[loud]
-        randoms = tuple(part for part in (self.random, self.lacking) if part is not None)
+        alone = self.side.alone if self.side is not None else None
+        randoms = tuple(part for part in (self.random, self.lacking, alone) if part is not None)
 
         def moved(by: FloatArray) -> PointingError:
             at = phasors + np.tensordot(by, slopes, axes=1) if by.any() else phasors
@@ -121,7 +139,8 @@ class Response:
         """Return a draw with each line's amplitude and phase off by what the model misses of it."""
         share = discrepancy.of_lines(self.state.step_orders)
         amplitude, phase = rng.normal(size=(2, share.size)) * share
-        return replace(self, phasors=self.phasors * ((1.0 + amplitude) * np.exp(1j * phase))[:, None])
+        off = ((1.0 + amplitude) * np.exp(1j * phase))[:, None]
+        return replace(self, phasors=self.phasors * off if self.side is None else self.side.added(self.drive * off))
 
     def with_residual(self, rng: np.random.Generator) -> Response:
         """Return a draw with what the model lacks at each of its lines added, at a phase of its own."""
@@ -130,6 +149,13 @@ class Response:
     def without_residual(self) -> Response:
         """Return what the model alone makes of it."""
         return replace(self, residual=None, lacking=None)
+
+    def with_side(self, rng: np.random.Generator) -> Response:
+        """Return a draw with each component off by its error."""
+        if self.side is None:
+            return self
+        drawn = self.side.drawn(self.drive[None], np.zeros((1, self.state.lines.size)), rng)
+        return replace(self, phasors=drawn[0])
 
     def lacking_lines(self, count: int, rng: np.random.Generator) -> ComplexArray:
         """Return draws of what the model lacks at each of its lines, (count, n) N m."""
@@ -160,18 +186,26 @@ class Response:
 
 
 def respond(
-    state: SteadyState, structure: Structure, residual: ResidualHere | None = None, highest_hz: float = np.inf
+    state: SteadyState,
+    structure: Structure,
+    residual: ResidualHere | None = None,
+    highest_hz: float = np.inf,
+    side: SideResponse | None = None,
 ) -> Response:
-    """Return the line of sight that a steady torque makes, with what the model lacks of it up to a frequency."""
+    """Return the line of sight that a steady torque makes, with what the model lacks of it up to a frequency.
+
+    With what was measured beside the torque, where that flies.
+    """
     transfer = structure.to_line_of_sight(state.frequency_hz)
     known = np.asarray(np.isfinite(transfer).all(axis=1))
     transfer = np.where(known[:, None], transfer, 0.0)
-    phasors = transfer * state.lines[:, None]
+    drive = transfer * state.lines[:, None]
+    phasors = drive if side is None else side.added(drive)
     power = np.abs(state.lines) ** 2
     uncovered = float(np.sqrt(power[~known].sum() / power.sum())) if power.sum() > 0.0 else 0.0
     return Response(
         structure.line_of_sight, state, transfer, phasors, uncovered, _random_part(state, structure), residual,
-        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None,
+        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None, side,
     )  # fmt: skip
 
 

@@ -20,6 +20,7 @@ from mechid.budget.over_rate import torque_bands
 from mechid.budget.profile_run import ProfileResponse
 from mechid.budget.requirement import Standing
 from mechid.budget.shares import deviations
+from mechid.budget.side_numbers import side_of_bench, side_of_mode
 from mechid.budget.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
 
@@ -48,6 +49,7 @@ def budget_data(budget: Budget) -> dict[str, Any]:
         "model_discrepancy": budget.estimate.discrepancy.overall,
         "model_discrepancy_by_order": [[q, e] for q, e in sorted(budget.estimate.discrepancy.orders.items())],
         "residual_known": budget.estimate.residual is not None,
+        **side_of_bench(budget.side),
         "flight": {
             "values": dict(file.flight.values),
             "uncertain": dict(file.flight.uncertain),
@@ -130,6 +132,7 @@ def _steady(budget: Budget, made: ModeBudget) -> dict[str, Any]:
         "over_rate": _over_rate(made),
         "series": _series(made),
         "lines": _lines(made),
+        **side_of_mode(made),
     }
 
 

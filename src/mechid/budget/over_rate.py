@@ -44,15 +44,19 @@ class LevelCurve:
 def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
     """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad.
 
-    With what it lacks at each of its lines too, at phases of their own.
+    With what it lacks at each of its lines too, at phases of their own, and with what was measured beside the torque.
     """
-    rng = np.random.default_rng(seed)
+    rng, alone = np.random.default_rng(seed), response.of_drive()
     by = deviations(estimate.covariance, SAMPLES, rng)
-    moved = response.phasors + np.tensordot(by, response.slopes[: len(estimate.names)], axes=1)
+    moved = alone.phasors + np.tensordot(by, alone.slopes[: len(estimate.names)], axes=1)
     share = estimate.discrepancy.of_lines(response.state.step_orders)
     amplitude, phase = rng.normal(size=(2, SAMPLES, share.size)) * share
     lacking = response.lacking_lines(SAMPLES, rng)[:, :, None] * response.transfer
-    return np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None] + lacking, dtype=np.complex128)
+    drive = np.asarray(moved * ((1.0 + amplitude) * np.exp(1j * phase))[:, :, None] + lacking, dtype=np.complex128)
+    if response.side is None:
+        return drive
+    turned = phase + response.state.turned(by @ response.state.gradient[:, : len(estimate.names)].T)
+    return response.side.drawn(drive, turned, rng)
 
 
 def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> FloatArray:

@@ -140,6 +140,11 @@ class ProfileResponse:
         """Return itself."""
         return self
 
+    def with_side(self, rng: np.random.Generator) -> ProfileResponse:
+        """Return itself: what was measured beside the torque is known at steady rates alone."""
+        del rng
+        return self
+
 
 def run_profile(
     mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, structure: Structure

@@ -25,6 +25,7 @@ MISSED_DRAWS = 128
 """Of what the model misses."""
 DISCREPANCY = "model discrepancy"
 RESIDUAL = "lines that the model lacks"
+SIDE = "forces and moments beside the torque"
 SAMPLING = "draws of the ensemble"
 Parts = Sequence[tuple[float, LineOfSight]]
 """Lines of sight by the share of the time in which each is there; what is left to 1, the mechanism rests."""
@@ -159,11 +160,24 @@ class _View:
         drawn = ([(share, part.with_residual(rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
         return float(np.std([self._drawn_level(parts) for parts in drawn]))
 
+    def side_sigma(self) -> float:
+        """Return the scatter of the nominal level by the errors of what was measured beside the torque."""
+        rng = np.random.default_rng(0)
+        drawn = ([(share, part.with_side(rng)) for share, part in self.parts] for _ in range(MISSED_DRAWS))
+        return float(np.std([self._drawn_level(parts) for parts in drawn]))
+
+    @property
+    def has_side(self) -> bool:
+        """Whether anything flies that was measured beside the torque."""
+        return any(isinstance(part, Response) and part.side is not None for _, part in self.parts)
+
     def with_other_parts(self, known: Band, scale: float, sampling: float) -> Band:
         """Return a band by the parameters with what the model misses and lacks, and the ensemble's sampling error."""
         band = _with_part(known, scale * self.missed_sigma(), DISCREPANCY)
         if self.lacks:
             band = _with_part(band, scale * self.lacking_sigma(), RESIDUAL)
+        if self.has_side:
+            band = _with_part(band, scale * self.side_sigma(), SIDE)
         return _with_part(band, sampling, SAMPLING)
 
     def _drawn_level(self, parts: Parts) -> float:

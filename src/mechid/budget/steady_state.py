@@ -121,6 +121,11 @@ class SteadyState:
         """Of each line, (n,): its multiple of the step rate."""
         return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
 
+    def turned(self, moved: ComplexArray) -> FloatArray:
+        """Return by how much small changes of the lines, (k, n) N m, turn their phases, (k, n) rad; 0 of no line."""
+        here = self.lines != 0.0
+        return np.asarray(np.imag(moved * np.where(here, 1.0 / np.where(here, self.lines, 1.0), 0.0)))
+
     @property
     def floor(self) -> FloatArray:
         """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m, verified down to `VERIFIED`."""

@@ -7,15 +7,22 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.side_source import ALONG, FRAME
 from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required, tables, text
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import InputFileError
+from mechid.records.components import AXES
 from mechid.structure import Location, Modes, Selection, Structure, read_structure
 from mechid.structure.selection import DIRECTIONS, ROTATIONS
 
+FloatArray = NDArray[np.float64]
+
 KEYS = (
     "file", "interface", "line_of_sight", "damping", "length_unit_m", "mass_unit_kg", "highest_hz",
-    "attitude_control", "coupled_below_hz",
+    "attitude_control", "coupled_below_hz", "directions", "frame",
 )  # fmt: skip
 LOCATION_KEYS = ("node", "direction", "factor")
 LINE_KEYS = ("name", *LOCATION_KEYS)
@@ -64,7 +71,46 @@ def _selection(entry: Mapping[str, Any], place: Place) -> Selection:
             raise place.key("interface").error(f"{found(entry['interface'])}; {LOCATION_REMEDY}")
         refuse_unknown_keys(entry["interface"], LOCATION_KEYS, place.key("interface"))
         interface = _location(entry["interface"], place.key("interface"))
-    return replace(Selection(interface=interface, line_of_sight=lines), **numbers)
+    directions = _named_directions(entry, place.key("directions"))
+    return replace(Selection(interface=interface, line_of_sight=lines, directions=directions), **numbers)
+
+
+def _named_directions(entry: Mapping[str, Any], place: Place) -> dict[str, str]:
+    """Return which of a file's columns are the interface's further directions."""
+    named, remedy = entry.get("directions", {}), 'write the names of columns, as { tx = "phi_x", ry = "theta_y" }'
+    if not is_table(named):
+        raise place.error(f"{found(named)}; {remedy}")
+    refuse_unknown_keys(named, DIRECTIONS, place)
+    return {direction: text(name, place.key(direction), remedy) for direction, name in named.items()}
+
+
+def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
+    """Return the axes of the bench in the structure's frame as columns, (3, 3); the same axes without an entry.
+
+    Raises
+    ------
+    InputFileError
+        They are no three directions at right angles to one another, right-handed.
+    """
+    entry, at = table["structure"].get("frame"), place.key("structure").key("frame")
+    if entry is None:
+        return np.eye(3)
+    if not is_table(entry):
+        raise at.error(f"{found(entry)}; write {FRAME}")
+    refuse_unknown_keys(entry, AXES, at)
+    frame = np.column_stack([_cosines(required(entry, axis, at, f"write {FRAME}"), at.key(axis)) for axis in AXES])
+    if np.abs(frame.T @ frame - np.eye(3)).max() > ALONG:
+        raise at.error("the axes are not of length 1 and at right angles to one another; write their cosines")
+    if np.linalg.det(frame) < 0.0:
+        raise at.error("the axes are left-handed: z is not x turned into y; check their signs")
+    left, _, right = np.linalg.svd(frame)
+    return np.asarray(left @ right)
+
+
+def _cosines(entry: Any, place: Place) -> list[float]:
+    if not isinstance(entry, list) or len(entry) != 3:
+        raise place.error(f"{found(entry)}; write three cosines, as [0.0, 1.0, 0.0]")
+    return [number(value, place.item(k), "1") for k, value in enumerate(entry)]
 
 
 def _location(entry: Mapping[str, Any], place: Place) -> Location:
@@ -90,4 +136,9 @@ def _controlled(structure: Structure, entry: Mapping[str, Any], place: Place) ->
         number(required(control, key, at, remedy), at.key(key), unit)
         for key, unit in (("bandwidth_hz", "Hz"), ("damping", "1"))
     )
-    return replace(structure, model=structure.model.with_attitude_control(bandwidth, damping))
+    held = {
+        direction: model.with_attitude_control(bandwidth, damping)
+        for direction, model in structure.directions.items()
+        if isinstance(model, Modes)
+    }
+    return replace(structure, model=structure.model.with_attitude_control(bandwidth, damping), directions=held)

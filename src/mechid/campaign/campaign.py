@@ -12,7 +12,7 @@ from mechid.command import Command, Timing
 from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.mechanism import Mechanism
-from mechid.records import Record, RecordSpec
+from mechid.records import Mounting, Record, RecordSpec
 
 Use: TypeAlias = Literal["estimate", "validate"]
 
@@ -176,6 +176,8 @@ class Campaign:
     mechanism : Mechanism
     records : tuple of CampaignRecord
         In the order of the file.
+    mounting : Mounting or None
+        How the mechanism stands on a table that measures more than its torque.
     stages : tuple of Stage
         Empty where mechid is to plan them.
     options : IdentifyOptions
@@ -189,6 +191,7 @@ class Campaign:
     mechanism_path: Path
     mechanism: Mechanism
     records: tuple[CampaignRecord, ...]
+    mounting: Mounting | None = None
     stages: tuple[Stage, ...] = ()
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
     considered: tuple[str, ...] = ()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from mechid.campaign.bench_entry import KEY as BENCH
+from mechid.campaign.bench_entry import read_bench, with_data
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
 from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
 from mechid.campaign.identify_options import read_identify_options
@@ -25,10 +26,10 @@ from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
-from mechid.records import read_record
+from mechid.records import Mounting, read_record
 
 FILE_NAME = "campaign.toml"
-KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, "record", "stage", CAMPAIGN, OWN)
+KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -70,6 +71,7 @@ def load_campaign(
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)
+    mounting = read_bench(table, place, records)
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
     records = with_clocks(records, table, place)
@@ -78,7 +80,7 @@ def load_campaign(
     records = with_starts(records, table["record"], places, mechanism)
     if read_records:
         read_stages(table, place, mechanism, records)  # before the files: they take their time
-    read = (_with_data(r, mechanism) if read_records or _begins_anywhere(r) else r for r in records)
+    read = (_with_data(r, mechanism, mounting) if read_records or _begins_anywhere(r) else r for r in records)
     cut = in_stretches(tuple(read), table["record"], place, staged="stage" in table)
     places = [at for _, _, at in cut]
     records = with_starts([record for record, _, _ in cut], [entry for _, entry, _ in cut], places, mechanism)
@@ -87,6 +89,7 @@ def load_campaign(
         mechanism_path=mechanism_path,
         mechanism=mechanism,
         records=records,
+        mounting=mounting,
         stages=read_stages(table, place, mechanism, records),
         options=options,
         considered=effects,
@@ -114,7 +117,8 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
     refuse_unknown_keys(table, KEYS, place)
     table = gathered(table, place)
     records = read_record_entries(table, place, file.parent, need_files=True)
-    return tuple(replace(one, data=read_record(one.file, one.spec)) for one in records if one.file)
+    mounting = read_bench(table, place, records)
+    return tuple(with_data(one, read_record(one.file, one.spec), mounting) for one in records if one.file)
 
 
 def _campaign_file(path: Path) -> Path:
@@ -130,11 +134,11 @@ def _mechanism(table: Mapping[str, Any], place: Place) -> str:
     return text(entry, place.key("mechanism"), MECHANISM_REMEDY)
 
 
-def _with_data(record: CampaignRecord, mechanism: Mechanism) -> CampaignRecord:
+def _with_data(record: CampaignRecord, mechanism: Mechanism, mounting: Mounting | None) -> CampaignRecord:
     if not record.file:
         return record
     data = read_record(record.file, record.spec)
-    return with_inputs(replace(record, data=data), data, mechanism)
+    return with_inputs(with_data(record, data, mounting), data, mechanism)
 
 
 def _begins_anywhere(record: CampaignRecord) -> bool:

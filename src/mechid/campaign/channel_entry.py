@@ -19,18 +19,21 @@ from mechid.campaign.place import (
 )
 from mechid.command.entry import is_table, is_whole
 from mechid.errors import RecordError
-from mechid.records import ChannelSpec, Role
+from mechid.records import COMPONENTS, ChannelSpec, Role
 from mechid.units import SI_UNIT, to_si_factor
 
 KEYS = ("quantity", "column", "unit", "gain", "role", "between")
 MATCH_KEYS = ("use", "offset", "drift", "quantisation", "noise_sigma")
 BETWEEN = ("linear", "held")
 QUANTITIES = tuple(quantity for quantity in SI_UNIT if quantity != "time")
+MODELLED = tuple(quantity for quantity in QUANTITIES if quantity not in COMPONENTS)
+"""Those that a mechanism may give or take."""
 TORQUE = "torque"
 DRIFTING = (TORQUE, "force")
 """Quantities whose transducers drift: offset and drift are projected out."""
 RATES = ("rotor_rate", "output_rate", "velocity")
 """Quantities whose zero is zero: nothing is projected out. Of all others, encoders and probes, the offset is."""
+ROLES = (Role.OUTPUT, Role.INPUT)
 EXAMPLE = '{ quantity = "torque", column = "Mz" }'
 MOST_COLUMNS = 2**31 - 1
 
@@ -48,8 +51,9 @@ def read_channels(entry: Any, place: Place) -> tuple[ChannelSpec, ...]:
     if not is_table_list(entry) or not entry:
         raise place.error(f"{found(entry)}; write a list of tables, as [{EXAMPLE}]")
     channels = tuple(_channel(table, place.item(index)) for index, table in enumerate(entry))
-    if all(channel.role is Role.INPUT for channel in channels):
-        raise place.error(f"nothing but inputs; name what the model is to match: add {EXAMPLE}")
+    if all(channel.role is not Role.OUTPUT for channel in channels):
+        what = "components beside the torque" if any(c.role is Role.SIDE for c in channels) else "inputs"
+        raise place.error(f"nothing but {what}; name what the model is to match: add {EXAMPLE}")
     return channels
 
 
@@ -72,7 +76,7 @@ def read_matches(entry: Any, place: Place, *, own: Mapping[str, bool]) -> tuple[
     if entry is None:
         return (Match(offset=own.get("offset", True), drift=own.get("drift", True)),)
     tables = [(table, place.item(index)) for index, table in enumerate(entry)]
-    matches = tuple(_match(table, at, own) for table, at in tables if table.get("role", "output") == "output")
+    matches = tuple(_match(table, at, own) for table, at in tables if _role(table, at) is Role.OUTPUT)
     if all(match.use == "validate" for match in matches):
         raise place.error('use = "validate" in all of them; give one use = "estimate", or the record use = "validate"')
     return matches
@@ -122,10 +126,11 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
     refuse_unknown_keys(table, (*KEYS, *MATCH_KEYS), place)
     quantity = required(table, "quantity", place, 'write what it is, as quantity = "torque"')
     quantity = one_of(quantity, QUANTITIES, place.key("quantity"))
-    role = Role(one_of(table.get("role", "output"), tuple(Role), place.key("role")))
+    role = _role(table, place)
     for key in MATCH_KEYS:
-        if key in table and role is Role.INPUT:
-            raise place.key(key).error("it says how an output is matched, and this is an input; leave it out")
+        if key in table and role is not Role.OUTPUT:
+            what = "an input" if role is Role.INPUT else "a component that is measured beside the torque"
+            raise place.key(key).error(f"it says how an output is matched, and this is {what}; leave it out")
     if "between" in table and role is not Role.INPUT:
         raise place.key("between").error('it says how an input runs between samples; write role = "input" beside it')
     return ChannelSpec(
@@ -136,6 +141,17 @@ def _channel(table: Mapping[str, Any], place: Place) -> ChannelSpec:
         role=role,
         held=one_of(table.get("between", "linear"), BETWEEN, place.key("between")) == "held",
     )
+
+
+def _role(table: Mapping[str, Any], place: Place) -> Role:
+    """Return what a channel is to the model; a component of a table is no output and no input of it."""
+    if table["quantity"] not in COMPONENTS:
+        return Role(one_of(table.get("role", Role.OUTPUT), ROLES, place.key("role")))
+    if "role" in table:
+        raise place.key("role").error(
+            f"{table['quantity']} is measured beside the torque and has no role; leave it out"
+        )
+    return Role.SIDE
 
 
 def _column(entry: Any, place: Place) -> str | int:

@@ -96,7 +96,7 @@ def _record(table: Mapping[str, Any], place: Place, folder: Path, *, need_file: 
 
 def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: Path) -> Command:
     """Return the command of the steps; where measured channels drive the record, what is left to say of its start."""
-    if all(channel.role is Role.OUTPUT for channel in spec.channels):
+    if all(channel.role is not Role.INPUT for channel in spec.channels):
         entry = required(table, "command", place, COMMAND_REMEDY)
         return Command.from_table(entry, str(place.key("command")), folder)
     entry, at = table.get("command", {}), place.key("command")

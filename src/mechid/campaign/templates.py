@@ -13,7 +13,7 @@ from mechid.campaign.campaign import INSTANTS, USES
 from mechid.campaign.campaign_file import FILE_NAME
 from mechid.campaign.catalogue import catalogue_mechanism
 from mechid.campaign.catalogue_values import CATALOGUES
-from mechid.campaign.channel_entry import QUANTITIES
+from mechid.campaign.channel_entry import MODELLED
 from mechid.campaign.mechanism_structure import ASSEMBLY
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.campaign.not_filled_in import EXAMPLE_COMMAND, TEMPLATE
@@ -27,6 +27,7 @@ from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
+from mechid.records import COMPONENTS
 from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
@@ -185,10 +186,12 @@ and may have
   sample_rate_hz where the file has no time column
   channels       [{{ quantity = "torque", column = "Mz", unit = "N*m", gain = -1.0 }}]; without it
                  the torque is the second column, or the first where sample_rate_hz is given; quantities:
-                 {", ".join(QUANTITIES[:6])},
-                 {", ".join(QUANTITIES[6:10])},
-                 {", ".join(QUANTITIES[10:])};
-                 of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma
+                 {", ".join(MODELLED[:6])},
+                 {", ".join(MODELLED[6:10])},
+                 {", ".join(MODELLED[10:])};
+                 of an output also use, offset, drift, quantisation = 1 (in the file's numbers), noise_sigma;
+                 of a table beside the torque, see docs/six_components.md:
+                 {", ".join(COMPONENTS)}
   time           {{ column = "Time", unit = "ms" }} where the time column is not found by its name
   peak_voltage   supply of this record alone; also peak_current, and coil_resistance where it was warmer
   test_stand     {{ transducer.gain = {{ value = 1.0, min = 0.8, max = 1.2 }} }}: of this record alone

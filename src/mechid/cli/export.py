@@ -20,8 +20,8 @@ def export(
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
     from mechid.cli.finished_fit import finished_fit
-    from mechid.export.export import exported, named_options
-    from mechid.export.handover import handover
+    from mechid.exports.export import exported, named_options
+    from mechid.exports.handover import handover
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
     from mechid.report.exported import print_exported

@@ -23,7 +23,7 @@ def report(
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.fit_file import read_fit
     from mechid.report import read_truth, report_data
-    from mechid.report.results import write_residual
+    from mechid.report.results import write_components, write_residual
     from mechid.report.terminal import console_on, print_lines
     from mechid.report.writing import write_report
 
@@ -35,4 +35,5 @@ def report(
     validation = validate(loaded, fit)
     data = report_data(fit, truth, synthetic=synthetic, validation=validation)
     files = [*write_report(data, loaded, fit, validation, folder), write_residual(fit, validation, folder)]
+    files += write_components(fit, validation, folder)
     print_lines(console_on(), "written", [str(path) for path in files])

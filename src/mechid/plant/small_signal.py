@@ -71,10 +71,10 @@ def small_signal(flying: Mechanism) -> SmallSignal:
     driven = {ADDED[s.name].name: s for s, _ in opened.plant.terms if s.name in ADDED and ADDED[s.name].name in inputs}
     supply = opened.plant.having(Role.SUPPLY)
     peak = {name: opened.value(supply[0]) for name in driven} if supply else {}
-    said = [f"{objection[0].upper()}{objection[1:]}; so the base's acceleration is no input."] if objection else []
+    said = [f"The base's acceleration is no input: {objection}."] if objection else []
     if PUSH.name not in inputs:
         said.append(
-            f'The load is a block of your own without an input "{PUSH.name}", so the torque on the output is no input.'
+            f'The torque on the output is no input: the load is a block of your own, and has no input "{PUSH.name}".'
         )
     return SmallSignal(opened, inputs, driven, peak, (*said, *_voltage_limit(flying)))
 

@@ -177,6 +177,7 @@ def _told(column: Column) -> str:
 
 
 def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
+    _refuse_without_unit(table, channel, index)
     factor, warning = _factor(table, channel, index)
     return ChosenColumn(
         index=index,
@@ -185,6 +186,13 @@ def _choose(table: Table, channel: ChannelSpec, index: int) -> ChosenColumn:
         role=channel.role,
         warning=warning or _raw_counts(table, channel, index),
     )
+
+
+def _refuse_without_unit(table: Table, channel: ChannelSpec, index: int) -> None:
+    """Refuse a component of a table whose unit nobody states: nothing else of the record would show a wrong one."""
+    if channel.role is Role.SIDE and channel.unit is None and table.columns[index].stated_unit is None:
+        label, unit = column_label(table.columns, index), si_unit(channel.quantity)
+        raise table.error(f'{channel.quantity}: {label} states no unit; write unit = "{unit}" or its own in channels')
 
 
 def _choose_time(table: Table, spec: RecordSpec, taken: Sequence[int]) -> ChosenColumn | None:

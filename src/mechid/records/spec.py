@@ -8,10 +8,12 @@ from enum import StrEnum
 
 
 class Role(StrEnum):
-    """Whether a channel is explained by the model or drives it."""
+    """Whether a channel is explained by the model, drives it, or is measured beside it."""
 
     OUTPUT = "output"
     INPUT = "input"
+    SIDE = "side"
+    """A force or moment beside the drive torque; its quantity says so."""
 
 
 class TimeStamps(StrEnum):

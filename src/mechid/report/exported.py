@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from mechid.export.export import Exported
+    from mechid.exports.export import Exported
 
 
 def print_exported(done: Exported, console: Console) -> None:

@@ -7,6 +7,7 @@ from typing import Any
 
 from mechid.report.path import COMPLETED_TITLE, HEADER, cells
 from mechid.report.quantities import quantity_words, torque_alone
+from mechid.report.side import SIDE_COLUMNS, SIDE_SAID, SIDE_TITLE
 
 Row = Sequence[str]
 PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
@@ -32,6 +33,9 @@ def report_markdown(data: Mapping[str, Any]) -> str:
     parts += ["## Records", _records(data["record_table"])]
     if data["orders"]:
         parts += ["## Orders of the step rate", _orders(data["orders"])]
+    if data["side"]:
+        rows = ([row["name"] if c.key == "name" else row["text"][c.key] for c in SIDE_COLUMNS] for row in data["side"])
+        parts += [f"## {SIDE_TITLE}", SIDE_SAID, table([c.header for c in SIDE_COLUMNS], rows)]
     parts += _channel_information(data["information"])
     parts += ["## Stages", table(STAGE, map(_stage, data["stages"]))]
     for title, lines in (("Warnings", data["warnings"]), ("Notes", data["notes"])):

@@ -19,6 +19,7 @@ from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.payload import payload
 from mechid.report.plots import library, plot_items
 from mechid.report.quantities import quantity_words
+from mechid.report.side import SIDE_COLUMNS, SIDE_SAID, SIDE_TITLE
 from mechid.units import unit_words
 
 DARKEST = 0.75
@@ -54,6 +55,7 @@ def report_page(
         kinds=plot_items(),
         completed_title=COMPLETED_TITLE,
         path=PATH_COLUMNS,
+        side={"title": SIDE_TITLE, "said": SIDE_SAID, "columns": SIDE_COLUMNS},
         curves=drawn,
         style=asset("report.css"),
         script=asset("painted.js") + asset("report.js"),

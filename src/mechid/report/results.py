@@ -7,6 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.analysis.components_file import FILE_NAME as COMPONENTS_NAME
+from mechid.analysis.components_file import components_content
 from mechid.analysis.residual_file import FILE_NAME as RESIDUAL_NAME
 from mechid.analysis.residual_file import residual_content
 from mechid.analysis.validation import RecordValidation, with_validation
@@ -34,7 +36,8 @@ def write_results(
 ) -> list[Path]:
     """Write estimate.json, report.json, residual.json and the mechanism with the estimated values.
 
-    Each is written beside its place first; earlier ones are replaced when all are whole.
+    Where a record has components beside its torque, components.json too. Each is written beside its place first;
+    earlier ones are replaced when all are whole.
 
     Parameters
     ----------
@@ -68,7 +71,18 @@ def write_results(
     }
     if validation:
         texts[RESIDUAL_NAME] = json_text(residual_content(fit, validation))
-    return write_together(folder, texts)
+    files = write_together(folder, texts)
+    return [*files, *write_components(fit, validation or {}, Path(folder))]
+
+
+def write_components(fit: Fit, validation: Mapping[str, RecordValidation], folder: Path) -> list[Path]:
+    """Write components.json beside an estimate and return its path; an earlier one of records without any goes."""
+    path, content = folder / COMPONENTS_NAME, components_content(fit, validation)
+    if content is None:
+        path.unlink(missing_ok=True)
+        return []
+    write_whole(path, json_text(content))
+    return [path]
 
 
 def write_residual(fit: Fit, validation: Mapping[str, RecordValidation], folder: Path) -> Path:

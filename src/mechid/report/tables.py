@@ -17,6 +17,7 @@ from mechid.report.digits import digits, like, plain, with_sigma
 from mechid.report.lacking import beside_data, lacking_lines, missing_data
 from mechid.report.path import completed_data
 from mechid.report.quantities import quantity_words
+from mechid.report.side import side_rows
 from mechid.report.use import with_left_out, with_use
 from mechid.report.validation import order_rows, validation_rows
 from mechid.units import unit_words
@@ -64,6 +65,7 @@ def report_data(
         "channels": with_use(channels, left_out),
         "validation": with_left_out(validation_rows(validation or {}), left_out),
         "orders": with_left_out(order_rows(validation or {}), left_out),
+        "side": side_rows(validation or {}),
         "stages": [_stage(s) for s in fit.stages],
         "missing": [missing_data(one) for one in fit.missing],
         "beside": beside_data(fit.beside),

@@ -14,6 +14,7 @@ from rich.text import Text
 from mechid.report.lacking import LACKING
 from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.quantities import torque_alone
+from mechid.report.side import SIDE_COLUMNS, SIDE_TITLE
 from mechid.report.text_table import Column, print_table, print_tables
 from mechid.report.use import held_out, left_out
 from mechid.report.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
@@ -111,6 +112,9 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
         say(console, "Channels; residual, noise and offset in the unit, drift in the unit a second", "bold")
         print_tables(console, CHANNEL_LAYOUTS, data["channels"])
     _print_held_out(data, console)
+    if data["side"]:
+        say(console, f"{SIDE_TITLE}: the largest lines of each component", "bold")
+        print_table(console, SIDE_COLUMNS, data["side"])
     say(console, "Stages", "bold")
     print_table(console, STAGE_COLUMNS, data["stages"])
     print_lines(console, "warning", data["warnings"], "yellow")

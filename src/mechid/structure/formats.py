@@ -6,6 +6,7 @@ A further format is one reader, a function from (path, selection) to a `Structur
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.errors import InputFileError, did_you_mean
@@ -71,7 +72,19 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
         raise InputFileError(
             f"{path.name}: is for a torque about {structure.axis} where the mechanism turns about {axis}"
         )
-    return structure
+    return _with_axis(structure, axis) if structure.directions else structure
+
+
+def _with_axis(structure: Structure, axis: str) -> Structure:
+    """Return a structure of several directions, which needs to know which of them is the mechanism's."""
+    axis = structure.axis or axis
+    if not axis:
+        raise InputFileError(f'{structure.name}: has several directions; say which is the mechanism\'s, axis = "rz"')
+    if axis in structure.directions:
+        raise InputFileError(
+            f"{structure.name}: directions: {axis} is the mechanism's own, its interface; leave it out"
+        )
+    return replace(structure, axis=axis)
 
 
 def _read(reader: Reader, path: Path, selection: Selection) -> Structure:

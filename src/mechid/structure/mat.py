@@ -34,6 +34,7 @@ def read_mat(path: Path, selection: Selection) -> Structure:
     InputFileError
         It is no MAT file of version 7 or below, or its variables are none of a structure.
     """
+    selection.refuse_directions(path.name, "a MAT file gives the torque's direction alone")
     content = _content(path)
     if "A" in content:
         return _system(content, path.name)

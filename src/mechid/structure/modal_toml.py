@@ -1,32 +1,40 @@
-"""Modal table as TOML: ``line_of_sight`` names the axes, a ``[[mode]]`` table for each mode."""
+"""Modal table as TOML: ``line_of_sight`` names the axes, a ``[[mode]]`` table for each mode.
+
+A mode may have ``directions = { tx = 0.2, ... }`` too, the interface's motion along further directions.
+"""
 
 from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.modes import Modes
-from mechid.structure.selection import ROTATIONS, Selection
+from mechid.structure.selection import DIRECTIONS, ROTATIONS, Selection
 from mechid.structure.structure import Structure
 
+FloatArray = NDArray[np.float64]
+
 KEYS = ("axis", "line_of_sight", "mode")
-MODE_KEYS = ("frequency_hz", "damping", "interface", "line_of_sight")
+MODE_KEYS = ("frequency_hz", "damping", "interface", "line_of_sight", "directions")
 
 
 def read_modal_toml(path: Path, selection: Selection) -> Structure:
-    """Return the structure of a modal table; shapes are mass-normalised, in rad/(kg^0.5 m).
+    """Return the structure of a modal table; shapes are mass-normalised, in rad/(kg^0.5 m), translations in 1/kg^0.5.
 
     Raises
     ------
     InputFileError
         The file is no TOML, or an entry is unknown, missing or wrong.
     """
+    selection.refuse_directions(path.name, "they stand in each [[mode]], as directions = { tx = 0.2 }")
     table = _table(path)
     names, axis = _names(table, path.name), _axis(table, path.name)
     entries = table.get("mode", [])
@@ -35,7 +43,24 @@ def read_modal_toml(path: Path, selection: Selection) -> Structure:
     rows = [_mode(entry, f"{path.name}: mode[{k}]", len(names), selection) for k, entry in enumerate(entries)]
     numbers = np.array(rows)
     modes = Modes(numbers[:, 0], numbers[:, 1], numbers[:, 2], numbers[:, 3:].T.copy())
-    return Structure(name=path.name, line_of_sight=names, model=modes, axis=axis)
+    along = {d: replace(modes, interface=shape) for d, shape in _directions(entries, path.name).items()}
+    return Structure(name=path.name, line_of_sight=names, model=modes, axis=axis, directions=along)
+
+
+def _directions(entries: Sequence[Mapping[str, Any]], label: str) -> dict[str, FloatArray]:
+    """Return the interface's motion along further directions, (n,) each over the modes; every mode has the same."""
+    shapes: dict[str, list[float]] = {}
+    for k, entry in enumerate(entries):
+        place, own = f"{label}: mode[{k}]: directions", entry.get("directions", {})
+        if not isinstance(own, dict):
+            raise InputFileError(f"{place}: found {own}; write a table, as {{ tx = 0.2, ry = 0.1 }}")
+        _refuse_unknown(own, DIRECTIONS, place)
+        if k and set(own) != set(shapes):
+            differs = sorted(set(own) ^ set(shapes))[0]
+            raise InputFileError(f"{place}: {differs} is not in every mode; give the same directions in each")
+        for direction, value in own.items():
+            shapes.setdefault(direction, []).append(_number(value, f"{place}: {direction}"))
+    return {direction: np.array(values) for direction, values in shapes.items()}
 
 
 def _table(path: Path) -> dict[str, Any]:
@@ -76,6 +101,11 @@ def _mode(entry: Mapping[str, Any], place: str, axes: int, selection: Selection)
     damping = entry.get("damping", selection.damping)
     head = {"frequency_hz": entry.get("frequency_hz"), "damping": damping, "interface": entry.get("interface")}
     for key, value in {**head, **{f"line_of_sight[{k}]": v for k, v in enumerate(shape)}}.items():
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-            raise InputFileError(f"{place}: {key}: found {value}; write a finite number")
+        _number(value, f"{place}: {key}")
     return [float(value) for value in (*head.values(), *shape)]
+
+
+def _number(value: Any, place: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputFileError(f"{place}: found {value}; write a finite number")
+    return float(value)

@@ -10,6 +10,7 @@ Both have the model's own units and each grid its own output frame; shapes are t
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,8 +21,8 @@ from scipy.linalg import LinAlgError, eigh
 from mechid.errors import InputFileError
 from mechid.structure.modal_csv import given_damping
 from mechid.structure.modes import RIGID_BELOW_HZ, Modes
-from mechid.structure.selection import Location, Selection
-from mechid.structure.structure import Structure
+from mechid.structure.selection import DIRECTIONS, Location, Selection
+from mechid.structure.structure import Structure, structure_along
 
 FloatArray = NDArray[np.float64]
 
@@ -92,20 +93,24 @@ def solved_modes(stiffness: FloatArray, mass: FloatArray, label: str) -> tuple[F
 
 
 def _structure(label: str, uset: Any, eigenvalues: FloatArray, shapes: FloatArray, selection: Selection) -> Structure:
+    selection.refuse_directions(label, "its six directions are those of the interface's node")
     interface = selection.required_interface(label)
     unit = 1.0 / np.sqrt(selection.mass_unit_kg)
     lines = selection.required_line_of_sight(label)
     rows = [sum(place.factor * _motion(place, uset, shapes, label, selection) for place in p) for p in lines.values()]
     frequency_hz = np.sqrt(np.maximum(eigenvalues, 0.0)) / (2.0 * np.pi)
-    modes = Modes(
-        np.where(_rigid(eigenvalues), 0.0, frequency_hz),
-        given_damping(selection, label, eigenvalues.size),
-        unit * _motion(interface, uset, shapes, label, selection),
-        unit * np.array(rows),
-    )
+    modes = {
+        direction: Modes(
+            np.where(_rigid(eigenvalues), 0.0, frequency_hz),
+            given_damping(selection, label, eigenvalues.size),
+            unit * _motion(replace(interface, direction=direction), uset, shapes, label, selection),
+            unit * np.array(rows),
+        )
+        for direction in DIRECTIONS
+    }
     if selection.highest_hz is not None:
-        modes = modes.up_to(selection.highest_hz)
-    return Structure(name=label, line_of_sight=tuple(lines), model=modes, axis=interface.direction)
+        modes = {direction: own.up_to(selection.highest_hz) for direction, own in modes.items()}
+    return structure_along(label, tuple(lines), modes, interface.direction)
 
 
 def _rigid(eigenvalues: FloatArray) -> NDArray[np.bool_]:

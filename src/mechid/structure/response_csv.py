@@ -1,12 +1,14 @@
 """Frequency response as CSV: ``frequency_Hz``, then for interface and lines of sight a complex pair of columns.
 
 A pair is ``<name>_re`` and ``<name>_im``, or ``<name>_mag`` and ``<name>_phase_deg``. The unit stands in brackets
-and tells receptance, mobility and accelerance apart; without one it is rad/(N*m).
+and tells receptance, mobility and accelerance apart; without one it is rad/(N*m). Where the budget names `directions`,
+each line of sight has a pair for each of them too, ``<line of sight>_<name>_re`` and so on, in rad/N of a force.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +18,7 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.checks import response_findings
 from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
-from mechid.structure.selection import Selection
+from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
 
@@ -34,7 +36,6 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
     InputFileError
         A column or its partner is missing, its unit measures something else, or its numbers are wrong.
     """
-    del selection  # the columns have names
     columns: dict[str, Column] = {}
     for header, data in read_numbers(path).items():
         name, unit = split_unit(header)
@@ -42,8 +43,42 @@ def read_response_csv(path: Path, selection: Selection) -> Structure:
     if FREQUENCY not in columns:
         raise InputFileError(f'{path.name}: no column "{FREQUENCY}"{did_you_mean(FREQUENCY, columns)}')
     frequency_hz = columns.pop(FREQUENCY)[0]
-    found = {name: _pair(name, columns, frequency_hz, path.name) for name in _names(columns, path.name)}
-    return structure_of_responses(path.name, frequency_hz, found)
+    names, own = _names(columns, path.name), dict.fromkeys(selection.directions.values())
+    sights = [name for name in names if name != INTERFACE and not any(name.endswith(f"_{one}") for one in own)]
+    found = {n: _pair(n, columns, frequency_hz, path.name) for n in names if n in sights or n == INTERFACE}
+    structure = structure_of_responses(path.name, frequency_hz, found)
+    along = {}
+    for direction, name in selection.directions.items():
+        for sight in sights:
+            if f"{sight}_{name}" not in names:
+                columns_of = f'"{sight}_{name}_re" and "{sight}_{name}_im"'
+                raise InputFileError(f"{path.name}: directions: {direction}: no columns {columns_of}")
+        pairs = [_pair(f"{sight}_{name}", columns, frequency_hz, path.name, per(direction)) for sight in sights]
+        along[direction] = responses_along(frequency_hz, pairs)
+    return with_directions(structure, along)
+
+
+def per(direction: str) -> str:
+    """Return the unit of what acts along a direction."""
+    return "N*m" if direction in ROTATIONS else "N"
+
+
+def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]) -> Structure:
+    """Return a structure of measured or exported responses with further directions, what is odd about these too."""
+    findings = [
+        line
+        for direction, model in along.items()
+        for line in response_findings(
+            model.frequency_hz, model.values, tuple(f"{name} per {direction}" for name in structure.line_of_sight)
+        )
+    ]
+    return replace(structure, directions=dict(along)).with_warnings(*findings)
+
+
+def responses_along(frequency_hz: NDArray[np.float64], lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
+    """Return the receptances of the lines of sight, (n,) each, to what acts along a direction at the interface."""
+    unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
+    return FrequencyResponse(frequency_hz, np.column_stack([unknown, *lines_of_sight]))
 
 
 def structure_of_responses(
@@ -64,14 +99,22 @@ def structure_of_responses(
 
 
 def receptance_of(
-    frequency_hz: NDArray[np.float64], values: ComplexArray, unit: str | None, place: str
+    frequency_hz: NDArray[np.float64], values: ComplexArray, unit: str | None, place: str, per: str = "N*m"
 ) -> ComplexArray:
-    """Return a response in `unit` as receptance in rad/(N m), (n,); InputFileError where the unit is none of one."""
-    for si, differentiated in KINDS.items():
-        factor = conversion_factor(unit or "rad/(N*m)", si)
+    """Return a response in `unit` as receptance in rad/(N m), (n,), of a force in rad/N, with what acts as `per`.
+
+    Raises
+    ------
+    InputFileError
+        The unit is none of such a response.
+    """
+    kinds = {si.replace("N*m", per): differentiated for si, differentiated in KINDS.items()}
+    for si, differentiated in kinds.items():
+        factor = conversion_factor(unit or f"rad/({per})", si)
         if factor is not None:
             return to_receptance(frequency_hz, factor * values[:, None], differentiated)[:, 0]
-    raise InputFileError(f'{place}: unit "{unit}" is none of a response to a torque; expected {", ".join(KINDS)}')
+    what = "torque" if per == "N*m" else "force"
+    raise InputFileError(f'{place}: unit "{unit}" is none of a response to a {what}; expected {", ".join(kinds)}')
 
 
 def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
@@ -82,7 +125,9 @@ def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
     return dict.fromkeys(name.removesuffix(next(e for e in ends if name.endswith(e))) for name in columns)
 
 
-def _pair(name: str, columns: Mapping[str, Column], frequency_hz: NDArray[np.float64], label: str) -> ComplexArray:
+def _pair(
+    name: str, columns: Mapping[str, Column], frequency_hz: NDArray[np.float64], label: str, per: str = "N*m"
+) -> ComplexArray:
     first, second = next(pair for pair in PAIRS if name + pair[0] in columns or name + pair[1] in columns)
     for end in (first, second):
         if name + end not in columns:
@@ -94,5 +139,5 @@ def _pair(name: str, columns: Mapping[str, Column], frequency_hz: NDArray[np.flo
         raise InputFileError(f'{label}: column "{name}{second}": unit "{other}" where {name}{first} has "{unit}"')
     values = a + 1j * b if first == "_re" else a * np.exp(1j * np.radians(b))
     return receptance_of(
-        frequency_hz, np.asarray(values, dtype=np.complex128), unit, f'{label}: column "{name}{first}"'
+        frequency_hz, np.asarray(values, dtype=np.complex128), unit, f'{label}: column "{name}{first}"', per
     )

@@ -45,6 +45,8 @@ class Selection:
         The file's units in SI: 1e-3 and 1e3 for millimetre and tonne.
     highest_hz : float or None
         Modes above are kept only as static flexibility.
+    directions : mapping of direction to str
+        Names of a file's columns for further directions at the interface; files that number nodes need none.
     """
 
     interface: Location | None = None
@@ -53,6 +55,12 @@ class Selection:
     length_unit_m: float = 1.0
     mass_unit_kg: float = 1.0
     highest_hz: float | None = None
+    directions: Mapping[str, str] = field(default_factory=dict)
+
+    def refuse_directions(self, label: str, why: str) -> None:
+        """Raise InputFileError where columns are named for directions of a file that needs none; `why` says so."""
+        if self.directions:
+            raise InputFileError(f"{label}: directions: {why}; leave it out")
 
     def required_interface(self, label: str) -> Location:
         """Return the interface; InputFileError where there is none or it is no rotation."""

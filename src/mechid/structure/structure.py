@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
@@ -40,6 +41,9 @@ class Structure:
     axis : str
         Axis of the torque in the structure's own frame, ``"rx"``, ``"ry"`` or ``"rz"``; empty where the file does not
         say.
+    directions : mapping of str to TransferModel
+        Of forces ``"tx"`` to ``"tz"``, rad/N, and torques ``"rx"`` to ``"rz"`` at the interface beside the mechanism's
+        own: motion along them and line of sight, as `model` has it of that torque. Empty where the file has none.
     warnings : tuple of str
         What was odd, each with its remedy.
     """
@@ -48,6 +52,7 @@ class Structure:
     line_of_sight: tuple[str, ...]
     model: TransferModel
     axis: str = ""
+    directions: Mapping[str, TransferModel] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
     @property
@@ -63,6 +68,25 @@ class Structure:
         """Return line of sight per torque, (n, m) rad/(N m), at frequencies (n,) in Hz; NaN where not known."""
         return self.model.response(np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64)))[:, 1:]
 
+    def along(self, direction: str, frequency_hz: ArrayLike) -> ComplexArray | None:
+        """Return line of sight per force or torque along a direction at the interface, (n, m) rad/N or rad/(N m).
+
+        None where the file does not have the direction; NaN where it is not known.
+        """
+        if direction == self.axis:
+            return self.to_line_of_sight(frequency_hz)
+        if direction not in self.directions:
+            return None
+        return self.directions[direction].response(np.atleast_1d(np.asarray(frequency_hz, dtype=np.float64)))[:, 1:]
+
     def with_warnings(self, *warnings: str) -> Structure:
         """Return the same structure with further warnings."""
         return replace(self, warnings=(*self.warnings, *warnings))
+
+
+def structure_along(
+    name: str, line_of_sight: tuple[str, ...], models: Mapping[str, TransferModel], axis: str
+) -> Structure:
+    """Return the structure of a model for each direction at the interface, that of the mechanism's axis among them."""
+    others = {direction: model for direction, model in models.items() if direction != axis}
+    return Structure(name=name, line_of_sight=line_of_sight, model=models[axis], axis=axis, directions=others)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import InputFileError
-from mechid.structure.response import KINDS, to_receptance
-from mechid.structure.response_csv import structure_of_responses
+from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
+from mechid.structure.response_csv import per, responses_along, structure_of_responses, with_directions
 from mechid.structure.selection import DIRECTIONS, Location, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
@@ -36,6 +37,7 @@ def read_uff(path: Path, selection: Selection) -> Structure:
     InputFileError
         The file holds no such response, or its units are none of a response to a torque.
     """
+    selection.refuse_directions(path.name, "they are those that it has responses to at the interface's node")
     interface = selection.required_interface(path.name)
     sets = [entry for entry in _sets(path) if entry.get("func_type") == FREQUENCY_RESPONSE]
     excited = [entry for entry in sets if _at(entry, "ref") == (interface.node, interface.component)]
@@ -49,9 +51,28 @@ def read_uff(path: Path, selection: Selection) -> Structure:
     if any(_at(entry, "rsp") == (interface.node, interface.component) for entry in excited):
         found["interface"] = _combined(excited, (interface,), frequency_hz, path.name)
     structure = structure_of_responses(path.name, frequency_hz, found, interface.direction)
+    structure = with_directions(structure, _directions(sets, interface, selection, path.name))
     labels = [entry for entry in excited if not _label(entry, "ordinate") or not _label(entry, "orddenom")]
     unsaid = f"{len(labels)} responses have no unit; they are read in SI, rotations in rad, torque in N m"
     return structure.with_warnings(unsaid) if labels else structure
+
+
+def _directions(
+    sets: Sequence[Mapping[str, Any]], interface: Location, selection: Selection, label: str
+) -> dict[str, FrequencyResponse]:
+    """Return the responses to further directions at the interface's node, of those that every line of sight has."""
+    found = {}
+    places = selection.required_line_of_sight(label)
+    for direction in DIRECTIONS:
+        other = replace(interface, direction=direction)
+        excited = [entry for entry in sets if _at(entry, "ref") == (other.node, other.component)]
+        held = [_at(entry, "rsp") for entry in excited]
+        whole = all(held.count((at.node, at.component)) == 1 for each in places.values() for at in each)
+        if direction != interface.direction and excited and whole:
+            frequency_hz = np.asarray(excited[0]["x"], dtype=np.float64)
+            lines = [_combined(excited, each, frequency_hz, label, per(direction)) for each in places.values()]
+            found[direction] = responses_along(frequency_hz, lines)
+    return found
 
 
 def _sets(path: Path) -> Sequence[Mapping[str, Any]]:
@@ -79,9 +100,13 @@ def _sense(entry: Mapping[str, Any]) -> float:
 
 
 def _combined(
-    excited: Sequence[Mapping[str, Any]], locations: Sequence[Location], frequency_hz: NDArray[np.float64], label: str
+    excited: Sequence[Mapping[str, Any]],
+    locations: Sequence[Location],
+    frequency_hz: NDArray[np.float64],
+    label: str,
+    per: str = "N*m",
 ) -> ComplexArray:
-    """Return the sum of the locations' receptances by their factors, (n,) rad/(N m)."""
+    """Return the sum of the locations' receptances by their factors, (n,) rad/(N m), or rad/N."""
     total = np.zeros(frequency_hz.size, dtype=np.complex128)
     for location in locations:
         there = [entry for entry in excited if _at(entry, "rsp") == (location.node, location.component)]
@@ -92,19 +117,20 @@ def _combined(
         f = np.asarray(there[0]["x"], dtype=np.float64)
         if f.shape != frequency_hz.shape or not np.allclose(f, frequency_hz):
             raise InputFileError(f"{label}: the response at {_text(location)} has other frequencies than the first")
-        total += location.factor * _sense(there[0]) * _receptance(there[0], location, f, label)
+        total += location.factor * _sense(there[0]) * _receptance(there[0], location, f, label, per)
     return total
 
 
 def _receptance(
-    entry: Mapping[str, Any], location: Location, frequency_hz: NDArray[np.float64], label: str
+    entry: Mapping[str, Any], location: Location, frequency_hz: NDArray[np.float64], label: str, per: str
 ) -> ComplexArray:
     values = np.asarray(entry["data"], dtype=np.complex128)
     differentiated = DATA_TYPES.get(int(entry.get("ordinate_spec_data_type", LENGTH_DATA) or LENGTH_DATA), 0)
     motion, torque = _label(entry, "ordinate"), _label(entry, "orddenom")
     if motion and torque:
         top = "m" if location.direction.startswith("t") else "rad"
-        expected = next(kind.replace("rad", top, 1) for kind, times in KINDS.items() if times == differentiated)
+        kind = next(kind for kind, times in KINDS.items() if times == differentiated)
+        expected = kind.replace("rad", top, 1).replace("N*m", per)
         factor = conversion_factor(f"{motion}/({torque})", expected)
         if factor is None:
             raise InputFileError(f'{label}: {_text(location)}: unit "{motion}/({torque})"; expected {expected}')

@@ -24,7 +24,7 @@ from mechid.signal.runs import Runs
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
-LINEAR = "mechid.export.linear.linear"
+LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
 
 
@@ -255,7 +255,7 @@ class Fit:
         values: Mapping[str, float] | None = None,
         anyway: bool = False,
     ) -> Any:
-        """Return uncertain linear models at holding and the torque at steady rates: `mechid.export.linear`.
+        """Return uncertain linear models at holding and the torque at steady rates: `mechid.exports.linear`.
 
         With the campaign it was identified from, the first record's start angle is held and the records' stepping is
         run; without, 0 deg and no rates. The keywords are those of `Options` there; `anyway` takes a failed fit too.

@@ -12,9 +12,11 @@ from mechid.kernel.c.types import INT, Signature, type_of
 
 KEYWORDS = frozenset((
     "auto", "break", "case", "char", "const", "continue", "default", "do", "double", "else", "enum", "extern", "float",
-    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof", "static",
-    "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "NAN", "INFINITY", "main", "mechanism",
+    "for", "goto", "if", "inline", "int", "long", "register", "restrict", "return", "short", "signed", "sizeof",
+    "static", "struct", "switch", "typedef", "union", "unsigned", "void", "volatile", "while", "main", "mechanism",
+    "NAN", "INFINITY",
 ))  # fmt: skip
+"""What a name of a plant cannot be in C."""
 SINGLE = re.compile(r"(AT_[A-Z_]+)_(\d+)")
 """A single place of a part of the workspace, by its name."""
 BINARY = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6), ast.FloorDiv: ("/", 6),

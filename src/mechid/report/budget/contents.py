@@ -8,6 +8,7 @@ from typing import Any
 
 from mechid.report.budget.verdict import budget_verdict, drivers, standing_word
 from mechid.report.digits import plain, with_sigma
+from mechid.report.quantities import quantity_words
 
 Data = Mapping[str, Any]
 NO_NUMBER = "–"
@@ -18,6 +19,8 @@ STEADY = (
 """Of the table of steady states."""
 EMISSION = ("Hz", "at, steps/s", "model, RMS N m", "lacking, RMS N m", "95 % bound, RMS N m")
 """Of the table of the torque on the base."""
+SIDE = ("", "lines with a phase to the torque", "by magnitude", "line of sight RMS by itself, rad")
+"""Of the table of the forces and moments beside the torque."""
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
@@ -25,7 +28,8 @@ REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 def budget_contents(data: Data) -> dict[str, Any]:
     """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
     modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode),
-              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode)}
+              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode),
+              "side_rows": side_rows(data, mode)}
              for k, mode in enumerate(data["modes"])]  # fmt: skip
     return {
         **data,
@@ -34,6 +38,8 @@ def budget_contents(data: Data) -> dict[str, Any]:
         "verdict": budget_verdict(data),
         "steady_columns": STEADY,
         "emission_columns": EMISSION,
+        "side_columns": SIDE,
+        "side_words": side_words(data),
     }
 
 
@@ -125,6 +131,43 @@ def emission_rows(mode: Data) -> list[tuple[str, ...]]:
          plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER, plain(b["bound_rms_Nm"], 3))
         for b in bands
     ]  # fmt: skip
+
+
+def side_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
+    """Return a row of texts for the torque, each component beside it, and all together; see `SIDE`."""
+    side = mode.get("side")
+    if side is None:
+        return []
+    rows: list[tuple[str, ...]] = [("torque", NO_NUMBER, NO_NUMBER, _per_axis(data, side["drive_rms_rad"]))]
+    rows += [
+        (
+            quantity_words(c["name"]),
+            str(c["coherent"]),
+            str(c["by_magnitude"]),
+            _per_axis(data, c["line_of_sight_rms_rad"]),
+        )
+        for c in side["components"]
+    ]
+    rows.append(("together, on the torque's lines", "", "", _per_axis(data, side["together_rms_rad"])))
+    if any(side["alone_rms_rad"]):
+        rows.append(("where the model has no line, on top", "", "", _per_axis(data, side["alone_rms_rad"])))
+    return rows
+
+
+def side_words(data: Data) -> str:
+    """Return how the bench's six components reach the structure, in a sentence; nothing where there are none."""
+    side = data.get("side")
+    if side is None:
+        return ""
+    point = ", ".join(plain(value, 4) for value in side["mounting_point_m"])
+    axes = (f"{name} [{', '.join(plain(row[k], 4) for row in side['frame'])}]" for k, name in enumerate("xyz"))
+    said = (
+        f"measured with the torque about {side['drive_axis']} of the bench, moved to the mounting point at [{point}] m"
+        f", the bench's axes in the structure's frame {', '.join(axes)}"
+    )
+    left = ", ".join(quantity_words(name) for name in side["left_out"])
+    flying = ", ".join(quantity_words(name) for name in side["flying"]) or "nothing"
+    return f"{flying}: {said}" + (f"; without a direction of the structure, not counted: {left}" if left else "")
 
 
 def _slowest(mode: Data) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.report.markdown import Strong, bullets, cell, table
+from mechid.report.side import SIDE_TITLE
 
 REQUIREMENT = (
     "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "of it by draws",
@@ -51,6 +52,9 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
     exerted = [(m["name"], *row) for m in data["modes"] for row in m["emission_rows"]]
     if exerted:
         parts += ["## Torque on the base", table(("mode", *data["emission_columns"]), exerted)]
+    beside = [(m["name"], *row) for m in data["modes"] for row in m["side_rows"]]
+    if beside:
+        parts += [f"## {SIDE_TITLE}", cell(data["side_words"]), table(("mode", *data["side_columns"]), beside)]
     if data["crossings"]:
         crossed = [(f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}")
                    for c in data["crossings"]]  # fmt: skip

@@ -8,7 +8,7 @@ from typing import Any
 
 from rich.console import Console
 
-from mechid.report.budget.contents import requirement_text
+from mechid.report.budget.contents import requirement_text, side_rows
 from mechid.report.budget.verdict import budget_verdict
 from mechid.report.digits import plain
 from mechid.report.terminal import print_lines, say
@@ -39,6 +39,12 @@ MODES = (
     Column("two-way", "two_way"),
     Column("|R K|", "gain"),
 )
+SIDE = (
+    Column("", "name", words=True),
+    Column("with phase", "coherent"),
+    Column("by magnitude", "magnitude"),
+    Column("line of sight RMS rad", "rms", words=True),
+)
 SHOWN_SHARES, SHOWN_CROSSINGS = 3, 12
 
 
@@ -49,6 +55,7 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "margin", verdict["questions"][0]["answers"] if data["requirements"] else [])
     say(console, "Modes of operation, at the rate of the largest line-of-sight RMS in full steps/s", "bold")
     print_table(console, MODES, [_mode(mode) for mode in data["modes"]])
+    _print_side(data, console)
     if data["requirements"]:
         say(
             console, "Requirements, at the worst rate of each; what decides is the lower 95 % limit of a margin", "bold"
@@ -64,6 +71,15 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
     print_lines(console, "note", data["notes"])
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_side(data: Mapping[str, Any], console: Console) -> None:
+    """Print what the torque and each component beside it make of the line of sight, where several fly."""
+    for mode in data["modes"]:
+        rows = [dict(zip(("name", "coherent", "magnitude", "rms"), row, strict=True)) for row in side_rows(data, mode)]
+        if rows:
+            say(console, f'Forces and moments beside the torque, mode "{mode["name"]}", at its worst rate', "bold")
+            print_table(console, SIDE, [{"text": {}, **row} for row in rows])
 
 
 def _mode(mode: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,121 @@
+"""How fast the C text and the units run beside the kernel: the 60 s sweep, one after the other, ratios of CPU time.
+
+    python benchmarks/exports_against_kernel.py FIT [--rounds N]
+
+FIT is the result folder of `mechid demo`, or of any fit of a stepper.
+"""
+
+import argparse
+import subprocess
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mechid.cli.finished_fit import finished_fit
+from mechid.command import Command, RateProfile
+from mechid.exports.c.compiler import compiled
+from mechid.exports.c.source import Source
+from mechid.exports.fmu.importer import Importer
+from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
+from mechid.exports.handover import Trial, handover
+from mechid.exports.trials import sample_rate_hz, substeps
+from mechid.identification.result.estimate_file import FILE_NAME
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.simulation.simulator import Simulator, TimeBase
+
+SECONDS = 60.0
+SWEEP = Command(stepping="micro", microsteps=16, rate=RateProfile.through([(0.0, 0.0), (SECONDS, 120.0)]))
+STEPS_S = (1e-1, 1e-2, 1e-3)
+MAIN = """\
+#include <stdio.h>
+#include <time.h>
+#include "mechanism.h"
+static mechanism m;
+static mechanism_command command = {{0.0, 16, 0, 0.0, 2, {{0.0, {seconds}}}, {{0.0, 120.0}}}};
+static double y[MECHANISM_AT_ONCE * MECHANISM_OUTPUTS];
+int main(void)
+{{
+    clock_t began = clock();
+    int status = mechanism_init(&m) | mechanism_start(&m, &command, 0);
+    for (long left = {samples}; left > 0 && !status; left -= MECHANISM_AT_ONCE) {{
+        status = mechanism_sample(&m, left < MECHANISM_AT_ONCE ? (int)left : MECHANISM_AT_ONCE, y);
+    }}
+    printf("%.9g\\n", (double)(clock() - began) / CLOCKS_PER_SEC);
+    return status;
+}}
+"""
+
+
+def main() -> None:
+    """Print the shortest CPU time of each, and its ratio to the kernel's."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("fit", type=Path)
+    parser.add_argument("--rounds", type=int, default=10)
+    arguments = parser.parse_args()
+    finished = finished_fit(arguments.fit, None)
+    mechanism = read_estimated_mechanism(finished.estimate, arguments.fit / FILE_NAME)
+    what = handover(finished.estimate, mechanism, finished.campaign, folder=arguments.fit)
+    with tempfile.TemporaryDirectory() as folder:
+        contenders = {"kernel": kernel(mechanism), "C text": c_text(what, Path(folder))}
+        contenders |= units(what, Path(folder))
+        seconds = {name: min(run() for _ in range(arguments.rounds)) for name, run in contenders.items()}
+    for name, found in seconds.items():
+        print(f"{name:28} {found:8.4f} s   {found / seconds['kernel']:6.2f} of the kernel")
+
+
+def kernel(mechanism):
+    """Return a run of the kernel, which gives its CPU time."""
+    simulator = Simulator(mechanism.plant, SWEEP, TimeBase(10_000.0, round(SECONDS * 10_000.0) + 1))
+
+    def run():
+        began = time.process_time()
+        for _ in simulator.run(mechanism.kernel_values()).blocks():
+            pass
+        return time.process_time() - began
+
+    run()
+    return run
+
+
+def c_text(what, folder):
+    """Return the same of the compiled text."""
+    source = Source(what, 1.0 / sample_rate_hz(what), substeps(what))
+    for name, text in source.files.items():
+        (folder / name).write_text(text)
+    (folder / "time.c").write_text(MAIN.format(seconds=SECONDS, samples=round(SECONDS * sample_rate_hz(what))))
+    program = compiled([folder / "mechanism.c", folder / "time.c"], folder / "timed")
+    return lambda: float(subprocess.run([program], capture_output=True, text=True, check=True).stdout)
+
+
+def units(what, folder):
+    """Return the same of the units, for each communication step; the importer's own calls count."""
+    at_rest = replace(what, mechanism=closed(what, {}, stand=True))
+    unit = Unit(replace(at_rest, mechanism=opened(at_rest.mechanism, stand=True)), SECONDS)
+    found = {}
+    for version in VERSIONS:
+        path = folder / f"{version}.fmu"
+        if (problem := unit.write(version, path)) is not None:
+            raise SystemExit(str(problem))
+        for step_s in STEPS_S:
+            found[f"unit FMI {version}.0, {step_s:g} s"] = timed_unit(path, version, unit.guid, step_s)
+    return found
+
+
+def timed_unit(path, version, guid, step_s):
+    """Return a run of a unit, which gives its CPU time."""
+    trial, steps = Trial("sweep", SWEEP, TimeBase(10_000.0, 1)), np.full(round(SECONDS / step_s), step_s)
+
+    def run():
+        began = time.process_time()
+        with Importer(path, version, guid) as importer:
+            importer.outputs(trial, steps, 1)
+        return time.process_time() - began
+
+    return run
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,246 @@
+"""Forces and moments that a table measures beside the drive torque: lines at orders of the step rate, with their phase.
+
+They are tracked as what a fit leaves of a torque is (`residual_emission`): in windows of equal travel the sines of all
+orders are fitted together, here to the drive torque and all components at once, and what they leave says how large
+noise alone would make each line and how alike the noise of two channels is. The phase of a component is that to the
+drive torque's line of the same order and window; over windows it is that of their cross-spectrum (the estimator H1,
+Bendat and Piersol, Random Data, 4th ed., 6.1).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import hann
+from scipy.special import gamma
+from scipy.stats import f
+
+from mechid.analysis.order_tracking import RESOLVED, TravelWindow
+from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
+from mechid.signal import order_amplitudes, order_signal
+from mechid.signal.series import Series
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+BoolArray = NDArray[np.bool_]
+
+FALSE_ALARM = 0.01
+"""By chance noise alone makes a line of any component at any order of one rate at most so often."""
+COHERENT = 0.5
+"""Share of a line's power that has one phase to the drive torque, below which that phase does not count."""
+BY_CHANCE = 0.01
+"""Phases that are none are taken for one at most so often."""
+MANY = 9
+"""Windows less one from which on `COHERENT` alone decides: by chance it is rarer still."""
+HANN = 1.5
+"""Bins of a Hann window that are worth one."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SideAtRate:
+    """Lines of the drive torque and of the components beside it at one rate.
+
+    Attributes
+    ----------
+    rate : float
+        Full steps/s, its magnitude.
+    windows : int
+    duration_s : float
+        Of all windows.
+    power : (K, c, c) complex
+        Mean over the windows of a a^H, a the amplitudes at an order of `TRACKED`, the drive torque first, in N m and N;
+        NaN where the record does not reach or resolve the order.
+    noise : (K, c, c) complex
+        The same that noise between the lines would give alone, in one window.
+    """
+
+    rate: float
+    windows: int
+    duration_s: float
+    power: ComplexArray
+    noise: ComplexArray
+
+    @property
+    def amplitude(self) -> FloatArray:
+        """Amplitude of each line, noise taken off, root mean square over the windows, (K, c); the drive's first."""
+        left = np.diagonal(self.power - self.noise, axis1=1, axis2=2).real
+        return np.asarray(np.sqrt(np.maximum(left, 0.0)))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SideLines:
+    """What the lines at one rate are worth.
+
+    Attributes
+    ----------
+    amplitude : (K, s)
+        Of each component at `TRACKED`, noise taken off, N or N m; 0 where noise explains it.
+    phase : (K, s)
+        By how much it leads the drive torque's line, rad.
+    covariance : (K, s, s) complex
+        Of the lines' errors, E[e e^H]; larger than noise alone makes it where the windows scatter more.
+    turn : (K,)
+        Standard error of the phase that all components have in common, by the drive torque's own line, rad.
+    heard : (K, s)
+        Whether it is more than noise.
+    known : (K, s)
+        Whether its phase to the drive torque is known too.
+    """
+
+    amplitude: FloatArray
+    phase: FloatArray
+    covariance: ComplexArray
+    turn: FloatArray
+    heard: BoolArray
+    known: BoolArray
+
+    @property
+    def lines(self) -> ComplexArray:
+        """Amplitude and phase to the drive torque, (K, s)."""
+        return np.asarray(self.amplitude * np.exp(1j * self.phase))
+
+    @property
+    def sigma(self) -> FloatArray:
+        """Standard error of an amplitude, (K, s)."""
+        return np.asarray(np.sqrt(0.5 * np.diagonal(self.covariance, axis1=1, axis2=2).real))
+
+    @property
+    def phase_sigma(self) -> FloatArray:
+        """Standard error of a phase, (K, s) rad; infinite of no line."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            own = np.where(self.amplitude > 0.0, self.sigma / self.amplitude, np.inf)
+        return np.asarray(np.hypot(own, self.turn[:, None]))
+
+
+def side_components(signals: Sequence[Series], travel: Series, sample_rate_hz: float) -> tuple[SideAtRate, ...]:
+    """Return the lines of all signals by rate, ascending; none where the command travels too little.
+
+    Parameters
+    ----------
+    signals : sequence of c Series of N samples
+        The drive torque in N m, then the components beside it in N or N m, each less its offset and drift.
+    travel : Series of N samples
+        Full steps travelled at each sample, never falling.
+    sample_rate_hz : float
+    """
+    found: dict[int, list[SideAtRate]] = {}
+    for key, window, orders in tracked_windows(travel, sample_rate_hz):
+        together = np.column_stack([window.of(signal) for signal in signals])
+        found.setdefault(key, []).append(_tracked(window, together, orders))
+    return tuple(pooled(found[key]) for key in sorted(found))
+
+
+def pooled(cells: Sequence[SideAtRate]) -> SideAtRate:
+    """Return several measurements at one rate as one, each counting by its windows."""
+    windows = np.array([cell.windows for cell in cells])
+    return SideAtRate(
+        rate=float(np.average([cell.rate for cell in cells], weights=windows)),
+        windows=int(windows.sum()),
+        duration_s=sum(cell.duration_s for cell in cells),
+        power=_mean(np.array([cell.power for cell in cells]), windows),
+        noise=_mean(np.array([cell.noise for cell in cells]), windows),
+    )
+
+
+def side_lines(at: SideAtRate) -> SideLines:
+    """Return amplitude and phase of the components at one rate, and what they are worth."""
+    n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
+    own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
+    heard = (alone > 0.0) & (own > least_power(n, own.shape[1] - 1) * alone)
+    left = np.where(heard, np.maximum(own - alone, 0.0), 0.0)
+    cross, square = power[:, 1:, 0] - noise[:, 1:, 0], left[:, 1:] * left[:, :1]
+    coherence = np.divide(np.abs(cross) ** 2, square, out=np.zeros(square.shape), where=square > 0.0)
+    with np.errstate(divide="ignore"):
+        turn = np.sqrt(0.5 * alone[:, 0] / (n * left[:, 0]))
+    in_phase = heard[:, 1:] & (coherence > least_coherence(n))
+    lines = SideLines(
+        amplitude=np.sqrt(left[:, 1:]),
+        phase=np.angle(cross),
+        covariance=_errors(at, coherence, in_phase),
+        turn=turn,
+        heard=heard[:, 1:],
+        known=in_phase,
+    )
+    return replace(lines, known=in_phase & (lines.phase_sigma < 1.0 / RESOLVED))
+
+
+def least_power(windows: int, components: int) -> float:
+    """Return by how many times a line's mean power has to exceed that of noise to be heard.
+
+    Both are sums of squares: of the line 2 a window, of the noise those of the bins around it.
+    """
+    alarm = FALSE_ALARM / (len(TRACKED) * max(components, 1))
+    return float(f.ppf(1.0 - alarm, 2 * windows, 2 * windows * BINS / HANN))
+
+
+def least_coherence(windows: int) -> float:
+    """Return the share of a line's power in one phase to the drive torque from which on that phase is taken as known.
+
+    Phases that are none, one a window, lie within a ball of radius r about their mean with the probability of its
+    volume: with their mean square s = r^2 / n the coherence is 1 - s. One window alone shows no phase.
+
+    Examples
+    --------
+    >>> [round(least_coherence(n), 4) for n in (2, 3, 5, 20)]
+    [0.9998, 0.9758, 0.7623, 0.5]
+    """
+    d = windows - 1
+    if d < 1:
+        return float("inf")
+    ball = np.pi ** (0.5 * d) / gamma(0.5 * d + 1.0) * np.sqrt(windows)
+    scatter = (BY_CHANCE * (2.0 * np.pi) ** d / ball) ** (2.0 / d) / windows if d < MANY else 1.0
+    return float(max(COHERENT, 1.0 - scatter))
+
+
+def _errors(at: SideAtRate, coherence: FloatArray, in_phase: BoolArray) -> ComplexArray:
+    """Return the covariance of the lines' errors: noise, raised where a line in phase scatters more over the windows.
+
+    What the noise of the drive torque's own line adds to that scatter is left out: it turns all lines alike.
+    """
+    n, power, noise = at.windows, np.nan_to_num(at.power), np.nan_to_num(at.noise)
+    own, alone = (np.diagonal(matrix, axis1=1, axis2=2).real for matrix in (power, noise))
+    line = np.maximum(own - alone, 0.0)[:, 1:] * np.minimum(coherence, 1.0)
+    drive = np.divide(alone[:, :1], own[:, :1], out=np.ones((len(own), 1)), where=own[:, :1] > 0.0)
+    scatter = (own[:, 1:] - line) * n / max(n - 1, 1) - line * drive
+    ratio = np.divide(scatter, alone[:, 1:], out=np.ones(scatter.shape), where=in_phase & (alone[:, 1:] > 0.0))
+    raised = np.sqrt(np.maximum(ratio, 1.0))
+    return np.asarray(noise[:, 1:, 1:] * raised[:, :, None] * raised[:, None, :] / n)
+
+
+def _tracked(window: TravelWindow, together: FloatArray, orders: list[float]) -> SideAtRate:
+    amplitudes, _ = order_amplitudes(together, window.position, orders)
+    fitted = [order_signal(column, window.position, orders) for column in amplitudes.T]
+    between = together - together.mean(axis=0) - np.column_stack(fitted)
+    duration_s, tracked = len(together) / window.sample_rate_hz, np.isin(TRACKED, orders)
+    shape = (len(TRACKED), together.shape[1], together.shape[1])
+    power, noise = (np.full(shape, np.nan, dtype=np.complex128) for _ in range(2))
+    power[tracked] = amplitudes[:, :, None] * amplitudes[:, None, :].conj()
+    noise[tracked] = 2.0 / duration_s * _cross_density(between, window.sample_rate_hz, window.rate * np.array(orders))
+    return SideAtRate(rate=window.rate, windows=1, duration_s=duration_s, power=power, noise=noise)
+
+
+def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatArray) -> ComplexArray:
+    """Return the mean cross-spectral density around each line, (k, c, c), one-sided, E[x_i x_j*]."""
+    n, channels = between.shape
+    weights = hann(n, sym=False)
+    spectra = np.fft.rfft((between - between.mean(axis=0)) * weights[:, None], axis=0).T
+    scale = 2.0 / (sample_rate_hz * np.sum(weights**2))
+    frequency = np.asarray(np.fft.rfftfreq(n, 1.0 / sample_rate_hz), dtype=np.float64)
+    out = np.empty((lines_hz.size, channels, channels), dtype=np.complex128)
+    for i in range(channels):
+        for j in range(i + 1):
+            out[:, i, j] = around(frequency, scale * spectra[i] * spectra[j].conj(), lines_hz)
+            out[:, j, i] = out[:, i, j].conj()
+    return out
+
+
+def _mean(matrices: ComplexArray, windows: NDArray[np.int64]) -> ComplexArray:
+    """Return the mean of each entry by windows over what is known, NaN where nothing is."""
+    known = np.isfinite(matrices)
+    weights = known * windows.reshape(-1, 1, 1, 1)
+    total = weights.sum(axis=0)
+    mean = np.where(known, matrices, 0.0) * weights
+    return np.where(total > 0, mean.sum(axis=0) / np.maximum(total, 1), np.nan)

@@ -1,0 +1,112 @@
+"""``mechid export --to c``: the text, compiled and compared where there is a compiler."""
+
+from __future__ import annotations
+
+import io
+import subprocess
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from mechid.errors import UsageError, did_you_mean
+from mechid.exports.c.compiler import CompilerError, compiled
+from mechid.exports.c.source import FILES, Source
+from mechid.exports.export import Checked, Written
+from mechid.exports.handover import Handover, Trial
+from mechid.exports.trials import Found, checked, references, sample_rate_hz, substeps
+from mechid.writing import write_whole
+
+MOST_POINTS = 256
+"""Of a rate profile, as mechanism.h has it."""
+YES, NO = "yes", "no"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What a user may ask of the text.
+
+    Parameters
+    ----------
+    sensitivities : bool
+        Whether the derivatives to the parameters that have a standard error are carried along.
+    """
+
+    sensitivities: bool = False
+
+    @classmethod
+    def read(cls, given: Mapping[str, str]) -> Options:
+        """Return the options that texts give: ``{"sensitivities": "yes"}``.
+
+        Raises
+        ------
+        UsageError
+            One cannot be.
+        """
+        for name in given.keys() - {"sensitivities"}:
+            raise UsageError(
+                f"--option {name}: unknown{did_you_mean(name, ['sensitivities']) or '; there is sensitivities'}"
+            )
+        asked = given.get("sensitivities", NO)
+        if asked not in (YES, NO):
+            raise UsageError(f'--option sensitivities: found "{asked}"; write {YES} or {NO}')
+        return cls(sensitivities=asked == YES)
+
+
+def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write mechanism.h, mechanism.c, main.c and CMakeLists.txt, and compare what they give with the kernel.
+
+    Raises
+    ------
+    MechidError
+        What they give is not what the kernel gives.
+    """
+    sensitive = (options or Options()).sensitivities
+    source = Source(handover, 1.0 / sample_rate_hz(handover), substeps(handover), sensitive)
+    for name, text in source.files.items():
+        write_whole(folder / name, text)
+    words = [f"Functions of the C library in its loop: {', '.join(source.library)}."] if source.library else []
+    try:
+        found = _checked(source, folder)
+    except CompilerError as error:
+        return Written(FILES, None, (f"Not compared: {error}.", *words))
+    if found is None:
+        words.insert(0, "Not compared: no record is stepped from rest at the rate of the others.")
+    return Written(FILES, found, tuple(words))
+
+
+def _checked(source: Source, folder: Path) -> Checked | None:
+    """Compile the text and compare it under the commands of the records."""
+    with TemporaryDirectory() as aside:
+        program = compiled([folder / "mechanism.c", folder / "main.c"], Path(aside) / "mechanism")
+        tried = [
+            r for r in references(source.handover) if source.steps and len(r.trial.command.rate.times_s) <= MOST_POINTS
+        ]
+        results = [_run(program, r.trial, Path(aside)) for r in tried]
+        return checked(tried, results, "the C text's result")
+
+
+def _run(program: Path, trial: Trial, folder: Path) -> Found:
+    """Return what the compiled program gives under a command."""
+    command, switches = folder / "command.csv", folder / "switches.csv"
+    command.write_text(command_text(trial), encoding="utf-8")
+    duration = repr(trial.base.duration_s)
+    done = subprocess.run(
+        [program, command, duration, switches], capture_output=True, text=True, check=False, timeout=600
+    )
+    if done.returncode:
+        raise CompilerError(f"the compiled program ended with {done.returncode}: {done.stderr.strip()}")
+    outputs = np.loadtxt(io.StringIO(done.stdout), delimiter=",", skiprows=1, ndmin=2)[:, 1:]
+    text = switches.read_text(encoding="utf-8")
+    return Found(outputs, np.loadtxt(io.StringIO(text), delimiter=",", ndmin=2) if text else np.zeros((0, 4)))
+
+
+def command_text(trial: Trial) -> str:
+    """Return a command as the program reads it."""
+    command = trial.command
+    own = (command.start_angle_deg, command.microsteps, int(command.waveform == "square"), command.clock_tick_s)
+    rows = [own, *zip(command.rate.times_s, command.rate.rates, strict=True)]
+    lines = ["start_angle_deg,microsteps,square,clock_tick_s", *(",".join(map(repr, row)) for row in rows)]
+    return "\n".join(lines) + "\n"

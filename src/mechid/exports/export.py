@@ -1,0 +1,178 @@
+"""Export: a finished fit as files that others use without mechid, and what was checked of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass
+from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import ModuleType
+from typing import Any
+
+from mechid.campaign import Campaign
+from mechid.errors import UsageError, did_you_mean
+from mechid.exports.handover import Handover, handover
+from mechid.identification.result.estimate_file import json_text
+from mechid.identification.result.fit import Fit
+from mechid.writing import writable, write_whole
+
+FORMAT = "mechid-export/1"
+FILE_NAME = "mechid_export.json"
+TARGETS: Mapping[str, str] = {
+    "c": "mechid.exports.c.target",
+    "fmu": "mechid.exports.fmu.target",
+    "linear": "mechid.exports.linear.target",
+    "tables": "mechid.exports.tables.target",
+}
+"""Module of each target by its name; its `written` takes a handover and an empty folder, and writes there."""
+
+
+@dataclass(frozen=True)
+class Checked:
+    """How what was written compares with mechid's own result.
+
+    Attributes
+    ----------
+    against : str
+        With what it was compared, in words.
+    largest_error, rms_error : float
+        In the unit of what was compared, N m where nothing else is said in `against`.
+    """
+
+    against: str
+    largest_error: float
+    rms_error: float
+
+
+@dataclass(frozen=True)
+class Written:
+    """What a target has written.
+
+    Attributes
+    ----------
+    files : tuple of str
+        Names in the folder.
+    checked : Checked or None
+        None where nothing could be compared; `words` says why.
+    words : tuple of str
+        What its user has to know: how far it can be trusted, what it leaves away.
+    """
+
+    files: tuple[str, ...]
+    checked: Checked | None
+    words: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What was written, where and for which target."""
+
+    target: str
+    folder: Path
+    written: Written
+    provenance: Mapping[str, Any]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of mechid_export.json."""
+        checked = self.written.checked
+        return {
+            "format": FORMAT, "target": self.target, "files": list(self.written.files),
+            "checked": asdict(checked) if checked else None, "words": list(self.written.words),
+            "provenance": dict(self.provenance),
+        }  # fmt: skip
+
+
+def export(
+    fit: Fit,
+    *,
+    to: str,
+    out: Path | str,
+    campaign: Campaign | None = None,
+    anyway: bool = False,
+    folder: Path | str | None = None,
+    options: object = None,
+) -> Exported:
+    """Write a finished fit for others: C text, FMUs, a linear model, tables.
+
+    Parameters
+    ----------
+    fit : Fit
+    to : {"c", "fmu", "linear", "tables"}
+    out : Path
+        Folder for the files; made where missing.
+    campaign : Campaign or None
+        Of which it was identified: its commands are those under which what is written is compared with mechid.
+    anyway : bool
+        Whether a fit that failed is written too.
+    folder : Path or None
+        Where identify left the fit; what its records have left beside the model is read from there.
+    options : the target's `Options`, mapping of str to str, or None
+        As ``mechid.exports.tables.options.Options(rates=(23.0, 46.0))``; None takes the defaults.
+
+    Raises
+    ------
+    UsageError
+        There is no such target, it cannot express the mechanism, or the folder cannot be written to.
+    FitError
+        The fit has failed.
+    """
+    left = Path(folder) if folder is not None else None
+    what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway, folder=left)
+    return exported(what, to, Path(out), options)
+
+
+def exported(what: Handover, target: str, folder: Path, options: object = None) -> Exported:
+    """Write a handover for one target, and what was written and checked as `mechid_export.json`.
+
+    All is made and checked aside, and is put in place when it is whole.
+    """
+    if target not in TARGETS:
+        near = did_you_mean(target, TARGETS) or f"; there are {', '.join(TARGETS)}"
+        raise UsageError(f'export: found "{target}"{near}')
+    module = import_module(TARGETS[target])
+    asked = _options(module, target, options)
+    write: Callable[..., Written] = module.written
+    with writable(folder), TemporaryDirectory(prefix=".mechid_export_", dir=folder) as aside:
+        done = Exported(target, folder, write(what, Path(aside), *asked), what.provenance)
+        write_whole(Path(aside) / FILE_NAME, json_text(done.to_dict()))
+        for name in (*done.written.files, FILE_NAME):
+            (Path(aside) / name).replace(folder / name)
+    return done
+
+
+def named_options(texts: Iterable[str]) -> dict[str, str]:
+    """Return options by name, from texts as the command line has them.
+
+    Raises
+    ------
+    UsageError
+        One has no name, or a name comes twice.
+
+    Examples
+    --------
+    >>> named_options(["node=1001", "rates=23,46"])
+    {'node': '1001', 'rates': '23,46'}
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not equals or not name or name in found:
+            why = "is there twice" if name in found else "has no name" if equals else "has no value"
+            raise UsageError(f'--option: found "{text}", which {why}; write NAME=VALUE, each name once')
+        found[name.strip()] = value.strip()
+    return found
+
+
+def _options(module: ModuleType, target: str, given: object) -> tuple[object, ...]:
+    """Return what a target is asked for beside the fit: its `Options`, also from texts; none where nothing is."""
+    if not given:
+        return ()
+    kind = getattr(module, "Options", None)
+    if kind is None:
+        raise UsageError(f'export: the target "{target}" takes no options; leave them out')
+    if isinstance(given, Mapping):
+        return (kind.read(given),)
+    if not isinstance(given, kind):
+        raise UsageError(f'export: found options of another target; "{target}" takes {kind.__module__}.{kind.__name__}')
+    return (given,)

@@ -1,0 +1,71 @@
+"""``mechid export --to fmu``: both versions, with a binary and compared where there is a compiler."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from mechid.exports.export import Checked, Written
+from mechid.exports.fmu.importer import Importer
+from mechid.exports.fmu.options import Options
+from mechid.exports.fmu.unit import VERSIONS, Unit, closed, opened
+from mechid.exports.fmu.variables import POINTS
+from mechid.exports.handover import Handover
+from mechid.exports.trials import Found, Reference, checked, references
+
+STEP_S = 0.01
+"""Of communication, where a unit is compared."""
+
+
+def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write `<name>_fmi2.fmu` and `<name>_fmi3.fmu`, and compare what they give with the kernel.
+
+    Raises
+    ------
+    InputFileError
+        No step command drives the mechanism, or what differs in flight cannot be.
+    MechidError
+        A unit gives something else than the kernel.
+    """
+    asked = options or Options()
+    at_rest = replace(handover, mechanism=closed(handover, asked.values, stand=asked.stand))
+    whole = replace(at_rest, mechanism=opened(at_rest.mechanism, stand=asked.stand))
+    unit = Unit(whole, max((trial.base.duration_s for trial in handover.trials), default=1.0))
+    files = {version: f"{handover.name}_fmi{version}.fmu" for version in VERSIONS}
+    missing = [unit.write(version, folder / name) for version, name in files.items()]
+    words = [_what(asked)]
+    if missing[0] is not None:
+        return Written(tuple(files.values()), None, (f"Without binary, not compared: {missing[0]}.", *words))
+    tried = [r for r in references(at_rest) if len(r.trial.command.rate.times_s) <= POINTS]
+    found = [_compared(tried, folder / name, version, unit) for version, name in files.items()]
+    return Written(tuple(files.values()), _worse(found), tuple(words))
+
+
+def _what(options: Options) -> str:
+    if options.stand:
+        return "As on the bench: with housing and transducer, its base at rest."
+    return "As it flies: without housing and transducer, on a base that may turn; --option stand=yes is the bench."
+
+
+def _compared(tried: list[Reference], path: Path, version: str, unit: Unit) -> Checked | None:
+    """Compare a unit at its communication points with the kernel."""
+    count = len(unit.handover.mechanism.plant.outputs)
+    thinned, results = [], []
+    with Importer(path, version, unit.guid) as importer:
+        for reference in tried:
+            base = reference.trial.base
+            rows = np.arange(0, base.samples, max(round(STEP_S * base.sample_rate_hz), 1))
+            steps = np.diff(rows) / base.sample_rate_hz
+            results.append(Found(importer.outputs(reference.trial, steps, count)))
+            thinned.append(replace(reference, outputs=reference.outputs[rows]))
+    return checked(thinned, results, f"the torque of the unit for FMI {version}.0")
+
+
+def _worse(found: list[Checked | None]) -> Checked | None:
+    both = [one for one in found if one is not None]
+    if not both:
+        return None
+    worst = max(both, key=lambda one: one.largest_error)
+    return replace(worst, against=f"{worst.against}; both units, every {STEP_S:g} s")

@@ -1,0 +1,174 @@
+"""A unit: the mechanism as others join it, its texts, and the archive of each version."""
+
+from __future__ import annotations
+
+import hashlib
+import platform
+import sys
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from importlib import resources
+from pathlib import Path
+from string import Template
+from tempfile import TemporaryDirectory
+
+from mechid.errors import InputFileError
+from mechid.exports.c.compiler import CompilerError, compiled
+from mechid.exports.c.source import STEPS, Source
+from mechid.exports.fmu.description import build_description, description_2, description_3
+from mechid.exports.fmu.variables import POINTS, variables_of
+from mechid.exports.handover import Handover
+from mechid.exports.trials import sample_rate_hz, substeps
+from mechid.parameter import Role
+from mechid.plant.assembly import plant_of
+from mechid.plant.flight import in_flight, moving_base_objection, on_base
+from mechid.plant.layout import Base, Flying
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.mechanisms import LINE_TORQUE
+from mechid.plant.ports import Port
+
+VERSIONS = ("2", "3")
+FIXED_DATE = (1980, 1, 1, 0, 0, 0)
+"""Of all entries of an archive: the same fit gives the same bytes."""
+PLATFORMS = {
+    ("2", "linux"): "linux64", ("2", "darwin"): "darwin64", ("2", "win32"): "win64",
+    ("3", "linux"): "linux", ("3", "darwin"): "darwin", ("3", "win32"): "windows",
+}  # fmt: skip
+ENDINGS = {"linux": ".so", "darwin": ".dylib", "win32": ".dll"}
+
+
+def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> Mechanism:
+    """Return the mechanism of a unit on a base at rest, with nothing acting on it; it measures all that it offers.
+
+    Raises
+    ------
+    InputFileError
+        No step command drives it, or what differs in flight cannot be.
+    """
+    bench = handover.mechanism
+    if bench.plant.layout is None or not set(STEPS) <= {s.name for s in bench.plant.inputs}:
+        raise InputFileError(
+            "a unit is commanded by steps, and this mechanism follows measured channels; write it with --to c, "
+            "whose inputs are these channels"
+        )
+    mechanism = bench.with_values(values) if stand else in_flight(bench, values)
+    plant = mechanism.plant.measuring([q for q in mechanism.plant.offered if q != LINE_TORQUE])
+    return Mechanism(plant, {name: mechanism.parameters[name] for name in plant.declarations}, mechanism.options)
+
+
+def opened(mechanism: Mechanism, *, stand: bool) -> Mechanism:
+    """Return it with what may act from outside as inputs: a torque on the output, and in flight the base's motion."""
+    on = mechanism
+    if not stand and not moving_base_objection(mechanism):
+        on = on_base(mechanism, Flying(base=Base.DRIVEN))
+    assert on.plant.layout is not None
+    plant = plant_of(replace(on.plant.layout, ports=frozenset({Port.OUTPUT})))
+    plant = plant.measuring(list(mechanism.plant.outputs))
+    return Mechanism(plant, {name: on.parameters[name] for name in plant.declarations}, on.options)
+
+
+@dataclass(frozen=True, eq=False)
+class Unit:
+    """The texts of the units of a handover, whose mechanism has its ports.
+
+    Attributes
+    ----------
+    handover : Handover
+    stop_s : float
+        Of the default experiment.
+    """
+
+    handover: Handover
+    stop_s: float
+
+    @cached_property
+    def source(self) -> Source:
+        """The C text of the mechanism."""
+        return Source(self.handover, 1.0 / sample_rate_hz(self.handover), substeps(self.handover))
+
+    @cached_property
+    def guid(self) -> str:
+        """Fingerprint of the C text: an importer refuses a description of another."""
+        digest = hashlib.sha256("".join(self.source.files.values()).encode()).hexdigest()
+        return f"{{{digest[:8]}-{digest[8:12]}-{digest[12:16]}-{digest[16:20]}-{digest[20:32]}}}"
+
+    def sources(self, version: str) -> dict[str, str]:
+        """Return the C texts of a version, by file name."""
+        own = {name: self.source.files[name] for name in ("mechanism.h", "mechanism.c")}
+        return own | {name: self._filled(name) for name in ("instance.c", f"fmi{version}.c")}
+
+    def description(self, version: str) -> str:
+        """Return modelDescription.xml of a version."""
+        own = self.handover
+        words = f"{own.mechanism.plant.name}, identified: {own.trust}"
+        make = description_2 if version == "2" else description_3
+        tool = f"mechid {own.provenance['mechid']}"
+        return make(own.name, self.guid, words, tool, variables_of(own), self.stop_s)
+
+    def _filled(self, name: str) -> str:
+        plant = self.handover.mechanism.plant
+        inputs, outputs = [s.name for s in plant.inputs], list(plant.outputs)
+        peak = plant.having(Role.SUPPLY)
+        text = resources.files("mechid.exports.fmu").joinpath(f"text/{name}.in").read_text(encoding="utf-8")
+        return Template(text).substitute({
+            "title": f"{self.handover.name}: {plant.name}", "guid": self.guid, "points": POINTS,
+            "inputs_held": max(len(inputs), 1), "e_A": inputs.index("e_A"), "e_B": inputs.index("e_B"),
+            "peak": list(plant.declarations).index(peak[0]), "inertial": _inertial(outputs),
+        })  # fmt: skip
+
+    def library(self, version: str, folder: Path) -> Path:
+        """Compile the binary of a version for this platform into a folder.
+
+        Raises
+        ------
+        CompilerError
+            There is no compiler, or it has refused the text.
+        """
+        for name, text in self.sources(version).items():
+            (folder / name).write_text(text, encoding="utf-8")
+        sources = [folder / "mechanism.c", folder / f"fmi{version}.c"]
+        flags = ("-shared", "-fPIC", "-fvisibility=hidden")
+        return compiled(sources, folder / f"{self.handover.name}{ENDINGS.get(sys.platform, '.so')}", flags=flags)
+
+    def write(self, version: str, path: Path) -> CompilerError | None:
+        """Write the archive of a version; return why it has no binary, or None where it has one."""
+        entries = {"modelDescription.xml": self.description(version).encode()}
+        entries |= {f"sources/{name}": text.encode() for name, text in self.sources(version).items()}
+        if version == "3":
+            entries["sources/buildDescription.xml"] = build_description(self.handover.name).encode()
+        missing = None
+        with TemporaryDirectory() as aside:
+            try:
+                library = self.library(version, Path(aside))
+                entries[f"binaries/{_platform(version)}/{library.name}"] = library.read_bytes()
+            except CompilerError as error:
+                missing = error
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in entries.items():
+                info = zipfile.ZipInfo(name, FIXED_DATE)
+                info.compress_type, info.external_attr = zipfile.ZIP_DEFLATED, 0o644 << 16
+                archive.writestr(info, content)
+        return missing
+
+
+def _platform(version: str) -> str:
+    """Return the folder of binaries for this machine."""
+    system = PLATFORMS.get((version, sys.platform), sys.platform)
+    if version == "2":
+        return system
+    machine = {"AMD64": "x86_64", "arm64": "aarch64"}.get(platform.machine(), platform.machine())
+    return f"{machine}-{system}"
+
+
+def _inertial(outputs: list[str]) -> str:
+    """Return the lines that give angle and rate of the output in inertial space."""
+    if not {"output_angle", "output_rate"} <= set(outputs):
+        return ""
+    pairs = (("V_ANGLE_INERTIAL", "output_angle", 0), ("V_RATE_INERTIAL", "output_rate", 1))
+    return "\n".join(
+        f"    }} else if (number == {name}) {{\n"
+        f"        *value = of->s.m.output[{outputs.index(quantity)}] + of->s.base[{k}];"
+        for name, quantity, k in pairs
+    )

@@ -1,0 +1,91 @@
+"""Linear matrices held against the nonlinear equations driven in time.
+
+From a point on the linear model's own response to a sine the nonlinear equations are integrated over one period: what
+they then do is that response, but for what is not linear and for an error in the matrices. No transient has to decay,
+so that a load without damping is no harder than any. Half the difference of a sine and its negative leaves what is even
+in the amplitude out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from mechid.exports.linear.held import Held
+from mechid.exports.linear.state_space import Matrices
+from mechid.kernel.equations import equations_of
+from mechid.simulation.linearisation import Linearised
+
+FloatArray = NDArray[np.float64]
+
+FREQUENCIES_HZ = (10.0, 100.0)
+SMALL = 1e-6
+"""The largest deviation of a state on the way, in its SI unit."""
+INSTANTS = 32
+"""Of the period that are compared."""
+LEAST = 1e-6
+"""Of the largest response to an input, in SI units: outputs that respond less are lost in what integration leaves."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Driven:
+    """The nonlinear equations about a rest, their inputs from outside moved."""
+
+    held: Held
+    about: Linearised
+    kept: list[int]
+
+    def outputs(self, x: FloatArray, place: int, w: float, times: FloatArray, size: float) -> FloatArray:
+        """Return the outputs, (t, n_y), from deviations x of the states on, for size cos(w t) into an input."""
+        equations, rest = equations_of(self.held.plant), self.held.rest(self.about)
+
+        def inputs(t: float) -> list[float]:
+            u = self.about.inputs.copy()
+            u[place] += size * np.cos(w * t)
+            return list(u)
+
+        still = equations.rates(self.about.x.tolist(), self.about.inputs.tolist(), *rest)
+
+        def flow(t: float, off: FloatArray) -> FloatArray:
+            return equations.rates((self.about.x + off).tolist(), inputs(t), *rest) - still
+
+        start = np.zeros(self.about.x.size)
+        start[self.kept] = x
+        run = solve_ivp(flow, (0.0, times[-1]), start, method="DOP853", t_eval=times, rtol=1e-9, atol=1e-10 * SMALL)
+        every = [
+            self.held.outputs_at(self.about.x + off, inputs(t), rest) for t, off in zip(times, run.y.T, strict=True)
+        ]
+        return np.array(every)
+
+
+def departure(held: Held, name: str, matrices: Matrices) -> float:
+    """Return by how much outputs leave what matrices say, relative to their own responses: the largest of all.
+
+    Parameters
+    ----------
+    held : Held
+    name : str
+        Of the model, which says what friction does.
+    matrices : Matrices
+        As read back from what was written.
+    """
+    driven = _Driven(held, held.about(name), held.moving(name))
+    ways = [(column, hz) for column in range(len(held.columns)) for hz in FREQUENCIES_HZ]
+    return max((_departure(driven, matrices, *way) for way in ways), default=0.0)
+
+
+def _departure(driven: _Driven, matrices: Matrices, column: int, frequency_hz: float) -> float:
+    A, B, C, D = matrices.all
+    w, times = 2.0 * np.pi * frequency_hz, np.linspace(0.0, 1.0 / frequency_hz, INSTANTS)
+    x = np.linalg.solve(1j * w * np.eye(len(A)) - A, B[:, column] + 0j)
+    y = C @ x + D[:, column]
+    size = SMALL / float(np.abs(x).max(initial=SMALL))
+    place = driven.held.columns[column]
+    start = np.asarray(size * x.real, dtype=np.float64)
+    ends = [driven.outputs(sign * start, place, w, times, sign * size) for sign in (1.0, -1.0)]
+    off = np.abs((ends[0] - ends[1]) / 2.0 - size * (y * np.exp(1j * w * times)[:, None]).real).max(axis=0)
+    counted = np.abs(y) > LEAST * np.abs(y).max()
+    return float((off[counted] / (size * np.abs(y[counted]))).max(initial=0.0))

@@ -1,0 +1,44 @@
+"""Draws of the uncertain parameters from their covariance, within what is physical."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.shares import deviations
+from mechid.errors import FitError
+from mechid.exports.linear.state_space import Uncertain
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+MOST_TRIED = 100
+"""Times as many draws as are wanted: where fewer than one in so many is physical, the covariance is of no use."""
+
+
+def physical_draws(mechanism: Mechanism, uncertain: Uncertain, count: int, seed: int) -> FloatArray:
+    """Return draws, (count, k) in the mechanism file's units, from the covariance cut where values cannot be.
+
+    Raises
+    ------
+    FitError
+        Hardly any draw is physical.
+    """
+    rng = np.random.default_rng(seed)
+    kept: list[FloatArray] = []
+    for _ in range(MOST_TRIED):
+        if len(kept) >= count:
+            break
+        tried = uncertain.values + deviations(uncertain.covariance, count, rng)
+        kept += [draw for draw in tried if _is_physical(mechanism, dict(zip(uncertain.names, draw, strict=True)))]
+    if len(kept) < count:
+        raise FitError(
+            f"fewer than one in {MOST_TRIED} draws from the covariance has values that can be: the estimate's standard "
+            "errors are larger than its values; identify from more records, or export with --samples 0"
+        )
+    return np.array(kept[:count]).reshape(count, len(uncertain.names))
+
+
+def _is_physical(mechanism: Mechanism, values: dict[str, float]) -> bool:
+    declared = mechanism.plant.declarations
+    inside = all(declared[name].lower <= value <= declared[name].upper for name, value in values.items())
+    return inside and not any(True for _ in mechanism.with_values(values).contradictions())

@@ -1,0 +1,114 @@
+"""The torque on the base at steady rates by orders of the step rate: what a linear model takes as harmonic forcing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.emission import line_sigmas, phase_sigmas
+from mechid.budget.flying_mechanism import Estimate
+from mechid.budget.steady_state import SteadyState
+from mechid.exports.forcing import Forcing
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+KEPT = 0.01
+"""Of the largest line at any rate: orders that stay below it at all rates are left out."""
+SAME_ORDER = 1e-9
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OrderForcing:
+    """Lines of the torque on a held base over the rate, for one way of stepping.
+
+    At a rate r the torque is the sum over the orders q of Re(line exp(2 pi i q r t)), N m, with t = 0 at a step.
+    Numbers are NaN where an order's frequency is above those that were looked at, or a motion has no such line.
+
+    Attributes
+    ----------
+    name : str
+        Of the way of stepping, e.g. ``"micro16"``.
+    stepping, waveform : str
+    microsteps : int
+    rates : (r,)
+        Full steps/s.
+    orders : (q,)
+        Multiples of the step rate.
+    lines : (r, q) complex
+        Peak amplitude and phase, N m.
+    sigma : (r, q)
+        Standard error of the amplitude, N m.
+    phase_sigma : (r, q)
+        Of the phase, rad.
+    bound : (r, q)
+        The amplitude is below with 95 %, with what the model lacks, N m.
+    by_uncertain : (r, q, k) complex
+        Derivatives of the lines to the uncertain parameters.
+    rms : (r,)
+        Of the whole torque about its mean, N m.
+    repeats : (r,) bool
+        Whether the motion repeats; else its lines are means over a stretch of it.
+    """
+
+    name: str
+    stepping: str
+    waveform: str
+    microsteps: int
+    rates: FloatArray
+    orders: FloatArray
+    lines: ComplexArray
+    sigma: FloatArray
+    phase_sigma: FloatArray
+    bound: FloatArray
+    by_uncertain: ComplexArray
+    rms: FloatArray
+    repeats: NDArray[np.bool_]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as lists and plain numbers; complex ones as amplitude and phase, derivatives as parts."""
+        return {
+            "name": self.name, "stepping": self.stepping, "microsteps": self.microsteps, "waveform": self.waveform,
+            "rates": self.rates.tolist(), "orders": self.orders.tolist(),
+            "amplitude": np.abs(self.lines).tolist(), "phase": np.angle(self.lines).tolist(),
+            "sigma": self.sigma.tolist(), "phase_sigma": self.phase_sigma.tolist(), "bound": self.bound.tolist(),
+            "by_uncertain": {"real": self.by_uncertain.real.tolist(), "imag": self.by_uncertain.imag.tolist()},
+            "rms": self.rms.tolist(), "repeats": self.repeats.tolist(),
+        }  # fmt: skip
+
+
+def by_orders(forcing: Forcing, estimate: Estimate) -> OrderForcing:
+    """Return a forcing by orders, of the motion at each rate that has the largest torque."""
+    states, command = forcing.largest, forcing.stepping.command
+    orders = _orders(states)
+    shape = (len(states), orders.size)
+    lines, slopes = np.full(shape, np.nan + 0j), np.full((*shape, len(estimate.names)), np.nan + 0j)
+    sigma, phase_sigma, bound = (np.full(shape, np.nan) for _ in range(3))
+    for row, (state, exerted) in enumerate(zip(states, forcing.emissions, strict=True)):
+        own, at = _found(state, orders)
+        lines[row, at], slopes[row, at] = state.lines[own], state.gradient[own]
+        sigma[row, at], phase_sigma[row, at] = line_sigmas(estimate, state)[own], phase_sigmas(estimate, state)[own]
+        bound[row, at] = exerted.bound[own]  # the model's own lines come first
+    return OrderForcing(
+        name=forcing.stepping.name, stepping=command.stepping, microsteps=command.steps_per_full_step,
+        waveform=command.waveform, rates=forcing.mode.rates, orders=orders, lines=lines, sigma=sigma,
+        phase_sigma=phase_sigma, bound=bound, by_uncertain=slopes, rms=np.array([s.rms for s in states]),
+        repeats=np.array([s.periods > 0 for s in states]),
+    )  # fmt: skip
+
+
+def _orders(states: tuple[SteadyState, ...]) -> FloatArray:
+    """Return the orders that are large at some rate, (q,) ascending."""
+    largest = max((float(np.abs(s.lines).max(initial=0.0)) for s in states), default=0.0)
+    every = [s.step_orders[np.abs(s.lines) > KEPT * largest] for s in states]
+    return np.unique(np.round(np.concatenate([np.zeros(0), *every]), 9))
+
+
+def _found(state: SteadyState, orders: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return which of a state's lines stand at one of the orders, and at which."""
+    near = np.abs(state.step_orders[:, None] - orders) < SAME_ORDER
+    own, at = np.nonzero(near)
+    return own, at

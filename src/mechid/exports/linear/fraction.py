@@ -1,0 +1,114 @@
+"""An uncertain model as a linear fraction: fixed matrices around uncertain real numbers, as robust control takes it.
+
+The parameters' covariance is split into independent directions of one standard deviation each, delta_i, by singular
+values of what they change, so that as few as possible have an effect; to first order
+
+    [x'; y] = ([A B; C D] + sum delta_i [dA_i dB_i; dC_i dD_i]) [x; u],
+
+and each sum is of few terms, [dA_i dB_i; dC_i dD_i] = L_i R_i by singular values, so that with w_i = delta_i z_i
+
+    z_i = R_i [x; u],   [x'; y] = [A B; C D] [x; u] + sum L_i w_i.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.exports.linear.state_space import LinearModel, Matrices
+
+FloatArray = NDArray[np.float64]
+NEGLIGIBLE = 1e-9
+"""Of the largest singular value of a direction's change, in the sizes of the model's own rows and columns."""
+NO_EFFECT = 1e-7
+"""Of the effect of the most effective direction: those with less are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fraction:
+    """The fixed part, from [w; u] to [z; y], and what stands around it.
+
+    Attributes
+    ----------
+    matrices : Matrices
+        Inputs w first, then the model's; outputs z first, then the model's.
+    sizes : (d,) int
+        How often each delta is repeated in w = blkdiag(delta_i I) z.
+    directions : (k, d)
+        Change of the uncertain parameters for delta_i = 1, in the mechanism file's units.
+    """
+
+    matrices: Matrices
+    sizes: NDArray[np.int64]
+    directions: FloatArray
+
+    def at(self, deltas: FloatArray) -> Matrices:
+        """Return the model at values of the deltas, (d,)."""
+        r, M = int(self.sizes.sum()), self.matrices
+        delta = np.repeat(deltas, self.sizes)[:, None]
+        Bw, Dw = M.B[:, :r], M.D[r:, :r]
+        return Matrices(
+            M.A + Bw @ (delta * M.C[:r]), M.B[:, r:] + Bw @ (delta * M.D[:r, r:]),
+            M.C[r:] + Dw @ (delta * M.C[:r]), M.D[r:, r:] + Dw @ (delta * M.D[:r, r:]),
+        )  # fmt: skip
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return matrices, sizes and directions as lists."""
+        return {**self.matrices.to_dict(), "sizes": self.sizes.tolist(), "directions": self.directions.tolist()}
+
+
+def fraction(model: LinearModel) -> Fraction:
+    """Return a model as a linear fraction of independent directions of its covariance, the most effective first.
+
+    Directions without effect are left out.
+    """
+    rows, columns = _scales(model)
+    size = np.sqrt(np.outer(rows, columns))
+    directions = _directions(model, size)
+    changes = np.tensordot(directions.T, model.by_uncertain.joined, axes=1)
+    found = [_split(change, rows, columns) for change in changes]
+    n, whole = len(model.matrices.A), model.matrices.joined
+    left = np.hstack([np.zeros((len(whole), 0)), *(one for one, _ in found)])
+    right = np.vstack([np.zeros((0, whole.shape[1])), *(other for _, other in found)])
+    r, own = left.shape[1], model.matrices
+    matrices = Matrices(
+        own.A,
+        np.hstack([left[:n], own.B]),
+        np.vstack([right[:, :n], own.C]),
+        np.block([[np.zeros((r, r)), right[:, n:]], [left[n:], own.D]]),
+    )
+    return Fraction(matrices, np.array([one.shape[1] for one, _ in found], dtype=np.int64), directions)
+
+
+def _directions(model: LinearModel, size: FloatArray) -> FloatArray:
+    """Return independent directions of the covariance that have an effect, (k, d), each of one standard deviation.
+
+    Of a root of the covariance, in each parameter's own standard error, the columns are turned so that their effects
+    on the matrices, over the sizes of these, stand at right angles.
+    """
+    sigma = model.uncertain.std_errors
+    safe = np.where(sigma > 0.0, sigma, 1.0)
+    spread, axes = np.linalg.eigh(model.uncertain.covariance / np.outer(safe, safe))
+    root = safe[:, None] * axes * np.sqrt(np.maximum(spread, 0.0))
+    effects = np.tensordot(root.T, model.by_uncertain.joined / size, axes=1).reshape(root.shape[1], size.size)
+    turned, effective, _ = np.linalg.svd(effects, full_matrices=False)
+    return np.asarray(root @ turned[:, effective > NO_EFFECT * effective.max(initial=0.0)], dtype=np.float64)
+
+
+def _scales(model: LinearModel) -> tuple[FloatArray, FloatArray]:
+    """Return the size of each row and column of [A B; C D], so that no unit hides what is small in another."""
+    whole = np.abs(model.matrices.joined)
+    rows, columns = whole.max(axis=1, initial=0.0), whole.max(axis=0, initial=0.0)
+    return np.where(rows > 0.0, rows, 1.0), np.where(columns > 0.0, columns, 1.0)
+
+
+def _split(change: FloatArray, rows: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the factors L (rows, r) and R (r, columns) of a change, by singular values of the scaled one."""
+    scaled = change / np.sqrt(np.outer(rows, columns))
+    u, s, v = np.linalg.svd(scaled, full_matrices=False)
+    kept = s > NEGLIGIBLE * max(float(s.max(initial=0.0)), NEGLIGIBLE)
+    root = np.sqrt(s[kept])
+    return u[:, kept] * root * np.sqrt(rows)[:, None], root[:, None] * v[kept] * np.sqrt(columns)

@@ -1,0 +1,205 @@
+"""From a mechanism and the command that holds it to its linear models."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.flying_mechanism import Estimate
+from mechid.command import Command
+from mechid.errors import FitError
+from mechid.exports.linear.draws import physical_draws
+from mechid.exports.linear.state_space import LinearModel, Matrices, Signals, Uncertain
+from mechid.kernel.equations import equations_of
+from mechid.plant.plant import Plant
+from mechid.plant.small_signal import UNITS, SmallSignal, state_units
+from mechid.simulation.linearisation import Holding, Linearised, held_inputs, linearised, named_holdings
+from mechid.units import SI_UNIT
+
+FloatArray = NDArray[np.float64]
+
+ACCELERATION = "output_acceleration"
+"""Of what is on the output against the base: the rate of its rate, which a structure on the output wants."""
+RATES = ("output_rate", "rotor_rate")
+"""Of which that is the rate: the first that a mechanism has."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """A mechanism that holds a position.
+
+    Attributes
+    ----------
+    opened : SmallSignal
+    command : Command
+        It holds the angle at which this begins.
+    uncertain : Uncertain
+    """
+
+    opened: SmallSignal
+    command: Command
+    uncertain: Uncertain
+
+    @property
+    def plant(self) -> Plant:
+        """Of the mechanism."""
+        return self.opened.mechanism.plant
+
+    @cached_property
+    def inputs(self) -> FloatArray:
+        """What is held of all inputs of the plant."""
+        return held_inputs(self.plant, self.command)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Parameters to which there are derivatives: all that are no counts and follow no other."""
+        declared, parameters = self.plant.declarations, self.opened.mechanism.parameters
+        return tuple(n for n, d in declared.items() if not d.structural and not parameters[n].tied_to)
+
+    def models(self, count: int, seed: int) -> dict[str, LinearModel]:
+        """Return the model of each way to hold, with so many draws.
+
+        Raises
+        ------
+        FitError
+            There is no equilibrium within reach, or hardly any draw is physical.
+        """
+        draws = physical_draws(self.opened.mechanism, self.uncertain, count, seed)
+        return {name: self._model(name, draws) for name in self.holdings}
+
+    @cached_property
+    def holdings(self) -> dict[str, Holding]:
+        """The ways to hold, by name."""
+        return named_holdings(self.plant)
+
+    def about(self, name: str, changed: Mapping[str, float] | None = None) -> Linearised:
+        """Return the plant linearised in a way to hold, at values of the mechanism file that may differ."""
+        p, command = self.opened.mechanism.kernel_values(changed), self.command
+        try:
+            return linearised(self.plant, p, self.inputs, command.start_angle_rad, self.holdings[name])
+        except FitError as error:
+            raise FitError(
+                f"the mechanism has no rest near {command.start_angle_deg:g} electrical degrees; hold another angle, "
+                "--option start_angle_deg=DEG"
+            ) from error
+
+    def moving(self, name: str) -> list[int]:
+        """Return the places of the states that deviate: not what friction holds, nor what hangs on that alone."""
+        about = self.about(name)
+        return _moving(self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about)))
+
+    def matrices_at(self, name: str, changed: Mapping[str, float], kept: Sequence[int]) -> Matrices:
+        """Return the matrices of some states where parameters have other values, and the mechanism rests elsewhere."""
+        return _kept(self._whole(Matrices(*self.about(name, changed).matrices)), kept)
+
+    def rest(self, about: Linearised) -> tuple[list[float], list[float]]:
+        """Return what the nonlinear equations take beside states and inputs: modes and the kernel's parameters."""
+        return [about.holding[s] for s in equations_of(self.plant).rates.arguments[2]], about.p.tolist()
+
+    def outputs_at(self, x: FloatArray, inputs: Sequence[float], rest: tuple[Sequence[float], ...]) -> FloatArray:
+        """Return a model's outputs by the nonlinear equations, (n_y,); `rest` are modes and kernel's parameters."""
+        equations = equations_of(self.plant)
+        y = equations.outputs(x.tolist(), inputs, *rest)
+        accelerated = equations.rates(x.tolist(), inputs, *rest)[self._accelerated]
+        return np.concatenate([y, accelerated])
+
+    def _model(self, name: str, draws: FloatArray) -> LinearModel:
+        about, kept = self.about(name), self.moving(name)
+        whole, slopes = self._whole(Matrices(*about.matrices)), self._whole(self._by_parameter(about))
+        drawn = [dict(zip(self.uncertain.names, draw.tolist(), strict=True)) for draw in draws]
+        samples = [self.matrices_at(name, values, kept) for values in drawn]
+        states = self._states()
+        outputs = [(q, SI_UNIT[q]) for q in self.plant.outputs] + [(ACCELERATION, "rad/s2")] * len(self._accelerated)
+        return LinearModel(
+            name=name,
+            states=Signals(*zip(*(states[k] for k in kept), strict=True)) if kept else Signals((), ()),
+            inputs=Signals(self.opened.inputs, tuple(UNITS[i] for i in self.opened.inputs)),
+            outputs=Signals(*zip(*outputs, strict=True)),
+            matrices=_kept(whole, kept),
+            x=about.x[kept],
+            y=self.outputs_at(about.x, about.inputs.tolist(), self.rest(about)),
+            names=self.names,
+            by_parameter=_kept(slopes, kept),
+            uncertain=self.uncertain,
+            limits=self._limits(about),
+            margins=about.margins(),
+            samples=_stacked(samples, _kept(whole, kept)),
+            draws=draws,
+        )
+
+    def _by_parameter(self, about: Linearised) -> Matrices:
+        """Return the derivatives to `names`, in the file's units."""
+        jacobian = self.opened.mechanism.kernel_jacobian()
+        moved = np.array([jacobian[name] for name in self.names])
+        return Matrices(*(np.tensordot(moved, slope, axes=1) for slope in about.by_parameter))
+
+    @cached_property
+    def _accelerated(self) -> list[int]:
+        """The place of the state whose rate is the acceleration of what is on the output, where there is one."""
+        rates = [self.plant.offered[q] for q in RATES if q in self.plant.offered]
+        return [k for k, state in enumerate(self.plant.states) if state in rates[:1]]
+
+    @cached_property
+    def columns(self) -> list[int]:
+        """The places of the inputs from outside among those of the plant."""
+        return [[s.name for s in self.plant.inputs].index(name) for name in self.opened.inputs]
+
+    def _whole(self, of: Matrices) -> Matrices:
+        """Return matrices of the inputs from outside alone, with the acceleration of the output."""
+        A, B, rows = of.A, of.B[..., self.columns], self._accelerated
+        C = np.concatenate([of.C, A[..., rows, :]], axis=-2)
+        D = np.concatenate([of.D[..., self.columns], B[..., rows, :]], axis=-2)
+        return Matrices(*(matrix + 0.0 for matrix in (A, B, C, D)))  # no -0.0
+
+    def _states(self) -> list[tuple[str, str]]:
+        """Return name and unit of each state: those of the quantity that it is, where it is one."""
+        units = state_units(self.plant)
+        quantities = {expr: q for q, expr in self.plant.offered.items() if q in SI_UNIT}
+        return [
+            (quantities[s], SI_UNIT[quantities[s]]) if s in quantities else (str(s), units.get(str(s), ""))
+            for s in self.plant.states
+        ]
+
+    def _limits(self, about: Linearised) -> dict[str, tuple[float, float]]:
+        """Return from and to which deviation each phase's input may go."""
+        peak = self.opened.peak
+        held = {name: about.at_rest(term) for name, term in self.opened.driven.items() if name in peak}
+        return {name: (-peak[name] - value, peak[name] - value) for name, value in held.items()}
+
+
+def uncertain_of(estimate: Estimate) -> Uncertain:
+    """Return the parameters of a flying estimate that have a covariance."""
+    declared = estimate.mechanism.plant.declarations
+    values = np.array([estimate.mechanism.value(name) for name in estimate.names], dtype=np.float64)
+    units = tuple(declared[name].unit for name in estimate.names)
+    return Uncertain(estimate.names, units, values, estimate.covariance)
+
+
+def _moving(whole: Matrices, slopes: Matrices) -> list[int]:
+    """Return the states that deviate: not what friction holds, nor what hangs on that alone."""
+    moves = np.abs(np.concatenate([whole.A, whole.B], axis=1)) + np.abs(
+        np.concatenate([slopes.A, slopes.B], axis=2)
+    ).sum(axis=0)
+    kept, n = list(range(len(whole.A))), len(whole.A)
+    while True:
+        columns = [*kept, *range(n, moves.shape[1])]
+        left = [k for k in kept if moves[k, columns].any()]
+        if left == kept:
+            return kept
+        kept = left
+
+
+def _kept(of: Matrices, states: Sequence[int]) -> Matrices:
+    A = of.A[..., states, :][..., states]
+    return Matrices(A, of.B[..., states, :], of.C[..., states], of.D)
+
+
+def _stacked(samples: list[Matrices], like: Matrices) -> Matrices:
+    """Return matrices one behind the other, (N, ...)."""
+    if not samples:
+        return Matrices(*(np.zeros((0, *matrix.shape)) for matrix in like.all))
+    return Matrices(*(np.array(each) for each in zip(*(s.all for s in samples), strict=True)))

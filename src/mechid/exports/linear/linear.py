@@ -1,0 +1,195 @@
+"""A fit as linear models at holding and as harmonic forcing at steady rates, with what its user has to know."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mechid.budget.flying_mechanism import Estimate
+from mechid.campaign import Campaign
+from mechid.command import Command, RateProfile
+from mechid.errors import InputFileError, UsageError, did_you_mean
+from mechid.exports.forcing import Forcing, estimate_on_base, forcing
+from mechid.exports.handover import Handover, handover
+from mechid.exports.linear.forcing import KEPT, OrderForcing, by_orders
+from mechid.exports.linear.fraction import fraction
+from mechid.exports.linear.held import Held, uncertain_of
+from mechid.exports.linear.options import Options
+from mechid.exports.linear.state_space import LinearModel, Uncertain
+from mechid.exports.stepping import steppings, usual_rates
+from mechid.identification.result.fit import Fit
+from mechid.parameter import Role
+from mechid.plant.flight import flying_plant
+from mechid.plant.small_signal import small_signal
+
+FORMAT = "mechid-linear/1"
+RESTING = Command(stepping="full", microsteps=1, rate=RateProfile.constant(0.0))
+HOLDS: Mapping[str, str] = {
+    "stuck": "friction holds the rotor",
+    "locked": "friction holds rotor and load",
+    "free": "friction is taken away",
+    "holding": "its friction is linear at rest",
+}
+"""What friction does in each model, in words."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Linear:
+    """Linear models of a mechanism in flight, and its torque at steady rates.
+
+    Attributes
+    ----------
+    name : str
+    held : Held
+        The mechanism, and the command whose start angle it holds.
+    uncertain : Uncertain
+        Parameters with a covariance.
+    models : mapping of str to LinearModel
+        By what friction does; ``linear["free"]`` is one of them.
+    forcing : tuple of OrderForcing
+        One for each way in which the campaign steps the motor.
+    words : tuple of str
+        What its user has to know, sentence by sentence.
+    provenance : mapping
+    """
+
+    name: str
+    held: Held
+    uncertain: Uncertain
+    models: Mapping[str, LinearModel]
+    forcing: tuple[OrderForcing, ...]
+    words: tuple[str, ...]
+    provenance: Mapping[str, Any]
+
+    def __getitem__(self, name: str) -> LinearModel:
+        """Return the model of a way to hold."""
+        return self.models[name]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the content of linear.json."""
+        draws = next((model.draws for model in self.models.values()), np.zeros((0, 0)))
+        return {
+            "format": FORMAT, "name": self.name, "words": list(self.words), "provenance": dict(self.provenance),
+            "start_angle_deg": self.held.command.start_angle_deg, "uncertain": self.uncertain.to_dict(),
+            "draws": draws.tolist(),
+            "models": {n: {**m.to_dict(), "fraction": fraction(m).to_dict()} for n, m in self.models.items()},
+            "forcing": [one.to_dict() for one in self.forcing],
+        }  # fmt: skip
+
+
+def linear_of(what: Handover, options: Options | None = None) -> Linear:
+    """Return the linear models of a handover, held where its first record begins, and its torque at steady rates.
+
+    Raises
+    ------
+    InputFileError
+        No step command drives the mechanism, or what differs in flight cannot be.
+    UsageError
+        What is said to differ in flight is no parameter, or its value cannot be.
+    FitError
+        There is no equilibrium within reach, hardly any draw from the covariance is physical, or a steady rate makes
+        the mechanism diverge.
+    """
+    options = options or Options()
+    _refuse(what, options)
+    estimate = estimate_on_base(what, options.values)
+    held = Held(small_signal(estimate.mechanism), _command(what, options), uncertain_of(estimate))
+    models = _models(held, options)
+    every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
+    return Linear(
+        name=what.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
+        words=tuple(_words(held, models, every, estimate, options)), provenance=what.provenance,
+    )  # fmt: skip
+
+
+def _models(held: Held, options: Options) -> dict[str, LinearModel]:
+    try:
+        with np.errstate(divide="raise", invalid="raise"):
+            return held.models(options.samples, options.seed)
+    except ArithmeticError as error:
+        raise UsageError(
+            "values: with them the equations divide by 0, as with an inertia of 0; write values above 0"
+        ) from error
+
+
+def linear_of_fit(fit: Fit, campaign: Campaign | None, anyway: bool, **options: Any) -> Linear:
+    """Return the linear models of a fit; `options` are those of `Options`, as `Fit.linear` has them.
+
+    Raises
+    ------
+    FitError
+        The fit has failed; or as `linear_of`.
+    UsageError
+        An option cannot be.
+    InputFileError
+        As `linear_of`.
+    """
+    return linear_of(handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway), Options(**options))
+
+
+def _command(what: Handover, options: Options) -> Command:
+    """Return the command whose start is held."""
+    command = what.trials[0].command if what.trials else RESTING
+    angle = command.start_angle_deg if options.start_angle_deg is None else options.start_angle_deg
+    return replace(command, start_angle_deg=angle)
+
+
+def _refuse(what: Handover, options: Options) -> None:
+    """Refuse what has no linear model of this kind, and values of what it has not."""
+    plant = flying_plant(what.mechanism)
+    for name, value in options.values.items():
+        if name not in plant.declarations:
+            raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
+        least, most = plant.declarations[name].lower, plant.declarations[name].upper
+        if not (least <= value <= most and math.isfinite(value)):
+            raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
+    for name in plant.having(Role.SUPPLY):
+        if name not in what.mechanism.parameters and name not in options.values:
+            raise InputFileError(
+                f"{name}: on the bench measured channels drove the motor, and a linear model holds what a command "
+                f"drives; give --option {name}=VALUE"
+            )
+
+
+def _forcings(what: Handover, options: Options, estimate: Estimate) -> Iterator[Forcing]:
+    """Yield the forcing of each way in which the records are stepped; none where none is."""
+    ways, rates = steppings(what.trials), options.rates
+    if ways and rates != ():
+        wanted = usual_rates(estimate.mechanism, ways) if rates is None else np.unique(rates)
+        yield from (forcing(estimate, way, wanted) for way in ways)
+
+
+def _words(
+    held: Held, models: Mapping[str, LinearModel], every: tuple[OrderForcing, ...], estimate: Estimate, options: Options
+) -> Iterator[str]:
+    angle = f"{held.command.start_angle_deg:g} electrical degrees"
+    yield (
+        f"Linear for small deviations about the rest where the motor holds {angle}, in flight: without what stays on "
+        f"the bench{_listed(estimate.left)}."
+    )
+    if options.values:
+        yield f"In flight {', '.join(f'{name} = {value:g}' for name, value in options.values.items())}."
+    for name, model in models.items():
+        until = "".join(f", until [{table}] has {m:.3g} N m more to hold" for table, m in model.margins.items())
+        yield f'"{name}": {HOLDS[name]}{until}.'
+    units = dict(zip(held.opened.inputs, next(iter(models.values())).inputs.units, strict=True))
+    for i, (low, high) in next(iter(models.values())).limits.items():
+        yield f"The supply lets {i} go from {low:.4g} to {high:.4g} {units[i]}."
+    yield from held.opened.objections
+    if every:
+        yield (
+            f"Forcing for {', '.join(one.name for one in every)} at {every[0].rates.size} rates from "
+            f"{every[0].rates[0]:.4g} to {every[0].rates[-1]:.4g} full steps/s; orders below {100.0 * KEPT:g} % of the "
+            "largest line at all rates are left out."
+        )
+    else:
+        yield "No forcing: no rates, or no campaign with a record that steps the motor, were given."
+
+
+def _listed(left: Mapping[str, str]) -> str:
+    tables = [name for name in left if name.startswith("[")]
+    return f" ({', '.join(tables)})" if tables else ""

@@ -1,0 +1,91 @@
+"""What a user may ask of the linear models."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+
+from mechid.errors import UsageError, did_you_mean
+from mechid.exports.tables.options import MOST_RATES
+
+NONE = "none"
+"""In place of rates: no steady rates are run."""
+MOST_SAMPLES = 100_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """Where the mechanism holds, at which rates it is stepped, how many plants are drawn, and what differs in flight.
+
+    Parameters
+    ----------
+    start_angle_deg : float or None
+        Electrical angle that is held, deg; None takes that at which the first record begins, 0 without a campaign.
+    rates : tuple of float or None
+        Full steps/s; None takes the campaign's range, an empty one none.
+    samples : int
+        Plants drawn from the covariance.
+    seed : int
+        Of these draws.
+    values : mapping of dotted name to float
+        What differs in flight, in the mechanism file's units, as ``{"load.inertia": 35.0}``.
+
+    Raises
+    ------
+    UsageError
+        A value cannot be.
+    """
+
+    start_angle_deg: float | None = None
+    rates: tuple[float, ...] | None = None
+    samples: int = 20
+    seed: int = 0
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        rates = self.rates or ()
+        if not all(0.0 < rate < math.inf for rate in rates) or len(rates) > MOST_RATES:
+            shown = ", ".join(f"{rate:g}" for rate in rates[:5])
+            raise UsageError(f"rates: found {shown}; write full steps/s above 0, {MOST_RATES} at most, or {NONE}")
+        if not 0 <= self.samples <= MOST_SAMPLES:
+            raise UsageError(f"samples: found {self.samples}; write a whole number from 0 to {MOST_SAMPLES}")
+        if self.seed < 0:
+            raise UsageError(f"seed: found {self.seed}; write a whole number from 0 on")
+        if self.start_angle_deg is not None and not math.isfinite(self.start_angle_deg):
+            raise UsageError(f"start_angle_deg: found {self.start_angle_deg}; write electrical degrees")
+
+    @classmethod
+    def read(cls, given: Mapping[str, str]) -> Options:
+        """Return the options that texts give, as the command line has them: ``{"samples": "50"}``.
+
+        A name with a dot is a parameter that differs in flight.
+
+        Raises
+        ------
+        UsageError
+            There is no such option, or its text is no number.
+        """
+        names = [f.name for f in fields(cls) if f.name != "values"]
+        for name in given:
+            if name not in names and "." not in name:
+                remedy = did_you_mean(name, names) or f"; there are {', '.join(names)}"
+                raise UsageError(f'--option: found "{name}"{remedy}, and parameters that differ in flight')
+        values = {name: _number(name, text) for name, text in given.items() if "." in name}
+        own = {name: _value(name, text) for name, text in given.items() if "." not in name}
+        return cls(**own, values=values)  # type: ignore[arg-type]
+
+
+def _value(name: str, text: str) -> tuple[float, ...] | float:
+    if name == "rates":
+        parts = [] if text == NONE else text.split(",")
+        return tuple(sorted({_number(name, part) for part in parts}))
+    return _number(name, text, whole=name != "start_angle_deg")
+
+
+def _number(name: str, text: str, *, whole: bool = False) -> float:
+    try:
+        return int(text) if whole else float(text)
+    except ValueError as error:
+        what = "a whole number" if whole else "a number, of rates several with commas between"
+        raise UsageError(f'--option {name}: found "{text}"; write {what}') from error

@@ -1,0 +1,72 @@
+"""``mechid export --to linear``: linear.json, linear.mat and mechid_uss.m, read back and held against the equations."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.io import loadmat
+
+from mechid.errors import FitError
+from mechid.exports.export import Checked, Written
+from mechid.exports.handover import Handover
+from mechid.exports.linear.check import FREQUENCIES_HZ, departure
+from mechid.exports.linear.linear import Linear, linear_of
+from mechid.exports.linear.mat import UNCERTAIN_SS, write_mat
+from mechid.exports.linear.options import Options
+from mechid.exports.linear.state_space import Matrices
+from mechid.identification.result.estimate_file import json_text
+from mechid.writing import write_whole
+
+JSON, MAT, FUNCTION = FILES = ("linear.json", "linear.mat", "mechid_uss.m")
+AGREES = 1e-4
+"""How far a model may leave the equations, relative to its response: what is left is integration and what is not linear
+in so small a sine."""
+
+
+def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write the linear models of a handover into a folder.
+
+    Raises
+    ------
+    InputFileError
+        No step command drives the mechanism, or what differs in flight cannot be.
+    UsageError
+        An option cannot be.
+    FitError
+        A model cannot be made, or leaves the equations.
+    """
+    linear = linear_of(handover, options)
+    write_whole(folder / JSON, json_text(linear.to_dict(), indent=None))
+    write_mat(linear, folder / MAT)
+    write_whole(folder / FUNCTION, UNCERTAIN_SS)
+    return Written(FILES, _checked(linear, folder), linear.words)
+
+
+def _checked(linear: Linear, folder: Path) -> Checked:
+    """Return how far the models that both files hold leave the nonlinear equations, the largest of each model's."""
+    from_mat = loadmat(folder / MAT)
+    from_json = json.loads((folder / JSON).read_text(encoding="utf-8"))["models"]
+    off = []
+    for name in linear.models:
+        here = _matrices(from_mat[name][0, 0])
+        if not all(np.array_equal(a, b) for a, b in zip(here.all, _matrices(from_json[name]).all, strict=True)):
+            raise FitError(f"{JSON} and {MAT} do not hold the same model {name}; the disk may be full: export anew")
+        off.append(departure(linear.held, name, here))
+    if max(off) > AGREES:
+        raise FitError(
+            f"a linear model leaves the nonlinear equations by {max(off):.2g} of its response, more than {AGREES:g}: "
+            "the mechanism bends where it rests, as at the edge of a gear's slope; hold it at another start angle"
+        )
+    hertz = ", ".join(f"{f:g}" for f in FREQUENCIES_HZ)
+    against = f"the nonlinear equations in time, a small sine of {hertz} Hz into each input; relative to the response"
+    return Checked(against, max(off), float(np.sqrt(np.mean(np.square(off)))))
+
+
+def _matrices(found: Any) -> Matrices:
+    """Return matrices as read; a model without states, of a stuck motor on a current drive, has empty ones."""
+    A, B, C, D = (np.array(found[name], dtype=np.float64) for name in "ABCD")
+    n = len(B)
+    return Matrices(A.reshape(n, n), B.reshape(n, D.shape[1]), C.reshape(len(D), n), D)

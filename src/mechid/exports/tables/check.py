@@ -1,0 +1,119 @@
+"""What holds the tables: a direct simulation beside the lines, and every number read back from every file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.attractors import FROM_REST
+from mechid.budget.steady_state import SteadyState
+from mechid.command import RateProfile
+from mechid.errors import FitError, UsageError
+from mechid.exports.forcing import Forcing
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES_HZ = 200_000.0
+"""Least, of the coarser of two direct simulations: where the torque jumps a sample is a mean, and lines are off by the
+first power of its length; two lengths tell what is left without."""
+LEAST_S, DECAYS = 1.0, 20.0
+"""Simulated before the lines: at least so long, and so many times the slowest transient's decay."""
+STRETCH_S = 0.25
+"""Least, of what the lines are taken from."""
+ALIKE = 1e-9
+"""Relative difference of a number written and read: files have ten digits or more."""
+
+
+@dataclass(frozen=True, eq=False)
+class Direct:
+    """Lines at one rate beside those of a direct simulation.
+
+    Attributes
+    ----------
+    stepping : str
+    rate : float
+        Full steps/s.
+    seconds : float
+        Simulated from rest.
+    off : (n,)
+        Differences of the amplitudes, N m.
+    largest : float
+        Line, N m.
+    """
+
+    stepping: str
+    rate: float
+    seconds: float
+    off: FloatArray
+    largest: float
+
+
+def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
+    """Return how the largest torque of a way of stepping compares; None where none repeats that rest leads to.
+
+    Parameters
+    ----------
+    lined : Mechanism
+        On a held base, its lines filtered (`plant.flight.below`): the torque before the filter is looked at.
+    lanes : int
+        Derivatives that its kernel carries.
+    forcing : Forcing
+    """
+    plain = [state for here in forcing.states for state in here if state.periods and FROM_REST in state.reached]
+    if not plain:
+        return None
+    state = max(plain, key=lambda one: one.rms)
+    period_s = state.steps * state.periods / state.rate
+    skipped = math.ceil(max(LEAST_S, DECAYS * state.decay_s) / period_s)
+    times = math.ceil(STRETCH_S / period_s)
+    coarse, fine = (_lines(lined, lanes, forcing, state, skipped, times, finer) for finer in (1, 2))
+    off = np.abs(2.0 * fine - coarse) - np.abs(state.lines)
+    return Direct(forcing.stepping.name, state.rate, (skipped + times) * period_s, off, float(abs(state.lines).max()))
+
+
+def _lines(
+    lined: Mechanism, lanes: int, forcing: Forcing, state: SteadyState, skipped: int, times: int, finer: int
+) -> NDArray[np.complex128]:
+    """Return the lines of the last whole periods of a simulation from rest, (n,) N m.
+
+    The first sample lies half an interval behind the first step, so that no step falls on a sample.
+    """
+    each = state.steps * state.periods * forcing.stepping.command.steps_per_full_step
+    period_s = state.steps * state.periods / state.rate
+    samples = finer * each * math.ceil(SAMPLES_HZ * period_s / each)
+    late_s = 0.5 * period_s / samples
+    command = replace(forcing.stepping.command, rate=RateProfile.constant(state.rate))
+    base = TimeBase(samples / period_s, (skipped + times) * samples, late_s)
+    run = Simulator(lined.plant, command, base, capacity=lanes).run(
+        lined.kernel_values(), directions=np.zeros((lined.kernel_values().size, 0))
+    )
+    first, torque = skipped * samples, np.empty(times * samples)
+    for block in run.blocks():
+        if block.stop > first:
+            kept = block.y[max(first - block.start, 0) :, 0]
+            torque[block.stop - kept.size - first : block.stop - first] = kept
+    if run.outcome is not SimulationOutcome.COMPLETE:
+        raise FitError(f"at {state.rate:.6g} steps/s: {run.outcome.value}")
+    turned = np.exp(-2j * np.pi * state.frequency_hz * late_s)
+    return np.asarray(2.0 / torque.size * np.fft.rfft(torque)[state.orders * times] * turned, dtype=np.complex128)
+
+
+def refuse_other(file: Path, written: Mapping[str, FloatArray], read: Mapping[str, FloatArray]) -> None:
+    """Refuse a file in which a column of numbers is not what was written to it.
+
+    Raises
+    ------
+    UsageError
+        It is not.
+    """
+    for name, values in written.items():
+        if not np.allclose(read[name], values, rtol=ALIKE, atol=0.0, equal_nan=True):
+            raise UsageError(f"{file.name}: column {name} holds other numbers than were written; try another disk")

@@ -1,0 +1,39 @@
+"""Tables as HDF5: a group a table, a data set a column, each with its unit (needs the extra ``formats``)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from mechid.exports.tables.table import FloatArray, Table
+from mechid.writing import whole
+
+FILE_NAME = "tables.h5"
+FORMAT = "mechid-tables/1"
+
+
+def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: Path) -> str:
+    """Write tables and return the file's name."""
+    import h5py
+
+    with whole(folder / FILE_NAME) as beside, h5py.File(beside, "w") as file:
+        file.attrs["format"] = FORMAT
+        file.attrs["provenance"] = json.dumps(provenance)
+        for table in tables:
+            group = file.create_group(table.name, track_order=True)
+            for column in table.columns:
+                data = list(column.values) if isinstance(column.values, tuple) else column.values
+                kind = h5py.string_dtype() if isinstance(column.values, tuple) else float
+                made = group.create_dataset(column.name, data=data, dtype=kind)
+                made.attrs.update({"unit": column.unit, "meaning": column.words})
+    return FILE_NAME
+
+
+def read_hdf5(table: Table, folder: Path) -> dict[str, FloatArray]:
+    """Return the columns of numbers of a table as the file holds them."""
+    import h5py
+
+    with h5py.File(folder / FILE_NAME) as file:
+        return {name: file[table.name][name][...] for name in table.numeric}

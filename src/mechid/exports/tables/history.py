@@ -1,0 +1,50 @@
+"""Time histories: each record's command simulated at the estimated values."""
+
+from __future__ import annotations
+
+from mechid.campaign.trajectory_file import refuse_lost
+from mechid.exports.handover import Trial
+from mechid.exports.tables.table import Table, numbers
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.simulator import Simulator
+from mechid.units import SI_UNIT
+
+PREFIX = "history_"
+MEASURED = "as the record's channel has it, with housing and test stand, offset and drift left away"
+ON_BASE = "torque on a held base, without what only the test stand has"
+
+
+def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Table:
+    """Return what a record's command makes of the mechanism, on the record's time base.
+
+    Parameters
+    ----------
+    bench : Mechanism
+        As identified, its channels measured.
+    lined : Mechanism
+        The same on a held base (`plant.flight.below`).
+    lanes : int
+        Derivatives that the kernel of that one carries: the one of the lines serves.
+    trial : Trial
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    seen = simulate_accurately(Simulator(bench.plant, trial.command, trial.base), bench.kernel_values())
+    base = simulate_accurately(Simulator(lined.plant, trial.command, trial.base, capacity=lanes), lined.kernel_values())
+    refuse_lost({trial.name: seen})
+    refuse_lost({trial.name: base})
+    columns = [
+        numbers(f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}", SI_UNIT[name].replace("*", " "), MEASURED,
+                values)
+        for name, values in seen.values.items()
+    ]  # fmt: skip
+    time = numbers("time_s", "s", "record time", seen.time)
+    return Table(
+        f"{PREFIX}{trial.name}",
+        (time, *columns, numbers("base_torque_Nm", "N m", ON_BASE, base.torque)),
+        is_long=True,
+    )

@@ -1,0 +1,82 @@
+"""What a user may ask of the tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+from mechid.errors import UsageError, did_you_mean
+from mechid.exports.stepping import FASTEST, SLOWEST
+
+MOST_RATES = 2000
+LARGEST_ID = 99_000_000
+"""Nastran's identifiers have eight digits; a file of this export counts on from its first."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Options:
+    """What is tabulated, and where the Nastran cards put it.
+
+    Parameters
+    ----------
+    rates : tuple of float
+        Full steps/s; none takes the campaign's range.
+    node : int
+        Grid point at which the mechanism stands.
+    component : int
+        Its degree of freedom, 4 to 6: the mechanism's axis, rotation about x, y or z.
+    scale : float
+        The model's unit of torque in N m's place: 1000 where it counts in N mm.
+    first_id : int
+        Of load sets and tables; they count on from there.
+
+    Raises
+    ------
+    UsageError
+        A value cannot be.
+    """
+
+    rates: tuple[float, ...] = ()
+    node: int = 1
+    component: int = 6
+    scale: float = 1.0
+    first_id: int = 900_001
+
+    def __post_init__(self) -> None:
+        wrong = [rate for rate in self.rates if not SLOWEST <= rate <= FASTEST]
+        if wrong or len(self.rates) > MOST_RATES:
+            found = f"{wrong[0]:g}" if wrong else f"{len(self.rates)} of them"
+            raise UsageError(
+                f"rates: found {found}; write full steps/s from {SLOWEST:g} to {FASTEST:g}, {MOST_RATES} at most"
+            )
+        for name, least, most in (("node", 1, LARGEST_ID), ("component", 4, 6), ("first_id", 1, LARGEST_ID)):
+            if not least <= getattr(self, name) <= most:
+                raise UsageError(f"{name}: found {getattr(self, name)}; write a whole number from {least} to {most}")
+        if not 0.0 < abs(self.scale) < float("inf"):
+            raise UsageError(f"scale: found {self.scale:g}; write the model's torque units in 1 N m, as 1000 for N mm")
+
+    @classmethod
+    def read(cls, given: Mapping[str, str]) -> Options:
+        """Return the options that texts give, as the command line has them: ``{"rates": "23,46"}``.
+
+        Raises
+        ------
+        UsageError
+            There is no such option, or its text is no number.
+        """
+        names = [field.name for field in fields(cls)]
+        for name in given:
+            if name not in names:
+                remedy = did_you_mean(name, names) or f"; there are {', '.join(names)}"
+                raise UsageError(f'--option: found "{name}"{remedy}')
+        return cls(**{name: _value(name, text) for name, text in given.items()})  # type: ignore[arg-type]
+
+
+def _value(name: str, text: str) -> tuple[float, ...] | float | int:
+    try:
+        if name == "rates":
+            return tuple(sorted({float(part) for part in text.split(",")}))
+        return float(text) if name == "scale" else int(text)
+    except ValueError as error:
+        what = "numbers with commas between" if name == "rates" else "a number" if name == "scale" else "a whole number"
+        raise UsageError(f'--option {name}: found "{text}"; write {what}') from error

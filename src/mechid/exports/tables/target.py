@@ -1,0 +1,177 @@
+"""``--to tables``: parameters, lines over the rate and time histories as CSV, XLSX, HDF5 and Nastran cards."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budget.flying_mechanism import Estimate
+from mechid.budget.hdf5 import is_available
+from mechid.budget.steady_state import cut_off
+from mechid.exports.export import Checked, Written
+from mechid.exports.forcing import Forcing, estimate_on_base, forcing
+from mechid.exports.handover import Handover
+from mechid.exports.stepping import steppings, usual_rates
+from mechid.exports.tables import csv_file, hdf5, workbook
+from mechid.exports.tables.bulk import write_bulk
+from mechid.exports.tables.check import Direct, direct, refuse_other
+from mechid.exports.tables.history import history
+from mechid.exports.tables.of_estimate import estimate_tables, provenance_table
+from mechid.exports.tables.of_forcing import forcing_tables
+from mechid.exports.tables.options import Options
+from mechid.exports.tables.table import Table, column_table
+from mechid.plant.flight import below
+from mechid.plant.mechanism import Mechanism
+
+NO_STEPS = "No record is known that a step command drives: there are no lines, no time histories and no Nastran cards."
+NO_HDF5 = 'tables.h5 is left out: install h5py, pip install "mechid[formats]".'
+NO_ERRORS = "No parameter of it has a standard error: sigma_Nm and bound_Nm count none."
+NOT_LEFT = (
+    "Nothing is known of what the fit left of its records (residual.json): bound_Nm holds the errors of the parameters "
+    "and of the model's lines, not lines that the model lacks."
+)
+LEAST_ALIKE = 1e-3
+"""Relative to the largest line: what lines and a direct simulation may differ by without a word."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Torque:
+    """The torque on the base: what is known of the mechanism, its lines, and the kernel's plant that gave them."""
+
+    estimate: Estimate
+    forcings: tuple[Forcing, ...]
+    lined: Mechanism
+    lanes: int
+
+
+def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:
+    """Write the tables into a folder.
+
+    Parameters
+    ----------
+    handover : Handover
+    folder : Path
+    options : Options or None
+        None takes the defaults.
+
+    Raises
+    ------
+    InputFileError
+        The files beside the estimate are damaged or of another fit.
+    FitError
+        The mechanism diverged.
+    UsageError
+        The folder cannot be written to, or a file holds other numbers than were written.
+    """
+    options = options or Options()
+    torque = _torque(handover, options)
+    directs = tuple(filter(None, (direct(torque.lined, torque.lanes, f) for f in torque.forcings))) if torque else ()
+    words = tuple(_words(handover, torque, directs))
+    tables = [*estimate_tables(handover)]
+    histories = []
+    if torque:
+        tables += forcing_tables(torque.forcings, torque.estimate)
+        histories = [history(handover.mechanism, torque.lined, torque.lanes, trial) for trial in handover.trials]
+    tables.append(provenance_table(handover, words))
+    files = _write(handover, (*tables, *histories), folder)
+    if torque:
+        files.append(write_bulk(torque.forcings, options, handover.provenance, folder))
+    return Written(tuple(files), _checked(directs), words)
+
+
+def _torque(handover: Handover, options: Options) -> _Torque | None:
+    """Return the torque on the base at the rates asked for; None where no step command drives a record."""
+    every = steppings(handover.trials)
+    if not every:
+        return None
+    estimate = estimate_on_base(handover)
+    rates = np.unique(options.rates) if options.rates else usual_rates(estimate.mechanism, every)
+    forcings = tuple(forcing(estimate, stepping, rates) for stepping in every)
+    lined = below(estimate.mechanism, cut_off(forcings[0].mode))
+    return _Torque(estimate, forcings, lined, len(estimate.names) + len(lined.plant.states))
+
+
+def _write(handover: Handover, tables: Sequence[Table], folder: Path) -> list[str]:
+    """Write tables, read them back, and return the files' names."""
+    every = (*tables, column_table(tuple(tables)))
+    files = []
+    for table in every:
+        files.append(csv_file.write_csv(table, folder))
+        refuse_other(Path(files[-1]), table.numeric, csv_file.read_csv(table, folder))
+    sheets = [table for table in every if table.fits_sheet]
+    files.append(workbook.write_workbook(sheets, folder))
+    for table, read in zip(sheets, workbook.read_workbook(sheets, folder), strict=True):
+        refuse_other(Path(files[-1]), table.numeric, read)
+    if is_available():
+        files.append(hdf5.write_hdf5(every, handover.provenance, folder))
+        for table in every:
+            refuse_other(Path(files[-1]), table.numeric, hdf5.read_hdf5(table, folder))
+    return files
+
+
+def _checked(directs: Sequence[Direct]) -> Checked | None:
+    """Return how the lines compare with direct simulations; None where none could be made."""
+    if not directs:
+        return None
+    off = np.concatenate([one.off for one in directs])
+    where = ", ".join(f"{one.stepping} at {one.rate:.6g} steps/s" for one in directs)
+    against = f"direct simulations from rest ({where}), lines in N m; every number in every table was read back"
+    return Checked(against, float(np.abs(off).max()), float(np.sqrt(np.mean(off**2))))
+
+
+def _words(handover: Handover, torque: _Torque | None, directs: Sequence[Direct]) -> Iterator[str]:
+    """Yield what a user of the tables has to know."""
+    if not is_available():
+        yield NO_HDF5
+    if torque is None:
+        yield NO_STEPS
+        return
+    yield from (f"Left on the bench: {name}: {why}." for name, why in torque.estimate.left.items())
+    if not torque.estimate.names:
+        yield NO_ERRORS
+    if torque.estimate.residual is None:
+        yield NOT_LEFT
+    for one in torque.forcings:
+        yield from _of_stepping(one)
+    for found in directs:
+        off = float(np.abs(found.off).max())
+        if off > LEAST_ALIKE * found.largest:
+            yield (
+                f"{found.stepping} at {found.rate:.6g} steps/s: a direct simulation over {found.seconds:.3g} s differs "
+                f"by {off:.2g} N m, the largest line is {found.largest:.2g} N m; do not rely on its lines."
+            )
+
+
+def _of_stepping(one: Forcing) -> Iterator[str]:
+    rates, name = one.mode.rates, one.stepping.name
+    ran = one.stepping.tested(rates).sum()
+    span = f"{rates.size} rates from {rates[0]:.6g} to {rates[-1]:.6g}" if rates.size > 1 else f"{rates[0]:.6g}"
+    yield (
+        f"{name}: {span} steps/s, lines up to {one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of "
+        f"{rates.size} (rates.csv: tested)."
+    )
+    told = (
+        (np.array([not s.follows for s in one.largest]), "the rotor does not keep up with the command"),
+        (np.array([not s.periods for s in one.largest]), "the motion does not repeat, its lines are of a stretch"),
+        (np.array([len(s) > 1 for s in one.states]), "several motions are possible, the largest counts"),
+    )
+    for which, what in told:
+        if which.any():
+            yield f"{name}: at {_ranges(rates, which)} steps/s {what}."
+
+
+def _ranges(rates: NDArray[np.float64], which: NDArray[np.bool_]) -> str:
+    """Return the rates at which something is so, neighbours joined, as ``5 to 23, 46``.
+
+    Examples
+    --------
+    >>> _ranges(np.array([5.0, 10.0, 20.0, 46.0]), np.array([True, True, False, True]))
+    '5 to 10, 46'
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], which, [False]]).astype(int)))
+    ends = zip(rates[edges[::2]], rates[edges[1::2] - 1], strict=True)
+    return ", ".join(f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}" for low, high in ends)

@@ -1,0 +1,132 @@
+"""What mechid's kernel gives under the commands of a handover's records, to hold others' results against."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import MechidError
+from mechid.exports.export import Checked
+from mechid.exports.handover import Handover, Trial
+from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
+from mechid.simulation.trajectory import Switching
+
+FloatArray = NDArray[np.float64]
+DEFAULT_RATE_HZ = 10_000.0
+LONGEST_S = 120.0
+"""Of record time that is compared."""
+PROMISED = 1e-9
+"""Of a quantity's RMS: by how much another's result may differ from mechid's."""
+SAME_INSTANT_S = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What the kernel gives under one command.
+
+    Attributes
+    ----------
+    name : str
+        Of the record.
+    trial : Trial
+        From command time 0 on.
+    outputs : (n, n_y)
+    switching : Switching
+    """
+
+    name: str
+    trial: Trial
+    outputs: FloatArray
+    switching: Switching
+
+
+def sample_rate_hz(handover: Handover) -> float:
+    """Return the sample rate of most records: that of the grid on which others integrate."""
+    rates = Counter(trial.base.sample_rate_hz for trial in handover.trials)
+    return rates.most_common(1)[0][0] if rates else DEFAULT_RATE_HZ
+
+
+def substeps(handover: Handover) -> int:
+    """Return the integration steps a sample with which the fit was made."""
+    return int(handover.estimate.get("provenance", {}).get("substeps", 1))
+
+
+def references(handover: Handover) -> list[Reference]:
+    """Return what the kernel gives under the commands of records with the grid's rate, the first ones first.
+
+    Those that begin at rest where the command does; until `LONGEST_S` of record time is reached.
+    """
+    rate_hz, left_s = sample_rate_hz(handover), LONGEST_S
+    found = []
+    for trial in handover.trials:
+        if trial.base.sample_rate_hz != rate_hz or trial.command.start != "commanded" or left_s <= 0.0:
+            continue
+        base = TimeBase(rate_hz, min(trial.base.samples, round(left_s * rate_hz) + 1))
+        left_s -= base.duration_s
+        found.append(_reference(handover, Trial(trial.name, trial.command, base)))
+    return found
+
+
+def _reference(handover: Handover, trial: Trial) -> Reference:
+    mechanism = handover.mechanism
+    simulator = Simulator(mechanism.plant, trial.command, trial.base)
+    run = simulator.run(mechanism.kernel_values(), substeps=substeps(handover), events=trial.base.samples)
+    done = simulate_run(run)
+    return Reference(trial.name, trial, np.column_stack(list(done.values.values())), done.switching)
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What another gives under the same command.
+
+    Attributes
+    ----------
+    outputs : (n, n_y)
+    switches : (k, 4) or None
+        Time, switch, mode before and after; None where it does not say.
+    """
+
+    outputs: FloatArray
+    switches: FloatArray | None = None
+
+
+def checked(references: list[Reference], results: list[Found], what: str) -> Checked | None:
+    """Return how results compare with what the kernel gives; None where there is nothing to compare with.
+
+    Raises
+    ------
+    MechidError
+        They differ by more than is promised.
+    """
+    if not references:
+        return None
+    largest, squares, samples = 0.0, 0.0, 0
+    for reference, found in zip(references, results, strict=True):
+        error = found.outputs - reference.outputs
+        size = np.sqrt(np.mean(reference.outputs**2, axis=0))
+        off = np.sqrt(np.mean(error**2, axis=0)) / np.where(size > 0.0, size, 1.0)
+        if not np.all(off <= PROMISED):
+            worst = float(np.max(off)) if np.all(np.isfinite(off)) else float("nan")
+            raise MechidError(
+                f"{what} of record {reference.name} differs by {worst:.3g} of the RMS; nothing is written"
+            )
+        _refuse_other_switches(reference, found, what)
+        largest = max(largest, float(np.abs(error[:, 0]).max()))
+        squares, samples = squares + float(np.sum(error[:, 0] ** 2)), samples + len(error)
+    names = ", ".join(reference.name for reference in references)
+    switches = sum(len(reference.switching.time) for reference in references)
+    against = f"mechid's kernel, {samples} samples of {names}, {switches} switches"
+    return Checked(against, largest, float(np.sqrt(squares / samples)))
+
+
+def _refuse_other_switches(reference: Reference, found: Found, what: str) -> None:
+    own, other = reference.switching, found.switches
+    if other is None:
+        return
+    sequence = np.column_stack([own.switch, own.before, own.after])
+    same = len(other) == len(own.time) and np.array_equal(other[:, 1:].astype(int), sequence)
+    if not same or np.abs(other[:, 0] - own.time).max(initial=0.0) > SAME_INSTANT_S:
+        raise MechidError(f"{what} of record {reference.name} switches otherwise than mechid's; nothing is written")

@@ -1,0 +1,155 @@
+"""Structures of six directions at the interface, held against the equations of motion and against one another."""
+
+import numpy as np
+import pytest
+
+from mechid.errors import InputFileError
+from mechid.structure import Location, Modes, Selection, read_structure
+from mechid.structure.selection import DIRECTIONS
+from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT
+
+TRANSLATION, TILT = np.array([0.3, -0.2, 0.1]), np.array([0.05, 0.02, -0.07])
+F = np.array([0.7, 4.0, 9.0, 31.0])
+
+
+def expected(shape):
+    """Return the sum over the modes, (n, m)."""
+    w, wk = 2.0 * np.pi * F[:, None], 2.0 * np.pi * FREQUENCY_HZ
+    return (shape / (wk**2 - w**2 + 2j * DAMPING * wk * w)) @ LINE_OF_SIGHT.T
+
+
+@pytest.fixture
+def toml(tmp_path):
+    """Return a modal table with two directions beside the mechanism's own."""
+    lines = ['line_of_sight = ["x", "y"]', 'axis = "rz"']
+    for k, (f, zeta) in enumerate(zip(FREQUENCY_HZ, DAMPING, strict=True)):
+        lines += ["[[mode]]", f"frequency_hz = {f}", f"damping = {zeta}", f"interface = {INTERFACE[k]}",
+                  f"line_of_sight = {LINE_OF_SIGHT[:, k].tolist()}",
+                  f"directions = {{ tx = {TRANSLATION[k]}, ry = {TILT[k]} }}"]  # fmt: skip
+    path = tmp_path / "modes.toml"
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+def test_a_modal_table_in_toml(toml):
+    """Truth: the sum over the modes, written out."""
+    structure = read_structure(toml)
+    np.testing.assert_allclose(structure.along("tx", F), expected(TRANSLATION), rtol=1e-12)
+    np.testing.assert_allclose(structure.along("ry", F), expected(TILT), rtol=1e-12)
+    np.testing.assert_allclose(structure.along("rz", F), structure.to_line_of_sight(F), rtol=0.0)
+    assert structure.along("tz", F) is None
+
+
+def test_a_modal_table_in_csv(toml, tmp_path):
+    """Truth: the same table in TOML; a unit in brackets is converted."""
+    path = tmp_path / "modes.csv"
+    columns = np.column_stack([FREQUENCY_HZ, DAMPING, INTERFACE, *LINE_OF_SIGHT, TRANSLATION * 1e3**0.5, TILT])
+    header = "frequency_Hz,damping,interface,x,y,push [1/Mg^0.5],tilt"
+    np.savetxt(path, columns, delimiter=",", header=header, comments="")
+    named = Selection(directions={"tx": "push", "ry": "tilt"})
+    structure = read_structure(path, named, axis="rz")
+    assert structure.line_of_sight == ("x", "y")
+    for direction in ("tx", "ry"):
+        whole = read_structure(toml).along(direction, F)
+        np.testing.assert_allclose(structure.along(direction, F), whole, rtol=1e-9)
+
+
+def test_responses_in_csv(toml, tmp_path):
+    """Truth: the modes that the responses were sampled from; of a force as mobility in mrad/s/N."""
+    modal, grid = read_structure(toml), np.linspace(0.5, 40.0, 200)
+    torque, force = modal.to_line_of_sight(grid), modal.along("tx", grid) * (2j * np.pi * grid)[:, None] * 1e3
+    columns, header = [grid], ["frequency_Hz"]
+    for k, name in enumerate(("x", "y")):
+        columns += [torque[:, k].real, torque[:, k].imag, force[:, k].real, force[:, k].imag]
+        header += [f"{name}_re", f"{name}_im", f"{name}_push_re [mrad/s/N]", f"{name}_push_im [mrad/s/N]"]
+    path = tmp_path / "responses.csv"
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=",".join(header), comments="", fmt="%.12e")
+    structure = read_structure(path, Selection(directions={"tx": "push"}), axis="rz")
+    at = grid[::20]
+    np.testing.assert_allclose(structure.along("tx", at), modal.along("tx", at), rtol=1e-9)
+    np.testing.assert_allclose(structure.to_line_of_sight(at), modal.to_line_of_sight(at), rtol=1e-9)
+
+
+def test_responses_of_a_universal_file(tmp_path):
+    """Truth: what was written; of directions to which one line of sight has no response none is there."""
+    pyuff = pytest.importorskip("pyuff")
+    rng, grid = np.random.default_rng(0), np.linspace(1.0, 20.0, 20)
+    sets = {
+        (3, 6): rng.normal(size=(2, 2, 20)),
+        (3, 1): rng.normal(size=(2, 2, 20)),
+        (3, 2): rng.normal(size=(1, 2, 20)),
+    }
+    path = tmp_path / "frf.uff"
+    for (node, direction), data in sets.items():
+        for response, (re, im) in zip((4, 5), data, strict=False):
+            unit = "N*m" if direction > 3 else "N"
+            pyuff.UFF(str(path)).write_sets(
+                pyuff.prepare_58(
+                    binary=0, func_type=4, rsp_node=9, rsp_dir=response, ref_node=node, ref_dir=direction, x=grid,
+                    data=re + 1j * im, id1="made up", rsp_ent_name="structure", ref_ent_name="structure",
+                    abscissa_spacing=1, abscissa_spec_data_type=18, ordinate_spec_data_type=8,
+                    orddenom_spec_data_type=13, ordinate_axis_units_lab="rad", orddenom_axis_units_lab=unit,
+                ), "add" if path.exists() else "overwrite",
+            )  # fmt: skip
+    lines = {"x": (Location(9, "rx"),), "y": (Location(9, "ry"),)}
+    structure = read_structure(path, Selection(interface=Location(3, "rz"), line_of_sight=lines))
+    assert set(structure.directions) == {"tx"}
+    wanted = (sets[3, 1][:, 0] + 1j * sets[3, 1][:, 1]).T
+    np.testing.assert_allclose(structure.along("tx", grid), wanted, rtol=1e-6)
+
+
+@pytest.mark.data
+def test_six_directions_of_a_craig_bampton_model(craig_bampton_folder):
+    """Truth: NumPy's solution of (K - w^2 M + i w C) u = f for a unit force or torque along each direction.
+
+    C is that of 1 % modal damping; the file is in mm and kg, so a force of 1 N is 1000 of its units, 1 N m a million.
+    """
+    from pyyeti.nastran import op4
+
+    content = op4.read(str(craig_bampton_folder / "outboard.op4"))
+    K, M = content["kxx"], content["mxx"]
+    lines = {"tilt": (Location(27, "rx"),), "shift": (Location(11, "ty", 0.5),)}
+    selection = Selection(interface=Location(3, "rz"), line_of_sight=lines, damping=0.01, length_unit_m=1e-3)
+    structure = read_structure(craig_bampton_folder / "outboard.op4", selection)
+    assert {structure.axis, *structure.directions} == set(DIRECTIONS)
+    root = np.linalg.inv(np.linalg.cholesky(M))
+    values, shapes = np.linalg.eigh(root @ K @ root.T)
+    phi, w_k = root.T @ shapes, np.sqrt(np.where(np.arange(len(K)) < 6, 0.0, values))
+    C = M @ phi @ np.diag(2.0 * 0.01 * w_k) @ phi.T @ M
+    for f in (5.0, 10.9, 47.3):
+        w = 2.0 * np.pi * f
+        for k, direction in enumerate(DIRECTIONS):
+            push = np.zeros(len(K))
+            push[k] = 1e3 if k < 3 else 1e6  # grid 3 comes first, in the basic frame
+            u = np.linalg.solve(K - w**2 * M + 1j * w * C, push)
+            wanted = np.array([u[18 + 3], 0.5e-3 * u[6]])  # grid 11 has the output frame (y, z, x)
+            found = structure.along(direction, f)[0]
+            np.testing.assert_allclose(found, wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"directions = { tx = 0.3, ry = 0.05 }": "directions = { tx = 0.3 }"}, r"mode\[1\]: directions: ry is not in"),
+        ({"ry = 0.02": "ry = true"}, r"mode\[1\]: directions: ry: found True; write a finite number"),
+        ({"tx": "ux"}, "directions: ux: unknown key"),
+        ({"tx": "rz"}, "rz is the mechanism's own"),
+        ({'axis = "rz"': ""}, "say which is the mechanism's"),
+    ],
+)
+def test_wrong_directions_are_one_line(toml, changed, said):
+    text = toml.read_text(encoding="utf-8")
+    for old, new in changed.items():
+        assert old in text
+        text = text.replace(old, new)
+    toml.write_text(text, encoding="utf-8")
+    with pytest.raises(InputFileError, match=said):
+        read_structure(toml)
+
+
+def test_a_column_that_is_not_there(tmp_path):
+    path = tmp_path / "modes.csv"
+    path.write_text("frequency_Hz,damping,interface,x\n1.0,0.01,0.1,0.2\n", encoding="utf-8")
+    with pytest.raises(InputFileError, match='directions: tx: no column "push"'):
+        read_structure(path, Selection(directions={"tx": "push"}))
+    assert isinstance(read_structure(path).model, Modes)
