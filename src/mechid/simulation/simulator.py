@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -186,20 +187,21 @@ class Run:
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
-        interval_s = base.interval_s * timing.scale
-        self.grid = np.array(
-            [
-                base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s,
-                interval_s,
-                interval_s / substeps,
-                interval_s / (substeps * CLOSE_STEPS),
-            ]
-        )
+        self.interval_s = base.interval_s * timing.scale
+        self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
+        self.grid = self._grid(kernel.module, self.interval_s / substeps)
         self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
                                          events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
+
+    def _grid(self, module: ModuleType, step_s: float) -> FloatArray:
+        """Return the grid as the kernel's `run` takes it: times in command time, s."""
+        grid = np.empty(4)
+        grid[[module.GRID_START, module.GRID_INTERVAL]] = self.start_s, self.interval_s
+        grid[[module.GRID_STEP, module.GRID_CLOSE]] = step_s, step_s / CLOSE_STEPS
+        return grid
 
     def restart(self, state: State) -> None:
         """Begin at another state than the command's start, before any block is consumed."""
@@ -238,7 +240,7 @@ class Run:
 
     def _resting(self) -> Iterator[int]:
         """Count the samples before command time 0, where the mechanism rests and measures nothing."""
-        resting = int(np.ceil(-self.grid[0] / self.grid[1] - 1e-9)) if self.grid[0] < 0.0 else 0
+        resting = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
         resting = min(resting, self.base.samples)
         while resting > 0:
             count = min(self.block, resting)
