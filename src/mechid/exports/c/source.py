@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,7 +14,7 @@ import sympy as sp
 
 from mechid.exports.handover import Handover
 from mechid.kernel.c.module import Module, module_of, without
-from mechid.kernel.c.printer import Printer, wrapped
+from mechid.kernel.c.printer import WIDTH, Printer
 from mechid.kernel.expressions import python_text
 from mechid.kernel.physics import function
 from mechid.kernel.source import generate, lanes_for
@@ -94,7 +95,7 @@ class Source:
         library = sorted({"NAN", *(["sqrt unless MECHANISM_NO_LIBM"]), *self.library})
         found: dict[str, object] = {
             "title": f"{self.handover.name}: {plant.name}", "name": self.handover.name,
-            "provenance": "\n".join(f" * {line}" for line in self._provenance()),
+            "provenance": "\n".join(f" * {_safe(line)}" for line in self._provenance()),
             "interval": repr(self.interval_s), "substeps": f"{self.substeps}.0", "close_steps": f"{CLOSE_STEPS}.0",
             "structure": plant.digest[:16], "parameters": "\n".join(self._parameters()), "n_parameters": len(names),
             "outputs": _entries("Y", plant.outputs), "n_outputs": len(plant.outputs),
@@ -122,7 +123,7 @@ class Source:
     def _provenance(self) -> Iterable[str]:
         handed = self.handover.provenance
         yield f"Made by mechid {handed['mechid']} from a fit; do not edit."
-        yield from wrapped(str(handed["trust"])).splitlines()
+        yield from textwrap.wrap(str(handed["trust"]), WIDTH)
         fit = handed["fit"]
         for name, digest in fit.get("inputs_sha256", {}).items():
             yield f"{name}: sha256 {digest}"
@@ -203,6 +204,11 @@ def _read(mechanism: Mechanism) -> tuple[list[str], list[sp.Expr]]:
     ]
     used = set().union(*(e.free_symbols for e in renamed), set())
     return [f"file_{k} = f_[{k}]" for k in range(len(places)) if sp.Symbol(f"file_{k}") in used], renamed
+
+
+def _safe(line: str) -> str:
+    """Return a line that does not end the comment in which it stands."""
+    return line.replace("*/", "* /")
 
 
 def _entries(kind: str, names: Iterable[str]) -> str:
