@@ -11,8 +11,8 @@ from mechid.design.diagnosis_file import Diagnosed
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.search import LEAST
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.steps import LEAST
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.diagnosis_file import PROPOSED_NAME
 from mechid.plant.mechanism import Mechanism

@@ -22,7 +22,7 @@ from mechid.design.rivals import Group
 from mechid.identification.beside.beside import lifted
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.diagnosis.candidate import STEPS, TOLERANCE, Model
-from mechid.identification.diagnosis.search import LEAST
+from mechid.identification.diagnosis.steps import LEAST
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.output_error.problem import Problem

@@ -20,8 +20,9 @@ from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
-from mechid.identification.diagnosis.search import LEAST, Found, Step, searched
+from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.steps import LEAST, Step
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from mechid.identification.diagnosis.candidate import Model
-from mechid.identification.diagnosis.search import LEAST
+from mechid.identification.diagnosis.steps import LEAST
 from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance, lines_of, without
 from mechid.identification.disturbance.mains import mains
 from mechid.identification.disturbance.scores import scores

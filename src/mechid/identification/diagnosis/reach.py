@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of
-from mechid.identification.diagnosis.search import LEAST, SHARE, counts, of_misfit
+from mechid.identification.diagnosis.steps import LEAST, SHARE, counts, of_misfit
 from mechid.identification.disturbance.scores import COLLINEAR
 
 FloatArray = NDArray[np.float64]

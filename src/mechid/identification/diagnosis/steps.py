@@ -1,0 +1,152 @@
+"""Effects added to a model and taken away, one at a time, each by real fits; what a model gains by one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from scipy.stats import chi2, false_discovery_control
+
+from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
+from mechid.identification.diagnosis.periods import with_periods_seen
+from mechid.identification.disturbance.scores import Score
+
+LEAST = 30.0
+"""Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
+SHARE = 0.1
+"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain."""
+FALSE_DISCOVERIES = 0.05
+TRIES = 2
+"""Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
+MOST = 16
+"""Effects of a model."""
+Told = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Step:
+    """An effect added or removed, and what the model is after that.
+
+    Attributes
+    ----------
+    added, removed : str
+        Empty where it is not that.
+    cost : float
+        In sigmas squared.
+    bic : float
+        The Bayesian criterion, the noise that of the model in which the search ended, so that steps can be compared.
+    over_noise : float
+        RMS of what the model leaves over that of the noise.
+    free : int
+        What it moves: parameters of the mechanism, of the effects and of the records.
+    """
+
+    added: str
+    removed: str
+    cost: float
+    bic: float
+    over_noise: float
+    free: int
+
+
+def gain(less: Model, more: Model) -> Score:
+    """Return what a model explains beyond another, each record's samples counted for what they are worth."""
+    fall = max(less.cost - more.cost, 0.0)
+    freedom = max(more.problem.size - less.problem.size, 1)
+    return Score(more.worth * fall / more.cost, freedom, of_misfit(less, fall), more.worth)
+
+
+def of_misfit(model: Model, fall: float) -> float:
+    """Return the share of what a model leaves beyond noise that a fall of the cost is; noise may hide some of it."""
+    return fall / max(model.misfit, fall, 1.0)
+
+
+def counts(score: Score) -> bool:
+    """Tell whether what an effect explains is more than chance and than what its freedom costs."""
+    return score.chi_square > LEAST and score.over > 0.0 and score.share >= SHARE
+
+
+def step(model: Model, *, added: str = "", removed: str = "") -> Step:
+    """Return the step that leads to a model; its criterion is not known before the search has ended."""
+    return Step(added, removed, model.cost, math.nan, model.over_noise, model.problem.size)
+
+
+def beside(end: Model, steps: Sequence[Step]) -> list[Step]:
+    """Return steps with the criterion, the noise and the effective samples those of the model where they end."""
+    penalty = math.log(max(end.worth, math.e))
+    return [replace(one, bic=end.worth * one.cost / end.cost + one.free * penalty) for one in steps]
+
+
+def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
+    steps: list[Step] = []
+    while len(model.effects) < MOST:
+        better = _one_more(model, tried, told)
+        if better is None and model.over_noise > FOLLOWED:
+            wider = with_periods_seen(model)
+            better = _one_more(wider, tried, told) if wider else None
+        if better is None:
+            break
+        steps.append(step(better, added=better.beyond(model)))
+        model = better
+    return model, steps
+
+
+def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
+    """Return the model with the likeliest further effect that a fit confirms."""
+    for name in asked(model, landscape_of(model))[:TRIES]:
+        if name in tried:
+            continue
+        told(f"{name} is fitted")
+        more = model.with_effect(name).regrown()
+        score = gain(model, more)
+        if counts(score):
+            return more
+        tried[name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+    return None
+
+
+def asked(model: Model, landscape: Landscape) -> list[str]:
+    """Return the effects that the score test asks for, the likeliest first."""
+    scores = {name: replace(s, share=of_misfit(model, s.share * model.cost)) for name, s in landscape.scores().items()}
+    if not scores:
+        return []
+    chances = [chi2.sf(s.chi_square, s.dof) for s in scores.values()]
+    sure = false_discovery_control(chances) <= FALSE_DISCOVERIES
+    likely = {name: s for (name, s), one in zip(scores.items(), sure, strict=True) if one and counts(s)}
+    return sorted(likely, key=lambda name: -likely[name].over)
+
+
+def pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
+    """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
+    model, steps = _pruned_at_once(model, told)
+    order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
+    while len(order) > 1:
+        lost = next((name for name in order if not _is_needed(model, name)), None)
+        if lost is None:
+            break
+        told(f"without {lost}")
+        model = model.without(lost)
+        order.remove(lost)
+        steps.append(step(model, removed=lost))
+    return model, steps
+
+
+def _is_needed(model: Model, name: str) -> bool:
+    """Tell whether a fit without an effect is clearly worse."""
+    return counts(replace(gain(model.without(name), model), share=1.0))
+
+
+def _pruned_at_once(model: Model, told: Told) -> tuple[Model, list[Step]]:
+    """Return the model without what its derivatives say is not needed, where a fit says so too."""
+    kept = needed_effects(model)
+    lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]
+    if not lost:
+        return model, []
+    told(f"without {', '.join(lost)}")
+    fewer = model.keeping(kept).regrown()
+    if counts(replace(gain(fewer, model), share=1.0)):
+        return model, []
+    return fewer, [step(fewer, removed=name) for name in lost]

@@ -1,0 +1,101 @@
+"""Laws in place of those of a mechanism: what hides in the noise, what a disturbance imitates, what leaves least."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from mechid.identification.diagnosis.candidate import FOLLOWED, Model
+from mechid.identification.diagnosis.laws import promise
+from mechid.identification.diagnosis.steps import Step, Told, counts, gain, grown, pruned, step
+from mechid.plant.superset import Law
+
+TRIES = 2
+"""Laws that are fitted with what may be beside them."""
+MOSTLY = 0.5
+"""Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to take
+to be tried with further effects where it alone is not the best."""
+TRIAL = 8
+"""Steps in which a law has to show in a fit that it takes a share of what is left."""
+WORSE = "leaves more than the effects without it"
+
+
+def with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    """Return the model with the laws that it may lack although it leaves no more than noise."""
+    steps: list[Step] = []
+    for law in [law for law in model.other_laws if law.hides]:
+        score, start = promise(model, law)
+        if not counts(score):
+            continue
+        told(f"{law.name} is fitted")
+        more = model.with_law(law, start).regrown()
+        if counts(gain(model, more)):
+            model, removed = pruned(more, told)
+            steps += [step(more, added=law.name), *removed]
+        else:
+            tried[law.name] = f"explains {100.0 * gain(model, more).share:.3g} % of the misfit in a fit"
+    return model, steps
+
+
+def in_place_of_imitators(model: Model, told: Told) -> tuple[Model, list[Step]]:
+    """Return the model with laws in place of the disturbances that imitate them, where they do as well for less.
+
+    A low-pass delays all records alike: the delays of the records imitate it down to the noise, with more parameters.
+    """
+    steps: list[Step] = []
+    for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
+        told(f"{law.name} is fitted in place of {law.imitated_by}")
+        trial = _in_place(model, law)
+        other = trial.fitted(trial).regrown()
+        if _bic(other, model) < _bic(model, other):
+            steps += [step(other, removed=law.imitated_by), step(other, added=law.name)]
+            model, removed = pruned(other, told)
+            steps += removed
+    return model, steps
+
+
+def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+    """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
+    best, steps = smooth, list[Step]()
+    for rank, (law, trial) in enumerate(_promising(before, smooth, tried, told)):
+        hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
+        if hopeless and _bic(trial, best) >= _bic(best, trial):
+            tried[law] = WORSE
+            continue
+        told(f"{law} is fitted with what may be beside it")
+        with_law = trial.fitted(trial)
+        first = [*(step(before, added=name) for name in before.disturbances), step(with_law, added=law)]
+        whole, further = grown(with_law.regrown(), tried, told)
+        whole, removed = pruned(whole, told)
+        if law in whole.laws and _bic(whole, best) < _bic(best, whole):
+            best, steps = whole, [*first, *further, *removed]
+        else:
+            tried[law] = WORSE
+    return best, steps
+
+
+def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
+    """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
+    found: list[tuple[str, Model]] = []
+    for law in [law for law in before.other_laws if law.name not in smooth.laws]:
+        told(f"{law.name} is tried")
+        trial = _in_place(before, law)
+        score = gain(before, trial)
+        if counts(score):
+            found.append((law.name, trial))
+        else:
+            tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+    return sorted(found, key=lambda pair: pair[1].cost)
+
+
+def _in_place(model: Model, law: Law) -> Model:
+    """Return the model with a law, less the disturbance that takes its place where it is lacking, after some steps."""
+    start = promise(model, law)[1] if law.tries else law.mechanism
+    fewer = tuple(name for name in model.disturbances if name != law.imitated_by)
+    return replace(model, disturbances=fewer).in_place_of(law, start).fitted(model, steps=TRIAL)
+
+
+def _bic(model: Model, other: Model) -> float:
+    """Return the Bayesian criterion, the noise that of the better of two models."""
+    better = min(model, other, key=lambda one: one.cost)
+    return better.worth * model.cost / better.cost + model.problem.size * math.log(max(better.worth, math.e))
