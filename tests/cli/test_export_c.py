@@ -1,0 +1,55 @@
+"""``mechid export --to c`` and ``--to fmu`` from a shell: the files of the contract, and bad input in one line."""
+
+import json
+
+import pytest
+
+from layouts import mechanism_of
+from mechid.exports.c.compiler import found_compiler
+from paper_estimate import estimate_of, write_estimate_of_paper
+from paper_estimate import write_estimate as write_signed
+
+
+@pytest.fixture
+def fit(tmp_path):
+    """Return the folder of a finished fit of the paper's mechanism."""
+    folder = tmp_path / "fit"
+    folder.mkdir()
+    write_estimate_of_paper(folder)
+    return folder
+
+
+def asked(fit, bench, out, target, *more):
+    return ("export", fit, "--campaign", bench / "campaign.toml", "--to", target, "--out", out, *more)
+
+
+@pytest.mark.parametrize(
+    ("target", "files"),
+    [("c", {"mechanism.c", "mechanism.h", "main.c", "CMakeLists.txt"}), ("fmu", {"{}_fmi2.fmu", "{}_fmi3.fmu"})],
+)
+def test_it_writes_the_files_of_the_contract(run, fit, bench, tmp_path, target, files):
+    """Truth: the names, and a check that is there where a compiler is."""
+    out = tmp_path / "new" / "out"
+    result = run(*asked(fit, bench, out, target))
+    assert result.exit_code == 0, result.stderr
+    said = json.loads((out / "mechid_export.json").read_text(encoding="utf-8"))
+    name = said["files"][0].removesuffix("_fmi2.fmu")
+    assert set(said["files"]) == {file.format(name) for file in files}
+    assert {path.name for path in out.iterdir()} == {*said["files"], "mechid_export.json"}
+    assert said["format"] == "mechid-export/1"
+    assert said["target"] == target
+    assert (said["checked"] is not None) == (found_compiler() is not None)
+    assert "Grade A" in " ".join(result.stdout.split())
+
+
+def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
+    """Truth: usage is 2, a mechanism that a unit cannot express 3; nothing is left behind."""
+    out = tmp_path / "out"
+    assert "yes or no" in refused(2, *asked(fit, bench, out, "c", "--option", "sensitivities=1"))
+    assert "unknown" in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
+    table = {"assembly": "direct_torque_drive", "load": {"inertia": 0.01},
+             "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01}}  # fmt: skip
+    mechanism = mechanism_of(table)
+    write_signed(fit, mechanism, estimate_of(mechanism, ["friction.coulomb"]))
+    assert "--to c" in refused(3, *asked(fit, bench, out, "fmu"))
+    assert not out.exists() or not list(out.iterdir())
