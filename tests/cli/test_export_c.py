@@ -46,7 +46,7 @@ def test_bad_input_in_one_line(refused, fit, bench, tmp_path):
     """Truth: usage is 2, a mechanism that a unit cannot express 3; nothing is left behind."""
     out = tmp_path / "out"
     assert "yes or no" in refused(2, *asked(fit, bench, out, "c", "--option", "sensitivities=1"))
-    assert "unknown" in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
+    assert 'did you mean "stand"' in refused(2, *asked(fit, bench, out, "fmu", "--option", "stnad=yes"))
     table = {"assembly": "direct_torque_drive", "load": {"inertia": 0.01},
              "friction": {"static": 0.01, "coulomb": 0.005, "viscous": 0.01}}  # fmt: skip
     mechanism = mechanism_of(table)

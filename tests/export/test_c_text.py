@@ -231,6 +231,28 @@ def test_what_cannot_be_is_refused(library):
     ):  # fmt: skip
         assert library(name, *values) == 3, (name, values)
     assert library("advance", 0.02) == 0
+    assert library("pulse", 0.05, 1) == 0
+    assert library("pulse", 0.04, 1) == 3  # before one that is known already
+    assert library("advance", 0.06) == 0
+
+
+def test_a_parameter_may_change_under_way(library):
+    """Truth: another stiffness gives another torque; begun anew it is as fitted, to the last bit."""
+    assert library("init") == 0
+    assert library("rate", 46.0) == 0
+    assert library("advance", 0.2) == 0
+    as_fitted = library.torque
+    names = list(mechanism_of(VARIANTS["paper"]).plant.declarations)
+    assert library("init") == 0
+    assert library("rate", 46.0) == 0
+    assert library("advance", 0.1) == 0
+    assert library("set", names.index("gear.stiffness"), 1500.0) == 0
+    assert library("advance", 0.2) == 0
+    assert library.torque != as_fitted
+    assert library("init") == 0
+    assert library("rate", 46.0) == 0
+    assert library("advance", 0.2) == 0
+    assert library.torque == as_fitted
 
 
 def test_a_wrong_text_is_not_written(paper):

@@ -5,7 +5,6 @@ It lies beside the estimate that it belongs to, as residual.json does; the budge
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.beside_estimate import read_beside
 from mechid.analysis.residual_emission import TRACKED
 from mechid.analysis.side_components import SideAtRate, side_lines
 from mechid.analysis.validation import RecordValidation
-from mechid.errors import InputFileError
 from mechid.identification.result.fit import Fit
 from mechid.records import Mounting
 from mechid.units import unit_words
@@ -120,25 +119,15 @@ def read_components(estimate: Mapping[str, Any], folder: Path) -> SideRecords | 
     InputFileError
         The file is damaged, or of another fit.
     """
-    path = folder / FILE_NAME
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path}: is damaged ({error}); {STALE}") from error
-    try:
-        if content["format"] != FORMAT or content["orders"] != list(TRACKED):
-            raise InputFileError(f"{path}: is of another version of mechid; {STALE}")
-        if content["provenance"] != estimate.get("provenance"):
-            raise InputFileError(f"{path}: is of another fit than estimate.json beside it; {STALE}")
-        x, y, z = content["mounting_point_m"]
-        return SideRecords(
-            mounting=Mounting(str(content["drive_axis"]), (float(x), float(y), float(z))),
-            records=tuple(_record(name, entry) for name, entry in content["records"].items()),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputFileError(f"{path}: is damaged at {error}; {STALE}") from error
+    return read_beside(estimate, folder / FILE_NAME, FORMAT, STALE, _records)
+
+
+def _records(content: Mapping[str, Any]) -> SideRecords:
+    x, y, z = content["mounting_point_m"]
+    return SideRecords(
+        mounting=Mounting(str(content["drive_axis"]), (float(x), float(y), float(z))),
+        records=tuple(_record(name, entry) for name, entry in content["records"].items()),
+    )
 
 
 def _row(at: SideAtRate) -> dict[str, Any]:

@@ -5,7 +5,6 @@ The budget has no records; this is what it needs of them.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,9 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.analysis.beside_estimate import read_beside
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
 from mechid.analysis.validation import TORQUE, RecordValidation
-from mechid.errors import InputFileError
 from mechid.identification.result.fit import Fit
 
 FloatArray = NDArray[np.float64]
@@ -102,21 +101,11 @@ def read_residual(estimate: Mapping[str, Any], folder: Path) -> tuple[ResidualRe
     InputFileError
         The file is damaged, or of another fit.
     """
-    path = folder / FILE_NAME
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return None
-    except (OSError, ValueError) as error:
-        raise InputFileError(f"{path}: is damaged ({error}); {STALE}") from error
-    try:
-        if content["format"] != FORMAT or content["orders"] != list(TRACKED):
-            raise InputFileError(f"{path}: is of another version of mechid; {STALE}")
-        if content["provenance"] != estimate.get("provenance"):
-            raise InputFileError(f"{path}: is of another fit than estimate.json beside it; {STALE}")
-        return tuple(_record(name, entry) for name, entry in content["records"].items())
-    except (KeyError, TypeError, ValueError) as error:
-        raise InputFileError(f"{path}: is damaged at {error}; {STALE}") from error
+    return read_beside(estimate, folder / FILE_NAME, FORMAT, STALE, _records)
+
+
+def _records(content: Mapping[str, Any]) -> tuple[ResidualRecord, ...]:
+    return tuple(_record(name, entry) for name, entry in content["records"].items())
 
 
 def _row(at: ResidualAtRate) -> dict[str, Any]:

@@ -11,17 +11,17 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from mechid.errors import UsageError, did_you_mean
 from mechid.exports.c.compiler import CompilerError, compiled
 from mechid.exports.c.source import FILES, Source
 from mechid.exports.export import Checked, Written
 from mechid.exports.handover import Handover, Trial
+from mechid.exports.option_texts import NO, refuse_unknown, yes_or_no
 from mechid.exports.trials import Found, checked, references, sample_rate_hz, substeps
 from mechid.writing import write_whole
 
 MOST_POINTS = 256
 """Of a rate profile, as mechanism.h has it."""
-YES, NO = "yes", "no"
+SENSITIVITIES = "sensitivities"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,14 +45,9 @@ class Options:
         UsageError
             One cannot be.
         """
-        for name in given.keys() - {"sensitivities"}:
-            raise UsageError(
-                f"--option {name}: unknown{did_you_mean(name, ['sensitivities']) or '; there is sensitivities'}"
-            )
-        asked = given.get("sensitivities", NO)
-        if asked not in (YES, NO):
-            raise UsageError(f'--option sensitivities: found "{asked}"; write {YES} or {NO}')
-        return cls(sensitivities=asked == YES)
+        for name in given:
+            refuse_unknown(name, [SENSITIVITIES])
+        return cls(sensitivities=yes_or_no(SENSITIVITIES, given.get(SENSITIVITIES, NO)))
 
 
 def written(handover: Handover, folder: Path, options: Options | None = None) -> Written:

@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from mechid.errors import UsageError, did_you_mean
+from mechid.errors import UsageError
+from mechid.exports.option_texts import NO, refuse_unknown, yes_or_no
 
-YES, NO = "yes", "no"
+STAND = "stand"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,20 +37,15 @@ class Options:
         UsageError
             One cannot be.
         """
-        stand = given.get("stand", NO)
-        if stand not in (YES, NO):
-            raise UsageError(f'--option stand: found "{stand}"; write {YES} or {NO}')
         values = {}
         for name, text in given.items():
-            if name == "stand":
-                continue
             if "." not in name:
-                near = did_you_mean(name, ["stand"]) or "; there are stand, and dotted names of parameters"
-                raise UsageError(f"--option {name}: unknown{near}")
+                refuse_unknown(name, [STAND], also=", and dotted names of parameters")
+                continue
             try:
                 values[name] = float(text)
             except ValueError:
                 values[name] = math.nan
             if not math.isfinite(values[name]):
                 raise UsageError(f'--option {name}: found "{text}"; write a number')
-        return cls(stand=stand == YES, values=values)
+        return cls(stand=yes_or_no(STAND, given.get(STAND, NO)), values=values)

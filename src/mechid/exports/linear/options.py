@@ -6,7 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
-from mechid.errors import UsageError, did_you_mean
+from mechid.errors import UsageError
+from mechid.exports.option_texts import refuse_unknown
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
@@ -68,9 +69,8 @@ class Options:
         """
         names = [f.name for f in fields(cls) if f.name != "values"]
         for name in given:
-            if name not in names and "." not in name:
-                remedy = did_you_mean(name, names) or f"; there are {', '.join(names)}"
-                raise UsageError(f'--option: found "{name}"{remedy}, and parameters that differ in flight')
+            if "." not in name:
+                refuse_unknown(name, names, also=", and parameters that differ in flight")
         values = {name: _number(name, text) for name, text in given.items() if "." in name}
         own = {name: _value(name, text) for name, text in given.items() if "." not in name}
         return cls(**own, values=values)  # type: ignore[arg-type]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
-from mechid.errors import UsageError, did_you_mean
+from mechid.errors import UsageError
+from mechid.exports.option_texts import refuse_unknown
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
@@ -66,9 +67,7 @@ class Options:
         """
         names = [field.name for field in fields(cls)]
         for name in given:
-            if name not in names:
-                remedy = did_you_mean(name, names) or f"; there are {', '.join(names)}"
-                raise UsageError(f'--option: found "{name}"{remedy}')
+            refuse_unknown(name, names)
         return cls(**{name: _value(name, text) for name, text in given.items()})  # type: ignore[arg-type]
 
 

@@ -1,0 +1,51 @@
+"""A file that identify leaves beside estimate.json, read only if it is of the same fit."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from mechid.analysis.residual_emission import TRACKED
+from mechid.errors import InputFileError
+
+Content = TypeVar("Content")
+
+
+def read_beside(
+    estimate: Mapping[str, Any], path: Path, form: str, stale: str, made: Callable[[Mapping[str, Any]], Content]
+) -> Content | None:
+    """Return what is made of a file's content; None where there is no such file.
+
+    Parameters
+    ----------
+    estimate : mapping
+        Content of estimate.json.
+    path : Path
+    form : str
+        The `format` that the file has to have.
+    stale : str
+        The remedy that ends a message.
+    made : callable
+        Makes the result of the content; a missing key or a wrong type there is damage of the file.
+
+    Raises
+    ------
+    InputFileError
+        The file is damaged, or of another fit.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError) as error:
+        raise InputFileError(f"{path}: is damaged ({error}); {stale}") from error
+    try:
+        if content["format"] != form or content["orders"] != list(TRACKED):
+            raise InputFileError(f"{path}: is of another version of mechid; {stale}")
+        if content["provenance"] != estimate.get("provenance"):
+            raise InputFileError(f"{path}: is of another fit than estimate.json beside it; {stale}")
+        return made(content)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InputFileError(f"{path}: is damaged at {error}; {stale}") from error
