@@ -314,6 +314,11 @@ def test_what_a_unit_cannot_express_is_refused(paper):
         Options.read({"stand": "maybe"})
     with pytest.raises(UsageError, match='did you mean "stand"'):
         Options.read({"stnad": "yes"})
+    for stand in (True, False):
+        with pytest.raises(UsageError, match=r"load.inertia: found -1; write a number from 0"):
+            closed(paper, {"load.inertia": -1.0}, stand=stand)
+        with pytest.raises(UsageError, match=r"load.inertai.*did you mean"):
+            closed(paper, {"load.inertai": 1.0}, stand=stand)
     assert Options.read({"stand": "yes", "load.inertia": "35"}).values == {"load.inertia": 35.0}
 
 

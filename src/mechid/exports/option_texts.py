@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 
 from mechid.errors import UsageError, did_you_mean
+from mechid.plant.plant import Plant
 
 YES, NO = "yes", "no"
 
@@ -27,3 +29,13 @@ def yes_or_no(name: str, text: str) -> bool:
     if text not in (YES, NO):
         raise UsageError(f'--option {name}: found "{text}"; write {YES} or {NO}')
     return text == YES
+
+
+def refuse_values(values: Mapping[str, float], plant: Plant) -> None:
+    """Raise UsageError for a value of a parameter that a plant has not, or that the parameter cannot have."""
+    for name, value in values.items():
+        if name not in plant.declarations:
+            raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
+        least, most = plant.declarations[name].lower, plant.declarations[name].upper
+        if not (least <= value <= most and math.isfinite(value)):
+            raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")

@@ -20,10 +20,11 @@ from mechid.exports.c.source import STEPS, Source
 from mechid.exports.fmu.description import build_description, description_2, description_3
 from mechid.exports.fmu.variables import POINTS, variables_of
 from mechid.exports.handover import Handover
+from mechid.exports.option_texts import refuse_values
 from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.parameter import Role
 from mechid.plant.assembly import plant_of
-from mechid.plant.flight import in_flight, moving_base_objection, on_base
+from mechid.plant.flight import flying_plant, in_flight, moving_base_objection, on_base
 from mechid.plant.layout import Base, Flying
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.mechanisms import LINE_TORQUE
@@ -46,6 +47,8 @@ def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> M
     ------
     InputFileError
         No step command drives it, or what differs in flight cannot be.
+    UsageError
+        A value is of no parameter, or cannot be.
     """
     bench = handover.mechanism
     if bench.plant.layout is None or not set(STEPS) <= {s.name for s in bench.plant.inputs}:
@@ -53,6 +56,7 @@ def closed(handover: Handover, values: Mapping[str, float], *, stand: bool) -> M
             "a unit is commanded by steps, and this mechanism follows measured channels; write it with --to c, "
             "whose inputs are these channels"
         )
+    refuse_values(values, bench.plant if stand else flying_plant(bench))
     mechanism = bench.with_values(values) if stand else in_flight(bench, values)
     plant = mechanism.plant.measuring([q for q in mechanism.plant.offered if q != LINE_TORQUE])
     return Mechanism(plant, {name: mechanism.parameters[name] for name in plant.declarations}, mechanism.options)

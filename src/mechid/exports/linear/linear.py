@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from mechid.budget.flying_mechanism import Estimate
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
-from mechid.errors import InputFileError, UsageError, did_you_mean
+from mechid.errors import InputFileError, UsageError
 from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover, handover
 from mechid.exports.linear.forcing import KEPT, OrderForcing, by_orders
@@ -20,6 +19,7 @@ from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.held import Held, uncertain_of
 from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import LinearModel, Uncertain
+from mechid.exports.option_texts import refuse_values
 from mechid.exports.stepping import steppings, usual_rates
 from mechid.identification.result.fit import Fit
 from mechid.parameter import Role
@@ -141,12 +141,7 @@ def _command(what: Handover, options: Options) -> Command:
 def _refuse(what: Handover, options: Options) -> None:
     """Refuse what has no linear model of this kind, and values of what it has not."""
     plant = flying_plant(what.mechanism)
-    for name, value in options.values.items():
-        if name not in plant.declarations:
-            raise UsageError(f"values: unknown parameter {name}{did_you_mean(name, plant.declarations)}")
-        least, most = plant.declarations[name].lower, plant.declarations[name].upper
-        if not (least <= value <= most and math.isfinite(value)):
-            raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
+    refuse_values(options.values, plant)
     for name in plant.having(Role.SUPPLY):
         if name not in what.mechanism.parameters and name not in options.values:
             raise InputFileError(
