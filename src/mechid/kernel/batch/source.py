@@ -147,7 +147,7 @@ class _Unrolled(ast.NodeTransformer):
         name = node.target.id
         if name == "l":
             before, self.within = self.within, True
-            node.body = self._all(node.body)
+            node.body = self._all(node.body) or [ast.Pass()]
             self.within = before
             return node
         names = {n.id for n in ast.walk(node.iter) if isinstance(n, ast.Name)}
