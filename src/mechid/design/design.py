@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,7 +181,7 @@ class _Making:
         self.told("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
-        kept_off = mapped(lambda r: margins(self.mechanisms[0], r.command, r.duration_s), records, self.workers)
+        kept_off = mapped(partial(_margins, self.mechanisms[0]), records, self.workers)
         return Design(
             campaign=self.campaign,
             options=self.options,
@@ -290,10 +291,7 @@ class _Making:
     def _maps(self) -> tuple[RateMap, ...]:
         rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])
         highest = RATE_MARGIN * max(rates)
-
-        def one(command: Command) -> RateMap:
-            return rate_map(self.mechanisms[0], self.mechanisms[1:], command, highest)
-
+        one = partial(_rate_map, self.mechanisms, highest)
         return tuple(mapped(one, self._commands(), self.workers))
 
     def _losses(self) -> tuple[LossRow, ...]:
@@ -312,6 +310,14 @@ class _Making:
                     f"true, {believed}"
                 )
         return lines
+
+
+def _margins(mechanism: Mechanism, record: PlannedRecord) -> Margins:
+    return margins(mechanism, record.command, record.duration_s)
+
+
+def _rate_map(mechanisms: Sequence[Mechanism], highest: float, command: Command) -> RateMap:
+    return rate_map(mechanisms[0], mechanisms[1:], command, highest)
 
 
 def _objection(departing: float, most: float) -> str:

@@ -13,7 +13,6 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from threading import Lock
 from typing import Any, Self
@@ -21,6 +20,8 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
+from mechid.identification.computation.installation import source_digest
+from mechid.identification.computation.parallel import mapped
 from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
@@ -50,7 +51,7 @@ class Journal:
         UsageError
             The file cannot be written, or the run to be resumed had other inputs.
         """
-        inputs = {**inputs, "version of mechid": _source_digest()}
+        inputs = {**inputs, "version of mechid": source_digest()}
         with writable(path.parent):
             lines = _whole_lines(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
@@ -87,16 +88,50 @@ class Journal:
             return work()
         key = digest([kind, inputs, rng.bit_generator.state if rng else None])
         if key in self.known:
-            line = self.known[key]
-            self.saved_s += line["seconds"]
             if rng:
-                rng.bit_generator.state = unpacked(line["rng"])
-            return unpacked(line["result"])
+                rng.bit_generator.state = unpacked(self.known[key]["rng"])
+            return self._recalled(key)
         began = time.perf_counter()
-        result = packed(work())
-        left = packed(rng.bit_generator.state) if rng else None
-        self.note(STEP, step=kind, key=key, seconds=time.perf_counter() - began, result=result, rng=left)
-        return unpacked(result)
+        result = work()
+        return self._kept(kind, key, result, time.perf_counter() - began, rng)
+
+    def mapped(
+        self,
+        kind: str,
+        function: Callable[[Any], Any],
+        tasks: Sequence[Any],
+        workers: int,
+        ended: Callable[[Any, Any], None] = lambda task, result: None,
+    ) -> list[Any]:
+        """Return ``[function(t) for t in tasks]``, each task a step of which it is itself the inputs.
+
+        What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
+        `ended` is told of each task and its result.
+        """
+        keys = [digest([kind, task, None]) if self.path else "" for task in tasks]
+        results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
+        for i, result in results.items():
+            ended(tasks[i], result)
+        left = [i for i in range(len(tasks)) if i not in results]
+
+        def note(number: int, result: Any, seconds: float) -> None:
+            i = left[number]
+            results[i] = self._kept(kind, keys[i], result, seconds) if self.path else result
+            ended(tasks[i], results[i])
+
+        mapped(function, [tasks[i] for i in left], workers, note)
+        return [results[i] for i in range(len(tasks))]
+
+    def _kept(self, kind: str, key: str, result: Any, seconds: float, rng: np.random.Generator | None = None) -> Any:
+        """Note the result of a step, and return it as it will be found."""
+        found, left = packed(result), packed(rng.bit_generator.state) if rng else None
+        self.note(STEP, step=kind, key=key, seconds=seconds, result=found, rng=left)
+        return unpacked(found)
+
+    def _recalled(self, key: str) -> Any:
+        line = self.known[key]
+        self.saved_s += line["seconds"]
+        return unpacked(line["result"])
 
 
 def packed(value: Any) -> Any:
@@ -157,12 +192,3 @@ def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, st
             f"{path}: cannot be resumed, its run had other inputs ({', '.join(other)}); "
             "give the same ones, or start anew without --resume"
         )
-
-
-def _source_digest() -> str:
-    """Return the version of mechid and a digest of its sources: other code may go another way."""
-    root = Path(__file__).parents[2]
-    total = hashlib.sha256()
-    for file in sorted(root.rglob("*.py")):
-        total.update(file.read_bytes())
-    return f"{version('mechid')} {total.hexdigest()[:16]}"
