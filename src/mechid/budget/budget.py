@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -30,6 +31,7 @@ from mechid.budget.standing import Parts, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
@@ -70,7 +72,9 @@ class Budget:
         return [*(s for mode in self.modes for s in mode.standings), *self.by_duty]
 
 
-def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = None) -> Budget:
+def make_budget(
+    file: BudgetFile, workers: int = 1, listener: Listener | None = None, *, executor: Executor | None = None
+) -> Budget:
     """Return the budget of a file.
 
     Parameters
@@ -80,6 +84,8 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
         Threads.
     listener : callable or None
         Told in a line what is at work.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
 
     Raises
     ------
@@ -95,7 +101,7 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)
     maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
     told = tuple(findings(file, estimate, modes, side))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -29,6 +30,7 @@ from mechid.design.step_loss import Margins, is_stepper, margins
 from mechid.design.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.reopened import Optimum
 from mechid.plant.mechanism import Mechanism
 
@@ -104,6 +106,7 @@ def make_design(
     fit: Optimum | None = None,
     rivals: Sequence[Group] = (),
     workers: int = 1,
+    executor: Executor | None = None,
     told: Callable[[str], None] = lambda line: None,
 ) -> Design:
     """Return the design of the next test.
@@ -119,6 +122,8 @@ def make_design(
         Rival explanations of the fit's records: those that tell them apart are chosen first.
     workers : int
         Threads.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable
         Of progress.
 
@@ -135,7 +140,7 @@ def make_design(
     if not is_stepper(campaign.mechanism):
         raise UsageError(f"{campaign.mechanism_path}: a design is made of step commands; this assembly has none")
     count, seed = options.mechanisms, options.seed
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
         return _Making(campaign, options, here, rivals, workers, told).design()
 

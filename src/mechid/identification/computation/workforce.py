@@ -1,7 +1,8 @@
 """Work on an Executor that somebody lends: threads, processes, Dask's workers, MPI's ranks.
 
-The function, with the problem in it, is pickled once and known by its digest. A batch names it by that; a worker that
-does not know it answers so at once, and the batch is sent again with it. To Dask it goes as a value of the cluster's
+The function, with the problem in it, is pickled once and known by its digest. It goes with as many batches as there
+are workers; the others name it by its digest, and where a worker does not know it, it answers so at once and the batch
+is sent again with it. To Dask it goes as a value of the cluster's
 own, which the workers hand on to one another. Batches are so large that one takes about a second, as the tasks done so
 far say, and no more of them are under way than keep all workers busy. Results come in the order of the tasks, whatever
 the order in which they were worked out.
@@ -17,7 +18,7 @@ import sys
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from statistics import median
@@ -64,14 +65,27 @@ def working_on(executor: Executor | None, told: Told = warned) -> Iterator[None]
         yield
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(eq=False)
 class _Parcel:
-    """A function with all that its tasks share: pickled, its digest, and the same as a value of a Dask cluster."""
+    """A function with all that its tasks share: pickled, its digest, and the same as a value of a Dask cluster.
+
+    `owed` is how many workers have not been sent it.
+    """
 
     function: Callable[[Any], Any]
     digest: str
     content: bytes
     on_cluster: Any | None
+    owed: int
+
+    def to_send(self, *, lacking: bool) -> Any | None:
+        """Return what goes with a batch, None where its worker should know the function."""
+        if self.on_cluster is not None:
+            return self.on_cluster
+        if not lacking and self.owed <= 0:
+            return None
+        self.owed -= 1
+        return self.content
 
 
 class Workforce:
@@ -124,7 +138,7 @@ class Workforce:
         content = pickle.dumps(function, protocol=pickle.HIGHEST_PROTOCOL)
         digest = hashlib.sha256(content).hexdigest()
         client = _dask_client(self.executor)
-        made = _Parcel(function, digest, content, _on_cluster(client, content) if client else None)
+        made = _Parcel(function, digest, content, _on_cluster(client, content) if client else None, self.width())
         self.parcel = made
         return made
 
@@ -162,7 +176,7 @@ class _Course:
             width = max(width, len(self.force.seen))
             while todo and len(self.running) < AHEAD * width:
                 size = self._size(len(todo), width)
-                self._send([todo.popleft() for _ in range(size)], carried=False)
+                self._send([todo.popleft() for _ in range(size)], lacking=False)
             ask()
             ready, _ = wait(self.running, timeout=ASKED_S, return_when=FIRST_COMPLETED)
             for future in ready:
@@ -179,10 +193,10 @@ class _Course:
         wanted = math.ceil(BATCH_S / max(median(self.seconds), 1e-6)) if self.seconds else 1
         return max(min(wanted, math.ceil(left / width)), 1)
 
-    def _send(self, batch: list[int], *, carried: bool) -> None:
+    def _send(self, batch: list[int], *, lacking: bool) -> None:
         """Send a batch, with what it needs where the worker has said that it lacks that."""
         content = pickle.dumps([self.tasks[i] for i in batch], protocol=pickle.HIGHEST_PROTOCOL)
-        function = self.parcel.on_cluster or (self.parcel.content if carried else None)
+        function = self.parcel.to_send(lacking=lacking)
         try:
             future = self.force.executor.submit(work, installation(), self.parcel.digest, function, content)
         except Exception as error:
@@ -202,7 +216,7 @@ class _Course:
                 f"{installation()}; install the same there, or leave it out"
             )
         if how == LACKING:
-            self._send(batch, carried=True)
+            self._send(batch, lacking=True)
             return
         assert how == DONE
         self._note(batch, worker, pickle.loads(content))
@@ -219,7 +233,9 @@ class _Course:
 
 def _lost(error: BaseException) -> WorkersError:
     """Return what is said where workers, or who gives them work, are gone."""
-    what = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(": ")
+    what = " ".join(f"{type(error).__name__}: {error}".split())
+    if isinstance(error, CancelledError):
+        what = "their scheduler is gone"
     return WorkersError(
         f"the workers are lost ({what}); what they had finished is kept where there is a journal: "
         "--resume goes on, also without them"

@@ -9,6 +9,7 @@ has a generator of its own, so the numbers are the same whatever the number of w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -21,6 +22,7 @@ from scipy.stats import chi2
 
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combined
@@ -108,10 +110,13 @@ def bootstrap(
     *,
     seed: int = 0,
     workers: int = 1,
+    executor: Executor | None = None,
     journal: Journal | None = None,
     told: Callable[[Draw], None] = lambda draw: None,
 ) -> Bootstrap:
     """Return so many draws; those that the journal holds are taken from there.
+
+    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
 
     Raises
     ------
@@ -126,7 +131,8 @@ def bootstrap(
 
     work = partial(_refitted, world, at, windows)
     tasks = [(seed, number) for number in range(draws)]
-    found = (journal or Journal()).mapped("bootstrap draw", work, tasks, workers, ended)
+    with working_on(executor):
+        found = (journal or Journal()).mapped("bootstrap draw", work, tasks, workers, ended)
     done = tuple(_draw(number, one) for number, one in enumerate(found))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise)

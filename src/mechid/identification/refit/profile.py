@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
@@ -23,6 +24,7 @@ from scipy.stats import chi2
 
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import directed
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.search.doubts import refused_gain
@@ -121,10 +123,13 @@ def profiles(
     names: Sequence[str],
     *,
     workers: int = 1,
+    executor: Executor | None = None,
     journal: Journal | None = None,
     told: Told = lambda name, point: None,
 ) -> list[Profile]:
     """Return the profile of each parameter; both sides of all are worked on at once.
+
+    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
 
     Raises
     ------
@@ -136,7 +141,8 @@ def profiles(
     inner = replace(optimum, problem=replace(optimum.problem, workers=1))
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
-    done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), told).walked(), tasks, workers)
+    with working_on(executor):
+        done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), told).walked(), tasks, workers)
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
 
 
