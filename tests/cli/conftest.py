@@ -1,11 +1,13 @@
 """A small synthetic campaign, made once, and copies of it in which a test changes one thing."""
 
+import json
 import shutil
 
 import pytest
 from typer.testing import CliRunner
 
-from mechid.campaign.bench import write_bench
+from mechid.campaign import mechanism_text
+from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
 
 STAGE = """
@@ -13,6 +15,14 @@ STAGE = """
 records = ["full_46"]
 window_s = [0.0, 0.05]
 free = ["gear.stiffness", "gear.damping"]
+"""
+
+TWO = ("housing.gain", "housing.damping")
+STAGE_OF_TWO = f"""
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.3]
+free = {json.dumps(TWO)}
 """
 
 
@@ -84,4 +94,16 @@ def staged(changed, folder):
         changed("mechanism.toml", old, new)
     path = folder / "campaign.toml"
     path.write_text(path.read_text(encoding="utf-8") + STAGE, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def fitted(tmp_path_factory):
+    """Return the folders of a campaign of two unknowns and of its fit; not to be changed."""
+    folder = tmp_path_factory.mktemp("beyond")
+    campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
+    (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"))
+    campaign.write_text(campaign.read_text() + STAGE_OF_TWO)
+    result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
+    assert result.exit_code == 0, result.stderr
     return folder
