@@ -24,7 +24,9 @@ class Cluster:
 
     def add_worker(self, **environment):
         """Start a worker of one thread that nobody restarts; return its process."""
+        log = self.folder / f"dask_worker_{len(self.workers)}.log"
         self.workers.append(self._started("dask_worker", self.address, "--nthreads", "1", "--no-nanny", **environment))
+        _until(lambda: "Registered to" in log.read_text())
         return self.workers[-1]
 
     def start(self):

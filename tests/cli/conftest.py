@@ -6,9 +6,11 @@ import shutil
 import pytest
 from typer.testing import CliRunner
 
+import chores
 from mechid.campaign import mechanism_text
 from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
+from mechid.identification.computation.workforce import working_on
 
 STAGE = """
 [[stage]]
@@ -34,6 +36,27 @@ def run():
         return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="mechid")
 
     return invoke
+
+
+@pytest.fixture
+def lent(run, tmp_path):
+    """Return a function that runs a command in threads and with its work lent out, and compares files of both.
+
+    Lent out, function, tasks and results are pickled, and nothing that this process has worked out is there.
+    """
+
+    def compare(*arguments, files, least):
+        recorded = chores.Recorded(2)
+        here = run(*arguments, "--out", tmp_path / "here")
+        assert here.exit_code == 0, here.stderr
+        with working_on(recorded):
+            there = run(*arguments, "--out", tmp_path / "there")
+        assert there.exit_code == 0, there.stderr
+        assert len(recorded.calls) >= least
+        for name in files:
+            assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes(), name
+
+    return compare
 
 
 @pytest.fixture

@@ -138,12 +138,13 @@ def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers:
 @contextmanager
 def on_one_core() -> Iterator[None]:
     """Do all that is mapped within one task after the other, on one core: others have the cores beside it."""
-    token = _alone.set(True)
+    alone, elsewhere = _alone.set(True), _elsewhere.set(None)
     try:
         with one_core_algebra():
             yield
     finally:
-        _alone.reset(token)
+        _alone.reset(alone)
+        _elsewhere.reset(elsewhere)
 
 
 def one_core_algebra() -> threadpool_limits:
