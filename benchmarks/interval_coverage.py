@@ -67,10 +67,11 @@ def fitted(clean, mechanism, near, workers: int | None, key: tuple[str, int]) ->
     return {"noise": key[0], "draw": key[1], "seconds": time.perf_counter() - began, **line_of(fit)}
 
 
-def _noted(path: Path, done: dict, number: int, line: dict, seconds: float) -> None:
-    done[line["noise"], line["draw"]] = line
-    with path.open("a") as file:
-        file.write(json.dumps(line) + "\n")
+def _noted(path: Path, done: dict, some) -> None:
+    for _, line, _ in some:
+        done[line["noise"], line["draw"]] = line
+        with path.open("a") as file:
+            file.write(json.dumps(line) + "\n")
 
 
 def _arguments() -> argparse.Namespace:

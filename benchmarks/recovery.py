@@ -37,11 +37,12 @@ def main() -> None:
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
     left = [key for key in keys if key not in done]
 
-    def ended(number: int, line: dict, seconds: float) -> None:
-        done[left[number]] = line
-        with arguments.out.open("a") as file:
-            file.write(json.dumps(line) + "\n")
-        print(told(line), flush=True)
+    def ended(some) -> None:
+        for number, line, _ in some:
+            done[left[number]] = line
+            with arguments.out.open("a") as file:
+                file.write(json.dumps(line) + "\n")
+            print(told(line), flush=True)
 
     with lent_by(arguments.scheduler):
         mapped(partial(recovered, arguments.workers), left, 1, ended)

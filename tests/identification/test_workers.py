@@ -86,7 +86,7 @@ def test_results_come_in_the_order_of_the_tasks(pool):
 def test_each_task_is_told_of_once_with_its_result(pool):
     told = {}
     with working_on(pool):
-        mapped(partial(chores.squared, 0), range(50), 1, lambda i, result, seconds: told.update({i: result}))
+        mapped(partial(chores.squared, 0), range(50), 1, lambda done: told.update({i: result for i, result, _ in done}))
     assert told == {i: i**2 for i in range(50)}
 
 
@@ -94,7 +94,7 @@ def test_what_a_task_raises_is_raised_here(pool):
     """Of its own kind, with the worker's traceback in a note; the results before it are told of."""
     told = []
     with working_on(pool), pytest.raises(FitError, match="task 2") as caught:
-        mapped(partial(chores.failing, 2), range(3), 1, lambda i, result, seconds: told.append(i))
+        mapped(partial(chores.failing, 2), range(3), 1, lambda done: told.extend(i for i, _, _ in done))
     assert "in failing" in caught.value.__notes__[0]
     assert set(told) <= {0, 1}
 

@@ -42,10 +42,11 @@ def informations(
     told : callable
         Of the records done, and of all.
     """
-    done = count(1)
+    number = count(1)
 
-    def ended(number: int, found: FloatArray, seconds: float) -> None:
-        told(next(done), len(records))
+    def ended(done: Sequence[object]) -> None:
+        for _ in done:
+            told(next(number), len(records))
 
     order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
     found = mapped(partial(_of_record, space, points), [records[k] for k in order], workers, ended)

@@ -21,7 +21,7 @@ import numpy as np
 
 from mechid.errors import UsageError
 from mechid.identification.computation.installation import source_digest
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import Done, mapped
 from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
@@ -66,12 +66,16 @@ class Journal:
 
     def note(self, event: str, **entries: object) -> None:
         """Append a line; when this returns it is on the disk."""
-        if self.path is None:
+        self._append([{"event": event, **entries}])
+
+    def _append(self, lines: Sequence[Mapping[str, object]]) -> None:
+        """Append lines, and wait once for the disk."""
+        if self.path is None or not lines:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        line = json.dumps({"time": now, "event": event, **entries}) + "\n"
+        text = "".join(json.dumps({"time": now, **line}) + "\n" for line in lines)
         with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
-            file.write(line)
+            file.write(text)
             file.flush()
             os.fsync(file.fileno())
 
@@ -92,8 +96,10 @@ class Journal:
                 rng.bit_generator.state = unpacked(self.known[key]["rng"])
             return self._recalled(key)
         began = time.perf_counter()
-        result = work()
-        return self._kept(kind, key, result, time.perf_counter() - began, rng)
+        result = packed(work())
+        left = packed(rng.bit_generator.state) if rng else None
+        self._append([_step(kind, key, time.perf_counter() - began, result, left)])
+        return unpacked(result)
 
     def mapped(
         self,
@@ -101,37 +107,37 @@ class Journal:
         function: Callable[[Any], Any],
         tasks: Sequence[Any],
         workers: int,
-        ended: Callable[[Any, Any], None] = lambda task, result: None,
+        told: Callable[[Any, Any], None] = lambda task, result: None,
     ) -> list[Any]:
         """Return ``[function(t) for t in tasks]``, each task a step of which it is itself the inputs.
 
         What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
-        `ended` is told of each task and its result.
+        `told` is told of each task and its result.
         """
         keys = [digest([kind, task, None]) if self.path else "" for task in tasks]
         results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
         for i, result in results.items():
-            ended(tasks[i], result)
+            told(tasks[i], result)
         left = [i for i in range(len(tasks)) if i not in results]
 
-        def note(number: int, result: Any, seconds: float) -> None:
-            i = left[number]
-            results[i] = self._kept(kind, keys[i], result, seconds) if self.path else result
-            ended(tasks[i], results[i])
+        def ended(done: Sequence[Done[Any]]) -> None:
+            fresh = [(left[number], packed(result) if self.path else result, s) for number, result, s in done]
+            self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
+            for i, result, _ in fresh:
+                results[i] = unpacked(result) if self.path else result
+                told(tasks[i], results[i])
 
-        mapped(function, [tasks[i] for i in left], workers, note)
+        mapped(function, [tasks[i] for i in left], workers, ended)
         return [results[i] for i in range(len(tasks))]
-
-    def _kept(self, kind: str, key: str, result: Any, seconds: float, rng: np.random.Generator | None = None) -> Any:
-        """Note the result of a step, and return it as it will be found."""
-        found, left = packed(result), packed(rng.bit_generator.state) if rng else None
-        self.note(STEP, step=kind, key=key, seconds=seconds, result=found, rng=left)
-        return unpacked(found)
 
     def _recalled(self, key: str) -> Any:
         line = self.known[key]
         self.saved_s += line["seconds"]
         return unpacked(line["result"])
+
+
+def _step(kind: str, key: str, seconds: float, result: object, rng: object = None) -> dict[str, object]:
+    return {"event": STEP, "step": kind, "key": key, "seconds": seconds, "result": result, "rng": rng}
 
 
 def packed(value: Any) -> Any:

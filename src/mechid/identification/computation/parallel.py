@@ -20,8 +20,10 @@ from mechid.simulation.interruption import interrupted_by
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
-Ended = Callable[[int, Result, float], None]
-"""Called with the number of a task, its result and the seconds that it took."""
+Done = tuple[int, Result, float]
+"""The number of a task, its result and the seconds that it took."""
+Ended = Callable[[Sequence[Done[Result]]], None]
+"""Called with all that has ended since the last call."""
 
 
 class Elsewhere(Protocol):
@@ -49,7 +51,7 @@ def mapped_by(elsewhere: Elsewhere) -> Iterator[None]:
         _elsewhere.reset(token)
 
 
-def _unheard(number: int, result: object, seconds: float) -> None:
+def _unheard(done: object) -> None:
     """Listen to nothing."""
 
 
@@ -71,8 +73,7 @@ def mapped(
     workers : int
         Threads, where the work stays in this process.
     ended : callable
-        Told here of each task, its result and its seconds, as they end: in any order, not two of one map at once where
-        it is one thread, else by several threads.
+        Told in this process of the tasks that have ended, in any order; by several threads where these do the work.
 
     Raises
     ------
@@ -101,7 +102,7 @@ def in_threads(
     def one(number: int) -> Result:
         began = time.perf_counter()
         result = function(tasks[number])
-        ended(number, result, time.perf_counter() - began)
+        ended([(number, result, time.perf_counter() - began)])
         return result
 
     if workers == 1 or len(tasks) < 2 or _alone.get():

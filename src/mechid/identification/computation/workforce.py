@@ -17,7 +17,7 @@ import pickle
 import sys
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -26,7 +26,7 @@ from typing import Any
 
 from mechid.errors import WorkersError
 from mechid.identification.computation.installation import installation
-from mechid.identification.computation.parallel import Ended, mapped_by
+from mechid.identification.computation.parallel import Done, Ended, mapped_by
 from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Answer, Batch, processor, work
 from mechid.simulation.interruption import ask
 
@@ -179,8 +179,7 @@ class _Course:
                 self._send([todo.popleft() for _ in range(size)], lacking=False)
             ask()
             ready, _ = wait(self.running, timeout=ASKED_S, return_when=FIRST_COMPLETED)
-            for future in ready:
-                self._take(future, self.running.pop(future))
+            self._take(ready)
         return [self.results[i] for i in range(len(self.tasks))]
 
     def cancel(self) -> None:
@@ -203,8 +202,17 @@ class _Course:
             raise _lost(error) from error
         self.running[future] = batch
 
-    def _take(self, future: Future[Answer], batch: list[int]) -> None:
-        """Take what has come back of a batch."""
+    def _take(self, ready: Iterable[Future[Answer]]) -> None:
+        """Take what has come back of all batches that are ready, also where one of them has failed."""
+        done: list[Done[Any]] = []
+        try:
+            for future in ready:
+                done += self._of(future, self.running.pop(future))
+        finally:
+            self.ended(done)
+
+    def _of(self, future: Future[Answer], batch: list[int]) -> Iterator[Done[Any]]:
+        """Yield what has come back of a batch; nothing where it is to be sent again."""
         try:
             how, worker, content = future.result()
         except Exception as error:
@@ -219,14 +227,12 @@ class _Course:
             self._send(batch, lacking=True)
             return
         assert how == DONE
-        self._note(batch, worker, pickle.loads(content))
-
-    def _note(self, batch: list[int], worker: str, found: Batch) -> None:
+        found = pickle.loads(content)
         self.force.met(worker, found)
         self.seconds.extend(found.seconds)
         for i, result, seconds in zip(batch, found.results, found.seconds, strict=False):
             self.results[i] = result
-            self.ended(i, result, seconds)
+            yield i, result, seconds
         if found.error is not None:
             raise found.error
 
