@@ -128,12 +128,17 @@ def in_threads(
             raise
 
 
+def is_lent() -> bool:
+    """Return whether `mapped` is done elsewhere."""
+    return _elsewhere.get() is not None
+
+
 def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
     """Return ``[function(t) for t in tasks]``, tasks that do next to nothing but ask `mapped` for one thing at a time.
 
     They are threads of this process: `workers` of them, or all at once where the work itself is done elsewhere.
     """
-    return in_threads(function, tasks, workers if _elsewhere.get() is None else len(tasks))
+    return in_threads(function, tasks, len(tasks) if is_lent() else workers)
 
 
 @contextmanager
