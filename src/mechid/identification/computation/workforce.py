@@ -32,6 +32,9 @@ from mechid.simulation.interruption import ask
 
 BATCH_S = 1.0
 """What a batch is to take at least: hundreds of times what sending it costs."""
+SERVED_S = 0.01
+"""Between two batches: twice what sending one and taking it back costs here and in Dask's scheduler, so that neither is
+what many workers wait for."""
 AHEAD = 2
 """Batches under way for each worker: one at work, one that waits."""
 RECENT = 64
@@ -188,8 +191,9 @@ class _Course:
             future.cancel()
 
     def _size(self, left: int, width: int) -> int:
-        """Return how many tasks the next batch has: a second's, and no more than leaves the others as many."""
-        wanted = math.ceil(BATCH_S / max(median(self.seconds), 1e-6)) if self.seconds else 1
+        """Return how many tasks the next batch has: as take long enough, and no more than leaves the others as many."""
+        batch_s = max(BATCH_S, SERVED_S * width)
+        wanted = math.ceil(batch_s / max(median(self.seconds), 1e-6)) if self.seconds else 1
         return max(min(wanted, math.ceil(left / width)), 1)
 
     def _send(self, batch: list[int], *, lacking: bool) -> None:
