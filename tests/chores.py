@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mechid.errors import FitError
 from mechid.identification.computation import worker
+from mechid.kernel.source import fingerprint
 
 
 def squared(shift, number):
@@ -30,6 +31,11 @@ def failing(last, number):
     if number >= last:
         raise FitError(f"task {number}")
     return number
+
+
+def hash_of_kernel(mechanism):
+    """Return the hash by which the kernel of a mechanism is found."""
+    return fingerprint(mechanism.plant, 4)
 
 
 def slow_first(number):

@@ -13,6 +13,7 @@ import pytest
 import chores
 import synthetic
 from finished import optimum
+from mechid.campaign import read_mechanism
 from mechid.errors import FitError, WorkersError
 from mechid.identification.computation import worker
 from mechid.identification.computation.journal import Journal
@@ -94,6 +95,13 @@ def test_each_task_is_told_of_once_with_its_result(pool):
     with working_on(pool):
         mapped(partial(chores.squared, 0), range(50), 1, lambda done: told.update({i: result for i, result, _ in done}))
     assert told == {i: i**2 for i in range(50)}
+
+
+def test_a_block_of_ones_own_goes_along(pool):
+    """Truth: the kernel's hash here; the worker has never seen the file of the block."""
+    mechanism = read_mechanism(Path(__file__).parents[2] / "examples" / "own_block" / "mechanism.toml")
+    with working_on(pool):
+        assert mapped(chores.hash_of_kernel, [mechanism], 1) == [chores.hash_of_kernel(mechanism)]
 
 
 def test_what_a_task_raises_is_raised_here(pool):
