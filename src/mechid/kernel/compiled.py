@@ -26,6 +26,8 @@ from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
+CACHE = "MECHID_CACHE"
+"""Variable of the environment that names another folder for kernels."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Kernel:
 
 def cache_folder() -> Path:
     """Return the folder of generated kernels (``MECHID_CACHE`` overrides the user's cache folder)."""
-    named = os.environ.get("MECHID_CACHE")
+    named = os.environ.get(CACHE)
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
@@ -110,7 +112,7 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
         module = _imported(path)
         _on_own_stack(call, module)
     except OSError as error:
-        remedy = "make room, or name another folder in MECHID_CACHE"
+        remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
     return module
 
