@@ -92,7 +92,17 @@ class BatchBuffers:
         """Return what `run` takes, with the edges' times and values and the outputs, (SETS n n_y,)."""
         directions = np.zeros(0)
         flat = (self.owns.ravel(), self.ones.ravel(), self.statuses, self.discrete, self.w)
-        return (self.address, self.p.ravel(), directions, self.grids.ravel(), times, values, *flat, y, self.events.ravel())
+        return (
+            self.address,
+            self.p.ravel(),
+            directions,
+            self.grids.ravel(),
+            times,
+            values,
+            *flat,
+            y,
+            self.events.ravel(),
+        )
 
 
 def allocate_batch(batch: BatchKernel, *, events: int) -> BatchBuffers:

@@ -35,7 +35,7 @@ from mechid.kernel.batch.loop.sets import come, edge_after, leave
 from mechid.kernel.batch.loop.suspects import any_marked, any_suspect, margins_of_sets
 from mechid.kernel.loop.advance import lose
 from mechid.kernel.loop.filter import WIDTH
-from mechid.kernel.loop.memory import DISCRETE, GRID_INTERVAL, LARGE, NEXT_SAMPLE, OK, REFRESH, ROWS, SAME
+from mechid.kernel.loop.memory import DISCRETE, GRID_INTERVAL, LARGE, OK, REFRESH, ROWS, SAME
 from mechid.kernel.loop.plant import (
     AT_CLOSE,
     AT_DZ,
@@ -67,11 +67,11 @@ from mechid.kernel.loop.plant import (
     Integers,
     Numbers,
     apart,
+    called,
     in_vectors,
     njit,
-    rarely,
-    called,
     numbers,
+    rarely,
 )
 
 

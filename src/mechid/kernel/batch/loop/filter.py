@@ -19,7 +19,6 @@ from mechid.kernel.loop.plant import (
     njit,
 )
 
-
 MOSTLY = 16  # rows of the table that mostly suffice
 
 
@@ -57,7 +56,10 @@ def use_propagators(w: Numbers, rows: int) -> None:
             square = share * share
             total = w[(AT_OTHER + i) * SETS + l]
             for row in range(MOSTLY - 4, -4, -4):
-                first, second = w[(AT_TABLE + row * PROP + i) * SETS + l], w[(AT_TABLE + row * PROP + PROP + i) * SETS + l]
+                first, second = (
+                    w[(AT_TABLE + row * PROP + i) * SETS + l],
+                    w[(AT_TABLE + row * PROP + PROP + i) * SETS + l],
+                )
                 third = w[(AT_TABLE + row * PROP + 2 * PROP + i) * SETS + l]
                 fourth = w[(AT_TABLE + row * PROP + 3 * PROP + i) * SETS + l]
                 total = fourfold * total + ((first + share * second) + square * (third + share * fourth))
