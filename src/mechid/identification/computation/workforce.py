@@ -206,7 +206,7 @@ class _Course:
         self.running[future] = batch
 
     def _take(self, ready: Iterable[Future[Answer]]) -> None:
-        """Take what has come back of all batches that are ready; what one of them raises is raised behind the others."""
+        """Take what has come back of all batches that are ready, and raise then what one of them has raised."""
         done: list[Done[Any]] = []
         faults: list[Exception] = []
         for future in ready:

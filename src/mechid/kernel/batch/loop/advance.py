@@ -30,7 +30,18 @@ from mechid.kernel.batch.loop.memory import (
     SUSPECT,
     WHOLE,
 )
-from mechid.kernel.batch.loop.plant import MOST_MODES, SETS, outputs, rates, step, turn
+from mechid.kernel.batch.loop.plant import (
+    MOST_MODES,
+    SETS,
+    apart,
+    called,
+    in_vectors,
+    outputs,
+    rarely,
+    rates,
+    step,
+    turn,
+)
 from mechid.kernel.batch.loop.sets import come, edge_after, leave
 from mechid.kernel.batch.loop.suspects import any_marked, any_suspect, margins_of_sets
 from mechid.kernel.loop.advance import lose
@@ -66,12 +77,8 @@ from mechid.kernel.loop.plant import (
     IntegerArray,
     Integers,
     Numbers,
-    apart,
-    called,
-    in_vectors,
     njit,
     numbers,
-    rarely,
 )
 
 
@@ -326,10 +333,10 @@ def run_batch(
 ) -> None:
     """Advance all sets of a batch over len(y) / NY / SETS samples from where they stand.
 
-    `address` is that of the kernel's `run`. All arrays are flat, those of each set one behind the other: p (SETS NP), grids (SETS 4), owns (SETS DISCRETE), ones
-    (SETS SIZE) and events are what a kernel's `run` takes of one; directions (NP NL) are zeros; statuses (SETS) say
-    what became of each; discrete (DISCRETE_SETS) and w (PLACES SETS) are the batch's own; y (SETS n NY) the outputs,
-    NaN where a set has failed.
+    address is that of the kernel's `run`. All arrays are flat, those of each set one behind the other: p (SETS NP),
+    grids (SETS 4), owns (SETS DISCRETE), ones (SETS SIZE) and events are what `run` takes of one; directions (NP NL)
+    are zeros; statuses (SETS) say what became of each; discrete (DISCRETE_SETS) and w (PLACES SETS) are the batch's
+    own; y (SETS n NY) the outputs, NaN where a set has failed.
     """
     samples, edges, most = y.shape[0] // (NY * SETS), edge_times.shape[0], events.shape[0] // SETS
     none, rows = y[:0], 0

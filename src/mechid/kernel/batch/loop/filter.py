@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mechid.kernel.batch.loop.memory import AWAY, FOURFOLD, LENGTH, SHARE, STEP
-from mechid.kernel.batch.loop.plant import SETS
+from mechid.kernel.batch.loop.plant import SETS, apart, in_vectors
 from mechid.kernel.loop.filter import PROP, WIDTH
 from mechid.kernel.loop.memory import SAME
 from mechid.kernel.loop.plant import (
@@ -14,8 +14,6 @@ from mechid.kernel.loop.plant import (
     INNER,
     NF,
     Numbers,
-    apart,
-    in_vectors,
     njit,
 )
 
