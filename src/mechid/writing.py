@@ -7,7 +7,15 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import platformdirs
+
 from mechid.errors import UsageError
+
+
+def cache_folder() -> Path:
+    """Return mechid's own folder for what is kept or set aside (``MECHID_CACHE`` overrides the user's cache folder)."""
+    named = os.environ.get("MECHID_CACHE")
+    return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
 @contextmanager

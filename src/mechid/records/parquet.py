@@ -15,6 +15,8 @@ KIND = "a Parquet file"
 UNIT_KEYS = (b"unit", b"units")
 NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
 DATE = "timestamp["
+BATCH = 2**18
+"""Rows decoded together: a row group may be as long as the file."""
 
 
 def open_parquet(path: Path, label: str) -> ArrayTable:
@@ -25,7 +27,7 @@ def open_parquet(path: Path, label: str) -> ArrayTable:
         items = [_item(pq, path, field, samples) for field in schema]
         facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_told(key)}
     metadata: dict[str, Fact] = {key: value for key, value in facts.items() if value is not None}
-    return array_table(label, KIND, items, metadata, is_ordered=True)
+    return array_table(label, KIND, items, metadata, is_ordered=True, is_sliced=True)
 
 
 def _is_told(key: bytes) -> bool:
@@ -70,6 +72,9 @@ def _parts(file: Any, name: str, start: int, stop: int) -> Any:
     for group in range(file.num_row_groups):
         last = first + file.metadata.row_group(group).num_rows
         if first < stop and last > start:
-            column = file.read_row_group(group, columns=[name]).column(0)
-            yield column.to_numpy()[max(start - first, 0) : stop - first]
+            for batch in file.iter_batches(BATCH, row_groups=[group], columns=[name]):
+                size = batch.num_rows
+                if first < stop and first + size > start:
+                    yield batch.column(0).to_numpy(zero_copy_only=False)[max(start - first, 0) : stop - first]
+                first += size
         first = last

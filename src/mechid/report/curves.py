@@ -16,7 +16,7 @@ from mechid.identification.result.fit import Fit
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import autocorrelation, envelope, peak_spectrum, spectrogram
-from mechid.signal.series import Beginning, IntArray, Series, blocks, mean_of
+from mechid.signal.series import IntArray, Series, blocks, mean_of, stretch_of
 from mechid.signal.spectrogram import WINDOWS, usual_window_s
 from mechid.simulation.simulator import TimeBase
 
@@ -174,7 +174,7 @@ def _within(kept: IntArray, part: slice) -> IntArray:
 def _lines(p: Prediction, samples: int) -> Lines:
     """Return what draws the first samples."""
     series = (p.level, p.modelled, p.residual)
-    measured, modelled, residual = (drawn(Beginning(y, samples), p.base) for y in series)
+    measured, modelled, residual = (drawn(stretch_of(y, 0, samples), p.base) for y in series)
     return Lines(measured=measured, modelled=modelled, residual=residual)
 
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
@@ -21,6 +19,7 @@ from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
+from mechid.signal.moments import extremes, root_mean_square
 from mechid.units import unit_words
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
@@ -141,6 +140,7 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
     torque = data.channel(record.leading).data
+    low, high = extremes(torque)
     end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,
@@ -151,9 +151,9 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "stepped": not isinstance(record.command, MeasuredCommand),
         "quantity": record.leading,
         "unit": unit_words(record.leading),
-        "torque_min": float(torque.min()),
-        "torque_max": float(torque.max()),
-        "torque_rms": math.sqrt(float(np.mean(torque**2))),
+        "torque_min": low,
+        "torque_max": high,
+        "torque_rms": root_mean_square(torque),
         "noise_sigma": noise_floor(torque, data.sample_rate_hz),
         "start_time": data.start_time,
         "conditioning": [treatment["text"] for treatment in data.treatments],

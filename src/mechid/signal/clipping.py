@@ -3,36 +3,38 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
 
-FloatArray = NDArray[np.float64]
 CLIPPED_RUN = 8
 """So many equal samples at an extreme are a clipped peak."""
 
 
-def clipped_runs(y: FloatArray) -> Runs:
+def clipped_runs(y: Series) -> Runs:
     """Return the runs of `CLIPPED_RUN` equal samples or more at the least or the largest of a series, in their order.
 
     Zero is rest, not a limit.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
+    y : Series of N samples
 
     Examples
     --------
     >>> clipped_runs(np.array([0.5, *[2.0] * 9, 1.0, *[-2.0] * 3]))
     ((1, 10),)
     """
-    limits = {float(y.min()), float(y.max())} - {0.0}
+    limits = {*extremes(y)} - {0.0}
     return tuple(sorted(run for limit in limits for run in _runs_at(y, limit)))
 
 
-def _runs_at(y: FloatArray, limit: float) -> list[tuple[int, int]]:
+def _runs_at(y: Series, limit: float) -> list[tuple[int, int]]:
     at_limit = np.zeros(y.size + 2, dtype=np.int8)
-    at_limit[1:-1] = y == limit
+    for part in pieces_of(y):
+        at_limit[part.start + 1 : part.stop + 1] = y[part] == limit
     steps = np.diff(at_limit)
     starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
     long = ends - starts >= CLIPPED_RUN

@@ -93,8 +93,7 @@ def explained_mostly(problem: Problem, q: FloatArray) -> bool:
 def moved(channel: TargetChannel) -> float:
     """Return the standard deviation of a channel, offset and drift removed where the channel's zero is free."""
     line = fit_line(channel.measured, 2 if channel.linear else 1, channel.rejected)
-    rest = channel.measured - line.at(0, channel.measured.size)
-    return float(np.std(np.delete(rest, channel.rejected)))
+    return standard_deviation_among(Remainder(channel.measured, line), channel.rejected)
 
 
 def raised_words(problem: Problem, growth: Growth) -> str:

@@ -128,8 +128,8 @@ def _suggested(found: SuggestedRate) -> dict[str, Any]:
 def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
     channel, start, fs = look.channel, record.base.start_s, record.base.sample_rate_hz
     numbers = {
-        "min": float(channel.data.min()),
-        "max": float(channel.data.max()),
+        "min": low,
+        "max": high,
         "mean": look.mean,
         "rms": look.rms,
         "drift": look.drift,
