@@ -21,7 +21,7 @@ from mechid.command import MeasuredCommand
 from mechid.parameter import Parameter
 from mechid.records import Record
 from mechid.signal.series import Series, stretch_of
-from mechid.signal.stored import IN_MEMORY
+from mechid.signal.stored import is_long
 
 KEY = "stretch_s"
 LEAST = 64
@@ -118,7 +118,7 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
 def _part(series: Series, first: int, stop: int) -> Series:
     """Return a stretch of a series: in memory where it is short enough for that."""
     part = stretch_of(series, first, stop)
-    return np.ascontiguousarray(part[:]) if part.size <= IN_MEMORY else part
+    return part if is_long(part.size) else np.ascontiguousarray(part[:])
 
 
 def _renamed(parameter: Parameter, record: str) -> Parameter:

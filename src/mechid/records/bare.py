@@ -20,6 +20,7 @@ from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
 from mechid.records.table import Clock, Table, column_label
+from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, si_unit, to_si_factor
 
@@ -214,7 +215,11 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
         raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
     dead = [channel for channel in channels if len(set(limits[channel.quantity])) == 1]
     said = [
-        str(table.error(f'"{c.column}": constant at {limits[c.quantity][0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"))
+        str(
+            table.error(
+                f'"{c.column}": constant at {limits[c.quantity][0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"
+            )
+        )
         for c in dead
     ]
     if len(dead) == len(channels):

@@ -84,7 +84,10 @@ def whole_rate(rate_hz: float, near: float = WHOLE_RATE) -> float:
 def _refuse_back(table: Table, time: Series, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
     if row is not None:
-        raise table.error(f"the clock goes back, from {sample_at(time, row):.9g} s to {sample_at(time, row + 1):.9g} s", first + row + 1)
+        raise table.error(
+            f"the clock goes back, from {sample_at(time, row):.9g} s to {sample_at(time, row + 1):.9g} s",
+            first + row + 1,
+        )
 
 
 def _refuse_repeated(table: Table, time: Series, first: int) -> None:

@@ -7,8 +7,8 @@ of every row. Which cell it stumbled over is found by reading the lines once mor
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
 import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -18,9 +18,12 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.csv_dialect import Dialect, sniff
+from mechid.records.memory import refuse_no_room
 from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
 
 Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
+LONG_CELL = 20
+"""Characters of a cell, its separator included, that is written with more digits than most."""
 WHOLE_BYTES = 1 << 26
 """Size of a file up to which it is parsed at once."""
 AT_ONCE = 1 << 17
@@ -153,6 +156,9 @@ class CsvTable:
 
 def open_csv(path: Path, label: str) -> CsvTable:
     """Read the head of the text file at `path`; `label` is what messages call it."""
+    size = path.stat().st_size
+    if size > WHOLE_BYTES:
+        refuse_no_room(lambda message: RecordError(f"{label}: {message}"), size // LONG_CELL, 1)
     return CsvTable(path, label, sniff(path, label))
 
 

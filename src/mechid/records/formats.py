@@ -22,10 +22,10 @@ from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
-from mechid.records.table import FloatArray, IntArray, Table
+from mechid.records.table import IntArray, Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
-from mechid.signal.series import no_samples
+from mechid.signal.series import Series, no_samples
 from mechid.units import si_unit
 
 MINIMUM_SAMPLES = 16
@@ -126,7 +126,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     )
 
 
-def _channel(table: Table, chosen: ChosenColumn, data: FloatArray, bridged: IntArray) -> Channel:
+def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray) -> Channel:
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,

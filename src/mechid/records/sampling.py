@@ -12,12 +12,12 @@ from mechid.records.clock import MOST_STAMPS, read_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
-from mechid.records.memory import GIB, memory_bytes
+from mechid.records.memory import GIB, memory_bytes, refuse_no_room
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
 from mechid.signal.series import Series
-from mechid.signal.stored import Gathered, Room, change_in_place, pieces_of, room_of, stretch_in_place
+from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
 
 COPIES = 2
 """Times that a column is in memory while it is read."""
@@ -33,7 +33,6 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     """
     how = spec.conditioning
     rows = _rows(table, layout, spec)
-    _refuse_too_large(table, layout, rows)
     arrays = read_columns(table, [column.index for column in layout.chosen], rows)
     if rows == ALL and layout.time and how.needed_s:  # a text file, which is read whole
         rows = _inside(arrays[0], layout.time.scale, how.needed_s)
@@ -53,6 +52,7 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
 
 def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[Room]:
     """Read rows of columns, N samples each in the file's own unit, block by block: long ones into temporary files."""
+    _refuse_too_large(table, wanted, rows)
     gathered = [Gathered() for _ in wanted]
     for block in table.blocks(wanted, rows):
         for one, part in zip(gathered, block, strict=True):
@@ -136,16 +136,18 @@ def _refuse_empty(table: Table, data: Series) -> None:
         raise table.error(f"{data.size} samples in it, or in its window_s; a record needs 16 at least")
 
 
-def _refuse_too_large(table: Table, layout: Layout, rows: slice) -> None:
-    """Refuse what has to be in memory at once and cannot, before the machine stands still."""
+def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
+    """Refuse what has to be in memory or on the disk at once and cannot, before the machine stands still."""
+    samples = len(range(table.columns[wanted[0]].samples or 0)[rows])
     if table.is_sliced:
+        if is_long(samples):
+            refuse_no_room(table.error, samples, len(wanted))
         return
-    samples = len(range(table.columns[layout.channels[0].index].samples or 0)[rows])
-    needed = 8 * COPIES * samples * len(layout.chosen)
+    needed = WORD * COPIES * samples * len(wanted)
     there = memory_bytes()
     if there is not None and needed > there:
         raise table.error(
-            f"{samples} samples of {len(layout.chosen)} columns need {needed / GIB:.3g} GiB of memory, there are "
+            f"{samples} samples of {len(wanted)} columns need {needed / GIB:.3g} GiB of memory, there are "
             f"{there / GIB:.3g} GiB; read a part with window_s"
         )
 
@@ -208,9 +210,7 @@ def _clocked(
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
 
 
-def _on_nearest_clock(
-    table: Table, time: FloatArray, rate_hz: float | None, data: list[Room], first: int
-) -> Samples:
+def _on_nearest_clock(table: Table, time: FloatArray, rate_hz: float | None, data: list[Room], first: int) -> Samples:
     found = placed(table, time, rate_hz, first)
     lost = found.samples - time.size
     text = (

@@ -178,11 +178,11 @@ def _lines(p: Prediction, samples: int) -> Lines:
     return Lines(measured=measured, modelled=modelled, residual=residual)
 
 
-def _largest(y: FloatArray) -> int:
+def _largest(y: Series) -> int:
     """Return the sample furthest from the mean."""
     mean = mean_of(y)
     furthest = [int(part.start + np.argmax(np.abs(y[part] - mean))) for part in blocks(y.size)]
-    return max(furthest, key=lambda k: float(abs(y[k] - mean)))
+    return max(furthest, key=lambda k: float(abs(y[k : k + 1][0] - mean)))
 
 
 def _spectrogram(p: Prediction) -> Spectrogram:

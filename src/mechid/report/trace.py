@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction
 from mechid.report.packing import Packed, pack_integer_blocks, unpack
-from mechid.signal.series import IntArray, Series, blocks
+from mechid.signal.series import IntArray, Series, blocks, stretch_of
 
 FloatArray = NDArray[np.float64]
 SHARE_OF_NOISE = 0.1
@@ -61,7 +61,7 @@ def trace_of(prediction: Prediction, noise: float) -> Trace:
         Standard deviation of the record's noise, N m.
     """
     measured, line, n = prediction.level, prediction.level.line, prediction.measured.size
-    modelled = prediction.modelled[: _reached(prediction.modelled)]
+    modelled = stretch_of(prediction.modelled, 0, _reached(prediction.modelled))
     largest = max(_largest(measured), _largest(modelled))
     step = max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
     return Trace(
@@ -76,7 +76,7 @@ def trace_of(prediction: Prediction, noise: float) -> Trace:
     )
 
 
-def _reached(modelled: FloatArray) -> int:
+def _reached(modelled: Series) -> int:
     """Return up to which sample a prediction is finite."""
     for part in blocks(modelled.size):
         lost = np.flatnonzero(~np.isfinite(modelled[part]))
@@ -93,7 +93,7 @@ def _steps(y: FloatArray, step: float) -> IntArray:
     return np.rint(y / step).astype(np.int64)
 
 
-def _second_differences(y: FloatArray, step: float) -> Iterator[IntArray]:
+def _second_differences(y: Series, step: float) -> Iterator[IntArray]:
     """Yield those of the whole steps of samples, zeros before the first, block by block."""
     for part in blocks(y.size):
         two = _steps(y[max(part.start - 2, 0) : part.start], step)
@@ -101,7 +101,7 @@ def _second_differences(y: FloatArray, step: float) -> Iterator[IntArray]:
         yield np.diff(_steps(y[part], step), n=2, prepend=before)
 
 
-def _differences(measured: Series, modelled: FloatArray, step: float) -> Iterator[IntArray]:
+def _differences(measured: Series, modelled: Series, step: float) -> Iterator[IntArray]:
     """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
     for part in blocks(measured.size):
         steps, model = _steps(measured[part], step), _steps(modelled[part], step)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.signal.remainder import Remainder
 from mechid.signal.moments import total
+from mechid.signal.remainder import Remainder
 from mechid.signal.series import BLOCK, IntArray, Series, mean_of, stretch_of
 from mechid.signal.stored import pieces_of
 from mechid.signal.trend import Line

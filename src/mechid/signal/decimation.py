@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.signal.series import Series, blocks
-from mechid.signal.stored import AT_ONCE, IN_MEMORY, Room, pieces_of, room_for
+from mechid.signal.stored import AT_ONCE, Room, is_long, pieces_of, room_for
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -73,7 +73,7 @@ def spoilt_by(missing: IntArray, samples: int, factor: int) -> IntArray:
 def _filtered(around: Callable[[int, int], FloatArray], samples: int, taps: FloatArray, factor: int) -> Room:
     """Return every so manieth of what the taps make of samples, piece by piece; `around` gives those of a stretch."""
     out, half = room_for(-(-samples // factor)), taps.size // 2
-    for part in [slice(0, out.size)] if samples <= IN_MEMORY else blocks(out.size, max(AT_ONCE // factor, 1)):
+    for part in blocks(out.size, max(AT_ONCE // factor, 1)) if is_long(samples) else [slice(0, out.size)]:
         first, stop = part.start * factor, min(part.stop * factor, samples)
         out[part] = _every(around(first - half, stop + half), taps, stop - first, factor)
     return out

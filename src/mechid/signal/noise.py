@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import RecordError
+from mechid.signal import stored
 from mechid.signal.series import Series
-from mechid.signal.stored import IN_MEMORY
 
 FloatArray = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ def noise_floor(
     Parameters
     ----------
     y : Series of N samples
-        Noise and signal in any unit, N at least 16. Of a series longer than `IN_MEMORY` segments are looked at that lie
+        Noise and signal in any unit, N at least 16. Of a series that is long segments are looked at that lie
         evenly over it, as many as make up half as many samples again: they tell the floor to a thousandth.
     sample_rate : float
         In Hz.
@@ -122,7 +122,7 @@ def _with_enough_whole(lengths: list[int], samples: int, rejected: NDArray[np.in
 
 def _thinned(kept: NDArray[np.int64], hop: int) -> NDArray[np.int64]:
     """Return segments that lie evenly, of more than a series in memory has as many as that."""
-    most = IN_MEMORY // hop
+    most = max(stored.IN_MEMORY // hop, 1)
     return kept[np.linspace(0, kept.size - 1, most).astype(np.int64)] if kept.size > most else kept
 
 

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from mechid.signal import stored
 from mechid.signal.series import IntArray, Series, blocks
-from mechid.signal.stored import IN_MEMORY, is_in_memory
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURHOOD = 51
@@ -66,6 +66,6 @@ def outliers(residual: Series, limit: float) -> IntArray:
 
 
 def _median_magnitude(series: Series) -> float:
-    step = 1 if is_in_memory(series) else -(-series.size // IN_MEMORY)
+    step = max(-(-series.size // stored.IN_MEMORY), 1)
     some = [series[part.start + -part.start % step : part.stop : step] for part in blocks(series.size)]
     return float(np.median(np.abs(np.concatenate(some)), overwrite_input=True))

@@ -6,6 +6,7 @@ mechid's cache folder (``MECHID_CACHE`` overrides it), since a system's folder f
 
 from __future__ import annotations
 
+import errno
 import os
 import shutil
 import tempfile
@@ -26,13 +27,13 @@ IN_MEMORY = 2**21
 AT_ONCE = 2**18
 """Samples of a longer one that are in memory together, as a rule."""
 WORD = 8
-GIB = 2**30
+"""Bytes a sample."""
 
 
 class Room(Series, Protocol):
     """Series of a known number of samples, to be written by slices: an array, or a temporary file."""
 
-    def __setitem__(self, part: slice, values: FloatArray, /) -> None:
+    def __setitem__(self, part: slice, values: FloatArray | float, /) -> None:
         """Write the samples of a slice."""
 
 
@@ -52,17 +53,10 @@ class Stored:
 
     def __init__(self, size: int) -> None:
         self.size = size
-        folder = cache_folder()
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            free = shutil.disk_usage(folder).free
-            if free < WORD * size:
-                raise UsageError(
-                    f"{folder}: {WORD * size / GIB:.3g} GiB are needed there for {size} samples while they are read, "
-                    f"{free / GIB:.3g} GiB are free; make room, name another folder in MECHID_CACHE, or use a part of "
-                    "the record with window_s"
-                )
-            self._file = tempfile.TemporaryFile(dir=folder, prefix="samples_", buffering=0)  # noqa: SIM115
+            if free_bytes() < WORD * size:
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+            self._file = tempfile.TemporaryFile(dir=cache_folder(), prefix="samples_", buffering=0)  # noqa: SIM115
             self._file.truncate(WORD * size)
         except OSError as error:
             raise _refusal(error) from error
@@ -75,14 +69,14 @@ class Stored:
         self._read(values, WORD * start)
         return values if step == 1 else values[::step].copy()
 
-    def __setitem__(self, part: slice, values: FloatArray, /) -> None:
+    def __setitem__(self, part: slice, values: FloatArray | float, /) -> None:
         """Write the samples of a slice with step 1."""
         start, stop, _ = part.indices(self.size)
         own = np.ascontiguousarray(np.broadcast_to(values, stop - start), dtype=np.float64)
         try:
             with self._alone:
                 self._file.seek(WORD * start)
-                left = memoryview(own).cast("B") if own.size else memoryview(b"")
+                left = _bytes_of(own)
                 while left:
                     left = left[self._file.write(left) :]
         except OSError as error:
@@ -94,7 +88,7 @@ class Stored:
 
     def _read(self, values: FloatArray, place: int) -> None:
         """Fill an array from a place of the file in bytes."""
-        left = memoryview(values).cast("B") if values.size else memoryview(b"")
+        left = _bytes_of(values)
         while left:
             if hasattr(os, "preadv"):  # without the file's own place, which threads and forked processes share
                 done = os.preadv(self._file.fileno(), [left], place)
@@ -112,20 +106,26 @@ class StoredStretch(Stretch):
 
     series: Room
 
-    def __setitem__(self, part: slice, values: FloatArray, /) -> None:
+    def __setitem__(self, part: slice, values: FloatArray | float, /) -> None:
         """Write the samples of a slice with step 1."""
         start, stop, _ = part.indices(self.size)
         self.series[self.first + start : self.first + stop] = values
 
 
+def free_bytes() -> int:
+    """Return how many bytes are free where long series are kept; the folder is made."""
+    cache_folder().mkdir(parents=True, exist_ok=True)
+    return shutil.disk_usage(cache_folder()).free
+
+
 def room_for(samples: int) -> Room:
     """Return room for so many samples: an array, or a temporary file where they are more than `IN_MEMORY`."""
-    return np.empty(samples) if samples <= IN_MEMORY else Stored(samples)
+    return Stored(samples) if is_long(samples) else np.empty(samples)
 
 
 def room_of(values: FloatArray) -> Room:
     """Return samples, (n,), as room: themselves, or a temporary file where they are many."""
-    if values.size <= IN_MEMORY:
+    if not is_long(values.size):
         return values
     room = room_for(values.size)
     for part in blocks(values.size, AT_ONCE):
@@ -133,14 +133,17 @@ def room_of(values: FloatArray) -> Room:
     return room
 
 
-def is_in_memory(series: Series) -> bool:
-    """Return whether a series is an array."""
-    return isinstance(series, np.ndarray)
+def is_long(samples: int) -> bool:
+    """Return whether so many samples are too many to be in memory at once."""
+    return samples > IN_MEMORY
 
 
 def pieces_of(series: Series) -> Iterable[slice]:
-    """Return the slices in which a series is looked at: an array whole, as NumPy's own functions do, others by blocks."""
-    return [slice(0, series.size)] if is_in_memory(series) else blocks(series.size, AT_ONCE)
+    """Return the slices in which a series is looked at: all of it at once where that is not long, else blocks.
+
+    So sums over it are to the last bit those of NumPy's own functions where they are over an array.
+    """
+    return blocks(series.size, AT_ONCE) if is_long(series.size) else [slice(0, series.size)]
 
 
 class Gathered:
@@ -155,7 +158,7 @@ class Gathered:
         """Add samples, (n,), at the end."""
         self._parts.append(np.array(part, dtype=np.float64))
         self._held += part.size
-        if self._held > (AT_ONCE if self._stored else IN_MEMORY):
+        if self._held > AT_ONCE if self._stored else is_long(self._held):
             self._spill()
 
     def series(self) -> Room:
@@ -201,8 +204,9 @@ def samples_at(series: Series, numbers: IntArray) -> FloatArray:
     return np.concatenate(found) if found else np.empty(0)
 
 
-def write_at(room: Room, numbers: IntArray, values: FloatArray) -> None:
+def write_at(room: Room, numbers: IntArray, to_write: FloatArray | float) -> None:
     """Write the samples of some numbers, (m,) ascending."""
+    values = np.broadcast_to(to_write, numbers.shape)
     for part in pieces_of(room):
         first, stop = np.searchsorted(numbers, (part.start, part.stop))
         if stop > first:
@@ -213,7 +217,12 @@ def write_at(room: Room, numbers: IntArray, values: FloatArray) -> None:
 
 def _inside(numbers: IntArray, part: slice) -> IntArray:
     first, stop = np.searchsorted(numbers, (part.start, part.stop))
-    return numbers[first:stop] - part.start
+    return np.asarray(numbers[first:stop] - part.start, dtype=np.int64)
+
+
+def _bytes_of(values: FloatArray) -> memoryview:
+    """Return the bytes of an array, to be read or written."""
+    return memoryview(values.data).cast("B") if values.size else memoryview(b"")
 
 
 def _restored(size: int, parts: list[bytes]) -> Stored:
@@ -228,5 +237,6 @@ def _restored(size: int, parts: list[bytes]) -> Stored:
 def _refusal(error: OSError) -> UsageError:
     return UsageError(
         f"{cache_folder()}: the samples of a long record cannot be kept there while they are read "
-        f"({error.strerror or error}); make room, or name another folder in MECHID_CACHE"
+        f"({error.strerror or error}); make room, name another folder in MECHID_CACHE, "
+        "or use a part of the record with window_s"
     )

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from mechid.signal.series import Series, blocks
 from mechid.signal.stored import AT_ONCE as TOGETHER
-from mechid.signal.stored import is_in_memory, room_for
+from mechid.signal.stored import is_long, room_for
 
 ComplexArray = NDArray[np.complex128]
 IntArray = NDArray[np.int64]
@@ -77,7 +77,7 @@ class _Rows:
 
 def _every(series: Series, samples: int, parts: int) -> Iterator[NDArray[np.float64]]:
     """Yield every so manieth of the first samples, from the first on, from the second on, ...; a file is read once."""
-    if is_in_memory(series) or samples <= TOGETHER:
+    if not is_long(samples):
         yield from (series[r:samples:parts] for r in range(parts))
         return
     length, at_once = samples // parts, max(TOGETHER // parts, 1)

@@ -14,6 +14,8 @@ from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
+from mechid.signal.series import Series
+from mechid.signal.stored import is_long
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
@@ -51,9 +53,31 @@ class TimeBase:
         """All sample instants, (n,) s."""
         return self.start_s + np.arange(self.samples) / self.sample_rate_hz
 
+    @property
+    def instants(self) -> Series:
+        """The same, worked out where they are looked at of a long record."""
+        return Instants(self) if is_long(self.samples) else self.times
+
     def first(self, samples: int) -> TimeBase:
         """Return the time base of the first samples alone."""
         return TimeBase(self.sample_rate_hz, min(samples, self.samples), self.start_s)
+
+
+@dataclass(frozen=True)
+class Instants:
+    """Sample instants of a time base, s."""
+
+    base: TimeBase
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return self.base.samples
+
+    def __getitem__(self, part: slice, /) -> FloatArray:
+        """Return those of a slice."""
+        numbers = np.arange(*part.indices(self.size))
+        return np.asarray(self.base.start_s + numbers / self.base.sample_rate_hz, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -325,17 +349,17 @@ def simulate_run(run: Run) -> Trajectory:
         if m:
             rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
     return replace(
-        trajectory_of(run, y),
+        trajectory_of(run, list(y)).in_memory,
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
         parameters=tuple(str(simulator.plant.parameters[i[0]]) for i in simulator.sensitive),
     )
 
 
-def trajectory_of(run: Run, y: FloatArray) -> Trajectory:
-    """Return what a run that is consumed gave as a trajectory without sensitivities; `y`, (n_y, n), are its outputs."""
+def trajectory_of(run: Run, y: Sequence[Series]) -> Trajectory:
+    """Return what a run that is consumed gave as a trajectory without sensitivities; `y` are its outputs."""
     return Trajectory(
-        time=run.base.times,
+        time=run.base.instants,
         values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
         jacobian={},
         rate={},

@@ -183,7 +183,9 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
     if taken.factor != 1.0 and record.data is not None:
         channels = tuple(
-            replace(c, data=_times(taken.factor, c.data), scale=taken.factor * c.scale) if c.quantity == record.leading else c
+            replace(c, data=_times(taken.factor, c.data), scale=taken.factor * c.scale)
+            if c.quantity == record.leading
+            else c
             for c in record.data.channels
         )
         record = replace(record, data=replace(record.data, channels=channels))

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
+from mechid.signal.stored import Room, room_for
 from mechid.simulation.simulator import Block
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -70,13 +71,13 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
-    """Return r of each channel over a window, (n,); NaN from where the simulation failed."""
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+    """Return r of each channel over a window, n samples; NaN from where the simulation failed."""
     first, stop = window[0], min(window[1], target.samples)
-    series = tuple(np.empty(max(stop - first, 0)) for _ in target.channels)
+    series = tuple(room_for(max(stop - first, 0)) for _ in target.channels)
     for piece in Misfit(model, target, q, window):
         for k, r in enumerate(series):
-            piece.write_residual(k, r[piece.first - first : piece.stop - first])
+            r[piece.first - first : piece.stop - first] = piece.residual(k)
     return series
 
 
@@ -106,10 +107,10 @@ class Piece:
         """How many there are, n."""
         return self.block.stop - self.first
 
-    def write_residual(self, k: int, out: FloatArray) -> None:
-        """Write r of channel k, (n,)."""
+    def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
+        """Return r of channel k, (n,)."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
-        residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+        return residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n)."""

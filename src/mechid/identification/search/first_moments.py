@@ -30,7 +30,7 @@ def first_samples(target: Target) -> int:
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
     window = first_window(target)
-    series = misfit_series(problem.model, target, q, window)
+    series = [r[:] for r in misfit_series(problem.model, target, q, window)]
     for channel, r in zip(target.channels, series, strict=True):
         np.divide(r, channel.sigma, out=r)
         if channel.linear:
