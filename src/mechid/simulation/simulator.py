@@ -15,7 +15,7 @@ from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate,
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.signal.series import Series
-from mechid.signal.stored import is_long
+from mechid.simulation.instants import Instants
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
@@ -53,31 +53,9 @@ class TimeBase:
         """All sample instants, (n,) s."""
         return self.start_s + np.arange(self.samples) / self.sample_rate_hz
 
-    @property
-    def instants(self) -> Series:
-        """The same, worked out where they are looked at of a long record."""
-        return Instants(self) if is_long(self.samples) else self.times
-
     def first(self, samples: int) -> TimeBase:
         """Return the time base of the first samples alone."""
         return TimeBase(self.sample_rate_hz, min(samples, self.samples), self.start_s)
-
-
-@dataclass(frozen=True)
-class Instants:
-    """Sample instants of a time base, s."""
-
-    base: TimeBase
-
-    @property
-    def size(self) -> int:
-        """Number of samples."""
-        return self.base.samples
-
-    def __getitem__(self, part: slice, /) -> FloatArray:
-        """Return those of a slice."""
-        numbers = np.arange(*part.indices(self.size))
-        return np.asarray(self.base.start_s + numbers / self.base.sample_rate_hz, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -359,7 +337,7 @@ def simulate_run(run: Run) -> Trajectory:
 def trajectory_of(run: Run, y: Sequence[Series]) -> Trajectory:
     """Return what a run that is consumed gave as a trajectory without sensitivities; `y` are its outputs."""
     return Trajectory(
-        time=run.base.instants,
+        time=Instants(run.base.start_s, run.base.sample_rate_hz, run.base.samples),
         values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
         jacobian={},
         rate={},
