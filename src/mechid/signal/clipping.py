@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
+FloatArray = NDArray[np.float64]
 CLIPPED_RUN = 8
 """So many equal samples at an extreme are a clipped peak."""
 
@@ -32,10 +34,21 @@ def clipped_runs(y: Series) -> Runs:
 
 
 def _runs_at(y: Series, limit: float) -> list[tuple[int, int]]:
-    at_limit = np.zeros(y.size + 2, dtype=np.int8)
+    found: list[tuple[int, int]] = []
     for part in pieces_of(y):
-        at_limit[part.start + 1 : part.stop + 1] = y[part] == limit
+        for start, stop in _runs_within(y[part], limit):
+            first = part.start + start
+            if found and found[-1][1] == first:  # the run goes on from the piece before
+                first = found.pop()[0]
+            found.append((first, part.start + stop))
+    return [(start, stop) for start, stop in found if stop - start >= CLIPPED_RUN]
+
+
+def _runs_within(y: FloatArray, limit: float) -> list[tuple[int, int]]:
+    """Return the runs in a piece of a series that are long enough, or may go on beyond it."""
+    at_limit = np.zeros(y.size + 2, dtype=np.int8)
+    at_limit[1:-1] = y == limit
     steps = np.diff(at_limit)
     starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
-    long = ends - starts >= CLIPPED_RUN
-    return list(zip(starts[long].tolist(), ends[long].tolist(), strict=True))
+    kept = (ends - starts >= CLIPPED_RUN) | (starts == 0) | (ends == y.size)
+    return list(zip(starts[kept].tolist(), ends[kept].tolist(), strict=True))
