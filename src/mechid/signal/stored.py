@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Callable, Iterable
 from threading import Lock
 from typing import Protocol
+from weakref import finalize
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +58,7 @@ class Stored:
             if free_bytes() < WORD * size:
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             self._file = tempfile.TemporaryFile(dir=cache_folder(), prefix="samples_", buffering=0)  # noqa: SIM115
+            finalize(self, self._file.close)
             self._file.truncate(WORD * size)
         except OSError as error:
             raise _refusal(error) from error
