@@ -17,6 +17,7 @@ from mechid.analysis.prediction import Prediction
 from mechid.report.packing import Packed, pack_integers, unpack
 from mechid.report.trace import Trace, reached_by, step_of, trace_of
 from mechid.signal.envelope import envelope
+from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import samples_at
 
@@ -78,7 +79,8 @@ def outline_of(prediction: Prediction, noise: float, around: Mapping[str, float]
     """
     p = prediction
     reached = reached_by(p.modelled)
-    modelled, residual = (stretch_of(one, 0, reached) for one in (p.modelled, p.residual))
+    left = Remainder(p.measured, p.level.line, p.modelled)
+    modelled, residual = (stretch_of(one, 0, reached) for one in (p.modelled, left))
     series = {"measured": p.level, "modelled": modelled, "residual": residual}
     step = step_of(p, noise)
     return Outline(

@@ -70,8 +70,8 @@ async function outlined({ outline, step }) {
 // A layer is a stretch of time whose samples the page has, each curve with the numbers of its samples, or all of them.
 async function stretchOf(trace) {
   const { start_s, sample_rate_hz, samples } = trace;
-  const curves = trace.outline ? await outlined(trace) : await allSamples(trace);
-  for (const [name, y] of Object.entries(curves)) if (!y.at) curves[name] = { at: null, y };
+  const all = trace.outline ? {} : await allSamples(trace), curves = trace.outline ? await outlined(trace) : {};
+  for (const [name, y] of Object.entries(all)) curves[name] = { at: null, y };
   return { start_s, sample_rate_hz, end_s: start_s + (samples - 1) / sample_rate_hz, curves };
 }
 
