@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -185,6 +186,7 @@ def test_the_rows_of_a_table_come_in_blocks(name, tmp_path, little_memory):  # n
 
 READ = """
 import sys
+from dataclasses import replace
 from pathlib import Path
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from mechid.signal import noise_floor
@@ -229,3 +231,15 @@ def test_a_long_record_takes_a_tenth_of_its_length_in_memory(suffix, tmp_path, m
     assert floor == pytest.approx(1.0, rel=0.01)
     assert to_read < 25e6
     assert in_all < 40e6
+
+
+def test_check_says_that_a_record_is_long_and_how_long_it_took(tmp_path, little_memory):  # noqa: F811
+    from mechid.report import campaign_data
+    from synthetic import COMMANDS, campaign, record, truth
+
+    write_hdf5(tmp_path / "run.h5", TORQUE)
+    data = read(tmp_path / "run.h5")
+    assert 0.0 < data.reading_s < 60.0
+    entry = record("run", TORQUE, COMMANDS["full_46"], rate_hz=RATE)
+    lines = campaign_data(campaign(truth(), replace(entry, data=data)))["records"][0]["lines"]
+    assert f"a long record: read block by block in {data.reading_s:.3g} s, kept in a temporary file" in "\n".join(lines)

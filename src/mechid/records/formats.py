@@ -7,8 +7,10 @@ suffixes in `READERS`; columns, units, clock, conditioning and checks are the sa
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.errors import RecordError, did_you_mean
@@ -58,8 +60,10 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     RecordError
         The file is missing or cannot be used; one line with file, line and remedy.
     """
+    began = time.perf_counter()
     with readable(spec.path):
-        return _record(path, spec, open_table(path, spec.path))
+        record = _record(path, spec, open_table(path, spec.path))
+    return replace(record, reading_s=time.perf_counter() - began)
 
 
 def open_table(path: Path, label: str) -> Table:

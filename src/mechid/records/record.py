@@ -76,6 +76,8 @@ class Record:
         What else the file says of itself.
     treatments : tuple of Mapping
         What conditioning did to the samples, in order: ``step``, ``text``, and its figures.
+    reading_s : float
+        How long it took to read, s.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Record:
     start_time: str | None = None
     metadata: Mapping[str, Any] = field(default_factory=dict)
     treatments: tuple[Mapping[str, Any], ...] = ()
+    reading_s: float = 0.0
 
     @property
     def provenance(self) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
 from mechid.signal.moments import extremes, root_mean_square
+from mechid.signal.stored import is_long
 from mechid.units import unit_words
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
@@ -89,6 +90,7 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
     print_lines(console, "warning", data["warnings"], "yellow")
 
 
+LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"
 START_WORDS = {"equilibrium": "start at equilibrium", "estimated": "start estimated"}
 
 
@@ -144,6 +146,7 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
     end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,
+        "reading_s": data.reading_s if is_long(data.samples) else None,
         "sample_rate_hz": data.sample_rate_hz,
         "start_s": data.time_start_s,
         "duration_s": data.duration_s,
@@ -202,6 +205,7 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         *lines,
         f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
         f"{data['quantity']} {low} to {high} {unit}, RMS {rms} {unit}, noise floor {noise} {unit}",
+        *([LONG.format(data["reading_s"])] if data["reading_s"] is not None else []),
         *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
         *(f"conditioned: {line}" for line in data["conditioning"]),
     ]
