@@ -15,6 +15,8 @@ KIND = "a Parquet file"
 UNIT_KEYS = (b"unit", b"units")
 NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
 DATE = "timestamp["
+BUFFER = 2**20
+"""Bytes read ahead: without it a column of a row group is in memory whole before it is decoded."""
 BATCH = 2**18
 """Rows decoded together: a row group may be as long as the file."""
 
@@ -59,7 +61,7 @@ def _dtype(kind: Any) -> np.dtype[Any]:
 
 def _read(pq: Any, path: Path, name: str, rows: int | slice) -> Any:
     """Return rows of a column; empty cells are NaN."""
-    with pq.ParquetFile(path) as file:
+    with pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
         start, stop, _ = (rows if isinstance(rows, slice) else slice(rows, rows + 1)).indices(file.metadata.num_rows)
         parts = list(_parts(file, name, start, stop))
     found = np.concatenate(parts) if parts else np.empty(0)

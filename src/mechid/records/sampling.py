@@ -15,7 +15,7 @@ from mechid.records.health import refuse_not_finite
 from mechid.records.memory import GIB, memory_bytes, refuse_no_room
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
-from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
+from mechid.records.table import ALL, Clock, Table, column_label
 from mechid.signal.series import Series
 from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
 
@@ -196,9 +196,9 @@ def _clocked(
     if stamps is TimeStamps.STRICT:
         return Samples(read_clock(table, time, rate_hz, first), tuple(data))
     refuse_not_increasing(table, time, first)
-    seconds = time[:]
     if stamps is TimeStamps.REGULAR:
-        return _on_nearest_clock(table, seconds, rate_hz, data, first)
+        return _on_nearest_clock(table, time, rate_hz, data, first)
+    seconds = time[:]
     clock, samples = resampled_clock(seconds, rate_hz)
     steps = np.diff(seconds)
     text = (
@@ -210,7 +210,7 @@ def _clocked(
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
 
 
-def _on_nearest_clock(table: Table, time: FloatArray, rate_hz: float | None, data: list[Room], first: int) -> Samples:
+def _on_nearest_clock(table: Table, time: Series, rate_hz: float | None, data: list[Room], first: int) -> Samples:
     found = placed(table, time, rate_hz, first)
     lost = found.samples - time.size
     text = (
@@ -218,7 +218,7 @@ def _on_nearest_clock(table: Table, time: FloatArray, rate_hz: float | None, dat
         f"{found.jitter_rms_s:.3g} s RMS, {found.jitter_max_s:.3g} s at most; {lost} samples never stamped"
     )
     figures = {"rate_hz": found.clock.rate_hz, "jitter_rms_s": found.jitter_rms_s, "jitter_max_s": found.jitter_max_s}
-    spread = tuple(room_of(found.spread(values[:])) for values in data)
+    spread = tuple(found.spread(values) for values in data)
     return Samples(found.clock, ()).after("time_stamps", text, spread, taken="regular", lost_samples=lost, **figures)
 
 
