@@ -11,10 +11,13 @@ import platformdirs
 
 from mechid.errors import UsageError
 
+CACHE = "MECHID_CACHE"
+"""Variable of the environment that names another folder for kernels and for the samples of long records."""
+
 
 def cache_folder() -> Path:
-    """Return mechid's own folder for what is kept or set aside (``MECHID_CACHE`` overrides the user's cache folder)."""
-    named = os.environ.get("MECHID_CACHE")
+    """Return mechid's own folder for what is kept or set aside: the one that `CACHE` names, else the user's cache."""
+    named = os.environ.get(CACHE)
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.model import Model
@@ -151,5 +151,5 @@ class Problem:
         """Work on every target that has a window, the longest first, and return in their own order."""
         used = [t for t in self.targets if t.name in windows]
         order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
-        done = mapped(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
+        done = in_threads(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
         return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]

@@ -193,18 +193,22 @@ def multistart(
     tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    cost = partial(_cost_run_up, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    targets = sorted(problem.targets, key=_first_energy, reverse=True)
+    cost = partial(_cost_run_up, problem, targets)
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
-        costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
+        tasks = [(q, cap) for q in some]
+        costs += noted.step("starts", [own, seed, first, cap], partial(mapped, cost, tasks, workers))
         progress(first + len(some), POINTS)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
     best = islice(_ranked(drawn), STARTS)
     return [replace(start, q=run_up(problem, start.q, tries=TRIES)) for start in best]
 
 
-def _cost_run_up(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float) -> float:
+def _cost_run_up(problem: Problem, targets: Sequence[Target], task: tuple[FloatArray, float]) -> float:
+    """Return the cost of `targets` at a point, or inf as soon as it is known to exceed a cap."""
+    q, cap = task
     return capped_cost(problem, run_up(problem, q), targets=targets, cap=cap)
 
 
