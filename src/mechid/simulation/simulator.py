@@ -15,7 +15,7 @@ from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate,
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.signal.series import Series
-from mechid.simulation.instants import Instants
+from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
@@ -354,7 +354,7 @@ def simulate_run(run: Run) -> Trajectory:
 def trajectory_of(run: Run, y: Sequence[Series]) -> Trajectory:
     """Return what a run that is consumed gave as a trajectory without sensitivities; `y` are its outputs."""
     return Trajectory(
-        time=Instants(run.base.start_s, run.base.sample_rate_hz, run.base.samples),
+        time=instants(run.base.start_s, run.base.sample_rate_hz, run.base.samples),
         values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
         jacobian={},
         rate={},
