@@ -21,8 +21,8 @@ IntArray = NDArray[np.int64]
 AT_ONCE = 2**18
 """Samples of one transform, where the number of samples can be divided so."""
 MOST_PARTS = 256
-COLUMNS = 4096
-"""Bins of each part that are put together at once."""
+COLUMNS, MOST_ROWS = 4096, 32
+"""Bins of each part that are put together at once, and up to how many parts they are so many."""
 
 
 def transformed(series: Series, samples: int, mean: float = 0.0) -> Iterator[tuple[IntArray, ComplexArray]]:
@@ -48,7 +48,7 @@ def transformed(series: Series, samples: int, mean: float = 0.0) -> Iterator[tup
     for r, every in enumerate(_every(series, samples, parts)):
         first.write(r, np.fft.rfft(every - mean))
     rows = np.arange(parts)[:, None]
-    for columns in blocks(length // 2 + 1, COLUMNS):
+    for columns in blocks(length // 2 + 1, max(COLUMNS * MOST_ROWS // max(parts, MOST_ROWS), 1)):
         k = np.arange(columns.start, columns.stop)
         bins = np.fft.fft(first.columns(columns) * np.exp((-2j * np.pi / samples) * (rows * k)), axis=0)
         number = k + length * rows
