@@ -66,7 +66,7 @@ def assert_same(simulator, points, **how):
     "name", [name if name in DEFAULT else pytest.param(name, marks=pytest.mark.slow) for name in VARIANTS]
 )
 def test_each_run_is_what_it_is_alone(name):
-    """Truth: the kernel alone; a command that reverses, rests and jumps; records that begin early, late, off the clock."""
+    """Truth: the kernel alone; a command that reverses, rests and jumps; records early, late, off the clock."""
     mechanism = mechanism_of(VARIANTS[name])
     simulator = Simulator(mechanism.plant, MICRO, BASE, latest_s=0.1)
     assert_same(simulator, around(mechanism, SETS), offsets=(0.0, 1e-3, 0.013, -2e-4), ppm=(0.0, 300.0, -50.0))

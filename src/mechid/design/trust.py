@@ -81,6 +81,6 @@ def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: 
     (target,) = problem.targets
     (torque,) = problem.model.predict(target, q, target.samples)
     there = replace(target, channels=(replace(target.leading, measured=torque),))
-    costs = np.array([problem.norm(there, x, (0, target.samples)) ** 2 for x in draws])
+    costs = np.square(problem.norms_at(there, list(draws), (0, target.samples)))
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)
     return float(np.mean(~(np.abs(costs - promised) <= DEPARTURE)))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from threading import Thread
+from threading import Lock, Thread
 from types import ModuleType
 
 import numpy as np
@@ -25,6 +25,8 @@ from mechid.writing import CACHE, cache_folder
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
+_ONE_AT_A_TIME = Lock()
+"""A second thread that needs a module waits until the first has it compiled."""
 
 
 @dataclass(frozen=True)
@@ -98,10 +100,11 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     """
     path = _folder() / f"{name}.py"
     try:
-        if not path.exists():
-            _write_whole(path, text())
-        module = _imported(path)
-        _on_own_stack(call, module)
+        with _ONE_AT_A_TIME:
+            if not path.exists():
+                _write_whole(path, text())
+            module = _imported(path)
+            _on_own_stack(call, module)
     except OSError as error:
         remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error

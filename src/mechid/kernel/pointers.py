@@ -23,7 +23,7 @@ def numbers(typing: Any, array: Any) -> Any:
 
 
 @intrinsic
-def called(
+def called(  # noqa: PLR0913, PLR0917 (the arguments of a kernel's run)
     typing: Any, address: Any, p: Any, directions: Any, sensitive: Any, grid: Any, times: Any, values: Any,
     discrete: Any, w: Any, y: Any, y_dot: Any, J: Any, events: Any,
 ) -> Any:  # fmt: skip

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,8 @@ from numpy.typing import NDArray
 from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kernel_for
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.interruption import ask
-from mechid.simulation.simulator import Run, outcome_of
+from mechid.simulation.simulator import Block, Run, outcome_of
+from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 BLOCK = 4096
@@ -32,6 +34,11 @@ class Batch:
         self.kernel: BatchKernel = batch_kernel_for(runs[0].simulator.kernel)
         self.block = min(BLOCK, max(self.base.samples, 1))
         self.buffers = allocate_batch(self.kernel, events=runs[0].buffers.events.size)
+
+    def each(self) -> list[OfBatch]:
+        """Return the runs one by one. They are consumed in step: a block of all of them before the next of any."""
+        shared = _Shared(self.blocks())
+        return [OfBatch(self, k, shared) for k in range(len(self.runs))]
 
     def blocks(self) -> Iterator[tuple[int, int, FloatArray]]:
         """Yield first sample, last plus one, and outputs, (runs, n, n_y), which the next block overwrites.
@@ -79,3 +86,46 @@ class Batch:
                 b.ones[k, states] = together[states, k]
             run.buffers.discrete[:], run.buffers.w[:], run.buffers.events[:] = b.owns[k], b.ones[k], b.events[k]
             run.outcome = outcome_of(int(b.statuses[k]))
+
+
+class _Shared:
+    """The latest block of a batch."""
+
+    def __init__(self, source: Iterator[tuple[int, int, FloatArray]]) -> None:
+        self.source, self.number = source, -1
+        self.latest: tuple[int, int, FloatArray] | None = None
+
+    def at(self, number: int) -> tuple[int, int, FloatArray] | None:
+        """Return the block of a number, the latest or the next; None behind the last."""
+        if number == self.number + 1:
+            self.number, self.latest = number, next(self.source, None)
+        assert number == self.number, "the runs of a batch are consumed in step"
+        return self.latest
+
+
+@dataclass(frozen=True, eq=False)
+class OfBatch:
+    """One run of a batch, read as if it went alone."""
+
+    batch: Batch
+    k: int
+    shared: _Shared
+
+    @property
+    def block(self) -> int:
+        """Most samples of a block."""
+        return max(self.batch.block, *(run.resting for run in self.batch.runs), 1)
+
+    @property
+    def outcome(self) -> SimulationOutcome:
+        """How it went; known after its blocks."""
+        return self.batch.runs[self.k].outcome
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the record block by block; after a failure the samples are NaN."""
+        number = 0
+        while (found := self.shared.at(number)) is not None:
+            start, stop, y = found
+            n_y = y.shape[2]
+            yield Block(start, stop, y[self.k], np.zeros((0, n_y)), np.zeros((0, n_y, 0)))
+            number += 1

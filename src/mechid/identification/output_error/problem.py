@@ -14,7 +14,7 @@ from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.model import Model
-from mechid.identification.output_error.reduced import LatestTriangles, norm
+from mechid.identification.output_error.reduced import LatestTriangles, norms
 from mechid.identification.output_error.reduction import Triangle, combined, of_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
@@ -117,7 +117,11 @@ class Problem:
 
     def norm(self, target: Target, q: FloatArray, window: Window) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
-        return norm(self.model, target, q, window)
+        return self.norms_at(target, [q], window)[0]
+
+    def norms_at(self, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
+        """Return the same at several points, simulated side by side."""
+        return norms(self.model, target, points, window)
 
     def triangle(self, target: Target, q: FloatArray, window: Window) -> Triangle:
         """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""

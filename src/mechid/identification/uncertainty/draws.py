@@ -17,6 +17,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.kernel.batch.source import SETS
 from mechid.simulation.simulator import Block
 
 FloatArray = NDArray[np.float64]
@@ -123,18 +124,18 @@ def _excess(
     used = [t for t in problem.targets if t.name in windows]
     promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
     names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
-    tasks = [(name, point) for name in names for point in points]
-    norms = mapped(partial(_norm, problem, windows), tasks, problem.workers)
-    of_record = dict(zip(names, np.reshape(norms, (len(used), -1)), strict=True))
+    tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
+    norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
+    of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
     return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
 
 
-def _norm(problem: Problem, windows: Windows, task: tuple[str, FloatArray]) -> float:
-    """Return ||r|| of a record, by name, at a point."""
-    name, point = task
+def _norms(problem: Problem, windows: Windows, task: tuple[str, FloatArray]) -> list[float]:
+    """Return ||r|| of a record, by name, at some points."""
+    name, points = task
     target = next(t for t in problem.targets if t.name == name)
-    return problem.norm(target, point, windows[name])
+    return problem.norms_at(target, list(points), windows[name])
 
 
 def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:

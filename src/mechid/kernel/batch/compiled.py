@@ -91,8 +91,9 @@ class BatchBuffers:
     def arguments(self, times: FloatArray, values: FloatArray, y: FloatArray) -> tuple[int | NDArray[np.generic], ...]:
         """Return what `run` takes, with the edges' times and values and the outputs, (SETS n n_y,)."""
         directions = np.zeros(0)
-        flat = (self.owns.ravel(), self.ones.ravel(), self.statuses, self.discrete, self.w)
-        return (self.address, self.p.ravel(), directions, self.grids.ravel(), times, values, *flat, y, self.events.ravel())
+        own = (self.owns.ravel(), self.ones.ravel(), self.statuses, self.discrete, self.w)
+        grids, events = self.grids.ravel(), self.events.ravel()
+        return (self.address, self.p.ravel(), directions, grids, times, values, *own, y, events)
 
 
 def allocate_batch(batch: BatchKernel, *, events: int) -> BatchBuffers:

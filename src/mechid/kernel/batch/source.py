@@ -50,7 +50,8 @@ def generate(kernel_text: str, kernel: ModuleType) -> str:
     modes = _modes(functions)
     head = (
         f'"""Batch of {kernel.__name__}. Made by mechid; do not edit."""\n\nfrom __future__ import annotations\n\n'
-        f"from {kernel.__name__} import *\nfrom mechid.kernel.pointers import apart, called, in_vectors, rarely\n\nSETS = {SETS}\nMODES = np.array({modes})\nMOST_MODES = {max(modes)}\n"
+        f"from {kernel.__name__} import *\nfrom mechid.kernel.pointers import apart, called, in_vectors, rarely\n\n"
+        f"SETS = {SETS}\nMODES = np.array({modes})\nMOST_MODES = {max(modes)}\n"
     )
     first, *others = (text_of_loop("mechid.kernel.batch", name) for name in LOOP)
     written = _unrolled("\n\n".join(others), {**vars(kernel), "SETS": SETS, "MODES": modes, "MOST_MODES": max(modes)})
@@ -87,7 +88,7 @@ def _is_unused(statement: ast.stmt) -> bool:
 
 
 def _looped(body: list[ast.stmt]) -> list[ast.stmt]:
-    """Return statements with those that compute in a loop over the sets; choices and calls of functions stay outside."""
+    """Return statements with those that compute in a loop over the sets; choices and calls stay outside."""
     done: list[ast.stmt] = []
     inside: list[ast.stmt] = []
     for statement in [*body, ast.Return()]:

@@ -30,12 +30,23 @@ from mechid.kernel.batch.loop.memory import (
     SUSPECT,
     WHOLE,
 )
-from mechid.kernel.batch.loop.plant import MOST_MODES, SETS, outputs, rates, step, turn
+from mechid.kernel.batch.loop.plant import (
+    MOST_MODES,
+    SETS,
+    apart,
+    called,
+    in_vectors,
+    outputs,
+    rarely,
+    rates,
+    step,
+    turn,
+)
 from mechid.kernel.batch.loop.sets import come, edge_after, leave
 from mechid.kernel.batch.loop.suspects import any_marked, any_suspect, margins_of_sets
 from mechid.kernel.loop.advance import lose
 from mechid.kernel.loop.filter import WIDTH
-from mechid.kernel.loop.memory import DISCRETE, GRID_INTERVAL, LARGE, NEXT_SAMPLE, OK, REFRESH, ROWS, SAME
+from mechid.kernel.loop.memory import DISCRETE, GRID_INTERVAL, LARGE, OK, REFRESH, ROWS, SAME
 from mechid.kernel.loop.plant import (
     AT_CLOSE,
     AT_DZ,
@@ -66,11 +77,7 @@ from mechid.kernel.loop.plant import (
     IntegerArray,
     Integers,
     Numbers,
-    apart,
-    in_vectors,
     njit,
-    rarely,
-    called,
     numbers,
 )
 
@@ -326,10 +333,10 @@ def run_batch(
 ) -> None:
     """Advance all sets of a batch over len(y) / NY / SETS samples from where they stand.
 
-    `address` is that of the kernel's `run`. All arrays are flat, those of each set one behind the other: p (SETS NP), grids (SETS 4), owns (SETS DISCRETE), ones
-    (SETS SIZE) and events are what a kernel's `run` takes of one; directions (NP NL) are zeros; statuses (SETS) say
-    what became of each; discrete (DISCRETE_SETS) and w (PLACES SETS) are the batch's own; y (SETS n NY) the outputs,
-    NaN where a set has failed.
+    address is that of the kernel's `run`. All arrays are flat, those of each set one behind the other: p (SETS NP),
+    grids (SETS 4), owns (SETS DISCRETE), ones (SETS SIZE) and events are what `run` takes of one; directions (NP NL)
+    are zeros; statuses (SETS) say what became of each; discrete (DISCRETE_SETS) and w (PLACES SETS) are the batch's
+    own; y (SETS n NY) the outputs, NaN where a set has failed.
     """
     samples, edges, most = y.shape[0] // (NY * SETS), edge_times.shape[0], events.shape[0] // SETS
     none, rows = y[:0], 0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mechid.kernel.batch.loop.memory import AWAY, FOURFOLD, LENGTH, SHARE, STEP
-from mechid.kernel.batch.loop.plant import SETS
+from mechid.kernel.batch.loop.plant import SETS, apart, in_vectors
 from mechid.kernel.loop.filter import PROP, WIDTH
 from mechid.kernel.loop.memory import SAME
 from mechid.kernel.loop.plant import (
@@ -14,11 +14,8 @@ from mechid.kernel.loop.plant import (
     INNER,
     NF,
     Numbers,
-    apart,
-    in_vectors,
     njit,
 )
-
 
 MOSTLY = 16  # rows of the table that mostly suffice
 
@@ -57,7 +54,10 @@ def use_propagators(w: Numbers, rows: int) -> None:
             square = share * share
             total = w[(AT_OTHER + i) * SETS + l]
             for row in range(MOSTLY - 4, -4, -4):
-                first, second = w[(AT_TABLE + row * PROP + i) * SETS + l], w[(AT_TABLE + row * PROP + PROP + i) * SETS + l]
+                first, second = (
+                    w[(AT_TABLE + row * PROP + i) * SETS + l],
+                    w[(AT_TABLE + row * PROP + PROP + i) * SETS + l],
+                )
                 third = w[(AT_TABLE + row * PROP + 2 * PROP + i) * SETS + l]
                 fourth = w[(AT_TABLE + row * PROP + 3 * PROP + i) * SETS + l]
                 total = fourfold * total + ((first + share * second) + square * (third + share * fourth))

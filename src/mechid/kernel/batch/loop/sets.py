@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from mechid.kernel.batch.loop.memory import ARMED_SETS, EDGES, GOING, IN_MODE, LEFT_AT, NEXT, NEXT_EDGE
-from mechid.kernel.batch.loop.plant import SETS
-from mechid.kernel.loop.memory import ARMED, EDGE, MODE, NEXT_SAMPLE, STALE
+from mechid.kernel.batch.loop.plant import SETS, rarely
+from mechid.kernel.loop.memory import ARMED, DISCRETE, EDGE, MODE, NEXT_SAMPLE, STALE
 from mechid.kernel.loop.plant import (
     AT_CLOSE,
     AT_M,
@@ -14,7 +14,6 @@ from mechid.kernel.loop.plant import (
     AT_U,
     AT_X,
     AT_Z,
-    DISCRETE,
     INNER,
     MOST_GUARDS,
     NF,
@@ -26,7 +25,6 @@ from mechid.kernel.loop.plant import (
     Integers,
     Numbers,
     njit,
-    rarely,
 )
 
 MOVED = np.concatenate((

@@ -13,7 +13,7 @@ from mechid.kernel.batch.loop.memory import (
     SLOPES,
     SUSPECT,
 )
-from mechid.kernel.batch.loop.plant import MODES, MOST_MODES, SETS, margins, slopes
+from mechid.kernel.batch.loop.plant import MODES, MOST_MODES, SETS, apart, in_vectors, margins, slopes
 from mechid.kernel.loop.plant import (
     AT_G_NEW,
     AT_G_OLD,
@@ -29,8 +29,6 @@ from mechid.kernel.loop.plant import (
     NX,
     Integers,
     Numbers,
-    apart,
-    in_vectors,
     njit,
 )
 
