@@ -24,6 +24,8 @@ from mechid.errors import UsageError
 from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
+VERSION = "version of mechid"
+"""Of the inputs: other code may go another way."""
 
 
 class Journal:
@@ -50,7 +52,7 @@ class Journal:
         UsageError
             The file cannot be written, or the run to be resumed had other inputs.
         """
-        inputs = {**inputs, "version of mechid": _source_digest()}
+        inputs = with_version(inputs)
         with writable(path.parent):
             lines = _whole_lines(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
@@ -97,6 +99,24 @@ class Journal:
         left = packed(rng.bit_generator.state) if rng else None
         self.note(STEP, step=kind, key=key, seconds=time.perf_counter() - began, result=result, rng=left)
         return unpacked(result)
+
+
+def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
+    try:
+        lines = [{"event": "", **json.loads(line)} for line in path.read_text(encoding="utf-8").splitlines()]
+    except (OSError, ValueError, TypeError):
+        return {}, ()
+    events = tuple(line["event"] for line in lines)
+    if STARTED not in events:
+        return {}, ()
+    begun = len(events) - 1 - events[::-1].index(STARTED)
+    return dict(lines[begun].get("inputs", {})), events[begun:]
+
+
+def with_version(inputs: Mapping[str, str]) -> dict[str, str]:
+    """Return inputs with the version of mechid, as a journal notes them."""
+    return {**inputs, VERSION: _source_digest()}
 
 
 def packed(value: Any) -> Any:
