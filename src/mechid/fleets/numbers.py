@@ -90,9 +90,8 @@ SPREAD = ("mean", "std_error", "mean95", "spread", "spread95", "next95", "repeat
 
 def _spread(p: FleetParameter) -> dict[str, Any]:
     """Return mean and spread; the mean of an angle in [-180, 180), its intervals about it."""
-    made = p.spread
+    made, turn = p.spread, _turn(p)
     assert made is not None
-    turn = float(wrapped(made.mean)) - made.mean if p.observed.is_angle else 0.0
     return {
         "mean": made.mean + turn,
         "std_error": made.error,
@@ -103,6 +102,13 @@ def _spread(p: FleetParameter) -> dict[str, Any]:
         "repeatability": made.of_units.repeatability,
         "equal_p": made.equal_p,
     }
+
+
+def _turn(p: FleetParameter) -> float:
+    """Return the whole turns that bring the mean of an angle to [-180, 180)."""
+    if p.spread is None or not p.observed.is_angle:
+        return 0.0
+    return float(wrapped(p.spread.mean)) - p.spread.mean
 
 
 def _outlier(p: FleetParameter, k: int, p_value: float) -> dict[str, Any]:
@@ -118,18 +124,22 @@ def _outlier(p: FleetParameter, k: int, p_value: float) -> dict[str, Any]:
 
 
 def _value(p: FleetParameter, member: Member, estimate: Estimate | None) -> dict[str, Any] | None:
-    """Return a campaign's value; None where it has no such parameter."""
+    """Return a campaign's value; None where it has no such parameter.
+
+    `level` is what of it the units are compared by: a trend taken out, an angle on the branch of the mean.
+    """
     value = estimate.values.get(p.name) if estimate else None
     if value is None:
         return None
-    counted = [float(v) for m, v in zip(p.level.members, p.level.values, strict=True) if m is member]
+    level = next((float(v) for m, v in zip(p.level.members, p.level.values, strict=True) if m is member), None)
     return {
         "value": value.value,
         "std_error": value.std_error,
         "status": value.status,
         "left_out": value.left_out,
         "near_threshold": value.near_threshold,
-        "off": p.spread.off(counted[0], value.error) if p.spread and counted else None,
+        "level": None if level is None else level + _turn(p),
+        "off": None if level is None or p.spread is None else p.spread.off(level, value.error),
     }
 
 
@@ -157,4 +167,5 @@ def _trend(fleet: Fleet, one: Tested[Trend]) -> dict[str, Any]:
 
 
 def _tested(one: Tested[Any]) -> Mapping[str, Any]:
-    return {**asdict(one.result), "q": one.q, "found": one.found}
+    entries = {key: list(value) if isinstance(value, tuple) else value for key, value in asdict(one.result).items()}
+    return {**entries, "q": one.q, "found": one.found}

@@ -21,10 +21,20 @@ def fleet_contents(data: Data) -> dict[str, Any]:
         "verdict": fleet_verdict(data),
         "campaigns": [{**c, "text": _campaign(data, c)} for c in data["campaigns"]],
         "parameters": [_parameter(data, p) for p in data["parameters"]],
+        "has": _has(data),
         "trends": [{**t, "text": _trend(data, t)} for t in _by_chance(data["trends"])],
         "groups": [{**g, "text": _group(data, g)} for g in _by_chance(data["groups"])],
         "changes": [{**c, "text": _change(data, c)} for c in _by_chance(data["changes"])],
         "mean_changes": [{**c, "text": _mean_change(data, c)} for c in _by_chance(data["mean_changes"])],
+    }
+
+
+def _has(data: Data) -> dict[str, bool]:
+    """Return which columns a table of the campaigns needs."""
+    campaigns = data["campaigns"]
+    return {
+        "unit": any(c["unit"] != c["label"] for c in campaigns),
+        **{key: any(c[key] for c in campaigns) for key in ("group", "state")},
     }
 
 
@@ -75,7 +85,7 @@ def _parameter(data: Data, p: Data) -> dict[str, Any]:
         "unit": "" if p["unit"] == "1" else p["unit"],
         "mean": mean,
         "std_error": error,
-        "units": f"{p['units']} of {len(data['units'])}",
+        "units": str(p["units"]),
         "spread": _spread(p),
         "spread95": _range(p["spread95"], 2),
         "next95": _ends(p),
@@ -83,7 +93,9 @@ def _parameter(data: Data, p: Data) -> dict[str, Any]:
         "differs": "differs" if p["differs"] else "",
         "q": chance(p["equal_q"]),
         "outliers": ", ".join(one["unit"] for one in p["outliers"]),
-        "along": "" if p["along"] is None else f"at {covariate_words(p['along'])}: {plain(p['along']['reference'], 4)}",
+        "along": ""
+        if p["along"] is None
+        else f"at {plain(p['along']['reference'], 4)} ({covariate_words(p['along'])})",
         "lacking": f"{len(p['lacking'])} of {len(data['campaigns'])} have no such" if p["lacking"] else "",
     }
     stands_off = {one["unit"] for one in p["outliers"]}
@@ -115,11 +127,11 @@ def _ends(p: Data) -> str:
 def _cell(v: Data | None, stands_off: bool) -> dict[str, Any]:
     """Return a value with its error as one text, and how it is marked."""
     if v is None:
-        return {"text": "", "mark": "absent", "why": ABSENT, "off": 0.0}
+        return {"text": "", "error": "", "mark": "absent", "why": ABSENT, "off": 0.0}
     value, error = with_sigma(v["value"], v["std_error"])
     mark = "left-out" if v["left_out"] else "off" if stands_off else "near" if v["near_threshold"] else ""
     why = v["left_out"] or ("stands off" if stands_off else "near threshold" if v["near_threshold"] else "")
-    return {"text": f"{value} ± {error}" if error else value, "mark": mark, "why": why, "off": v["off"] or 0.0}
+    return {"text": value, "error": error, "mark": mark, "why": why, "off": v["off"] or 0.0}
 
 
 def _trend(data: Data, t: Data) -> dict[str, str]:
@@ -133,9 +145,8 @@ def _trend(data: Data, t: Data) -> dict[str, str]:
         "error": error,
         "unit": unit,
         "range": _range(t["slope95"], 3),
-        "of": f"{t['campaigns']} campaigns, {t['units']} units, {how}",
+        "of": f"{how}, {t['campaigns']} campaigns" if t["within"] else f"{how}, {t['units']}",
         "q": chance(t["q"]),
-        "found": "trend" if t["found"] else "",
     }
 
 
@@ -145,7 +156,6 @@ def _group(data: Data, g: Data) -> dict[str, str]:
         "means": "; ".join(f"{m['group']} {value} ± {error} ({m['units']})" for m, (value, error) in means),
         "unit": unit_of(data, g["name"]),
         "q": chance(g["q"]),
-        "found": "differ" if g["found"] else "",
     }
 
 
@@ -158,7 +168,6 @@ def _change(data: Data, c: Data) -> dict[str, str]:
         "unit_of_value": unit_of(data, c["name"]),
         "sigmas": f"{c['difference'] / c['error']:+.1f}",
         "q": chance(c["q"]),
-        "found": "changed" if c["found"] else "",
     }
 
 
@@ -172,5 +181,4 @@ def _mean_change(data: Data, c: Data) -> dict[str, str]:
         "range": _range(c["mean95"], 3),
         "spread": plain(c["spread"], 2),
         "q": chance(c["q"]),
-        "found": "changed" if c["found"] else "",
     }

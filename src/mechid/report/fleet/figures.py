@@ -44,7 +44,7 @@ def fleet_figures(data: Data) -> Iterator[tuple[str, Figure]]:
 def _drawings(data: Data) -> Iterator[tuple[str, list[Any], Sequence[str]]]:
     """Yield name, panels and what is named below each of the lowest."""
     labels = [c["label"] for c in data["campaigns"]]
-    drawn = [p for p in data["parameters"] if any(v and not v["left_out"] for v in p["values"])]
+    drawn = [p for p in data["parameters"] if any(v and v["level"] is not None for v in p["values"])]
     if drawn:
         yield "parameters", [partial(_parameter, data, p) for p in drawn], labels
     trends = [t for t in data["trends"] if t["found"]][:SHOWN]
@@ -88,22 +88,16 @@ def _title(axes: Any, name: str, unit: str) -> None:
 
 def _parameter(data: Data, p: Data, axes: Any) -> None:
     """Draw the values of the campaigns with their 95 % error bars, the mean, and the spread as a band."""
-    _title(axes, p["name"], p["text"]["unit"])
+    _title(axes, p["name"], p["text"]["unit"] + (", trend taken out" if p["along"] else ""))
     if p["mean"] is not None:
         axes.axhspan(p["mean"] - p["spread"], p["mean"] + p["spread"], color=NOISE, alpha=0.18, linewidth=0)
         axes.axhline(p["mean"], color=NOISE, linewidth=0.9)
     off = {one["unit"] for one in p["outliers"]}
     for k, (v, c) in enumerate(zip(p["values"], data["campaigns"], strict=True)):
-        if v is None or v["left_out"]:
-            continue
-        colour = MODELLED if c["unit"] in off else MEASURED
-        value = v["value"] if p["unit"] != "deg" or p["mean"] is None else _near(v["value"], p["mean"])
-        axes.errorbar(k, value, yerr=REACH * v["std_error"], fmt="o", color=colour, markersize=2.6, elinewidth=0.8)
-
-
-def _near(angle_deg: float, mean_deg: float) -> float:
-    """Return an angle on the branch of the mean."""
-    return angle_deg + 360.0 * round((mean_deg - angle_deg) / 360.0)
+        if v is not None and v["level"] is not None:
+            colour = MODELLED if c["unit"] in off else MEASURED
+            axes.errorbar(k, v["level"], yerr=REACH * v["std_error"], fmt="o", color=colour, markersize=2.6,
+                          elinewidth=0.8)  # fmt: skip
 
 
 def _trend(t: Data, axes: Any) -> None:
