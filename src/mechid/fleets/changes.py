@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr
 
 from mechid.fleets.angles import wrapped
 from mechid.fleets.observed import Observed
@@ -55,7 +55,7 @@ def changes(o: Observed, states: tuple[str, str]) -> tuple[Change, ...]:
         difference = o.values[after] - o.values[before]
         difference = float(wrapped(difference)) if o.is_angle else float(difference)
         error = float(np.hypot(o.errors[before], o.errors[after]))
-        p = float(2.0 * norm.sf(abs(difference) / error))
+        p = float(2.0 * ndtr(-abs(difference) / error))
         out.append(Change(name=o.name, unit=unit, states=states, difference=difference, error=error, p_value=p))
     return tuple(out)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from scipy.stats import norm, t
+from scipy.special import ndtri, stdtrit
 
 from mechid.analysis.hypothesis import entries_by_what_tells_them
 from mechid.campaign.campaign import CAMPAIGN
@@ -149,7 +149,7 @@ def _left_out(p: Mapping[str, Any], error: float, grade: Grade) -> str:
 
 def _widening(dof: float | None) -> float:
     """Return by how much a 95 % interval of Student's t is wider than that of the normal distribution."""
-    return 1.0 if dof is None else float(t.ppf(0.975, dof) / norm.ppf(0.975))
+    return 1.0 if dof is None else float(stdtrit(dof, 0.975) / ndtri(0.975))
 
 
 def is_of_interest(estimates: Sequence[Estimate], name: str) -> bool:

@@ -223,7 +223,7 @@ def _parameters(
 ) -> tuple[FleetParameter, ...]:
     made = {name: s for name, s in spreads.items() if s is not None}
     equal = dict(zip(made, tested(list(made.values()), rate, lambda s: s.equal_p), strict=True))
-    off = _outliers(made, rate)
+    off = fleet_outliers(made, rate)
     return tuple(
         FleetParameter(
             observed=o,
@@ -239,7 +239,7 @@ def _parameters(
     )
 
 
-def _outliers(spreads: Mapping[str, Spread], rate: float) -> dict[str, tuple[Standing, ...]]:
+def fleet_outliers(spreads: Mapping[str, Spread], rate: float) -> dict[str, tuple[Standing, ...]]:
     """Return the units that stand off of each parameter.
 
     The farthest unit of each parameter is one test of the family. Where it is a finding, the units are those below the

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f
+from scipy.special import fdtrc
 
 from mechid.fleets.members import Member
 from mechid.fleets.observed import OfUnits
@@ -56,5 +56,5 @@ def group_difference(name: str, each: OfUnits, members: Sequence[Member]) -> Gro
             for k, g in enumerate(groups)
         ),
         scatter=made.scatter,
-        p_value=float(f.sf(ratio, off.size, made.dof)),
+        p_value=float(fdtrc(off.size, made.dof, ratio)),
     )

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import t
+from scipy.special import stdtr
 
-from mechid.fleets.regression import common
+from mechid.fleets.regression import EXACT, STEPS
 
 FloatArray = NDArray[np.float64]
 LEAST = 4
@@ -46,20 +46,37 @@ def farthest(values: FloatArray, errors: FloatArray) -> tuple[Standing, ...]:
     """
     if values.size < LEAST:
         return ()
-    left, found = list(range(values.size)), []
+    left, found = np.arange(values.size), []
     for _ in range(values.size // SHARE):
-        offs = [_off(values, errors, left, unit) for unit in left]
+        offs = deleted_residuals(values[left], errors[left])
         k = int(np.argmax(np.abs(offs)))
-        chance = 2.0 * float(t.sf(abs(offs[k]), len(left) - 2)) * len(left)
-        found.append(Standing(left[k], offs[k], min(chance, 1.0)))
-        left.pop(k)
+        chance = 2.0 * float(stdtr(left.size - 2, -abs(offs[k]))) * left.size
+        found.append(Standing(int(left[k]), float(offs[k]), min(chance, 1.0)))
+        left = np.delete(left, k)
     least = np.minimum.accumulate([one.p_value for one in found][::-1])[::-1]
     return tuple(Standing(one.unit, one.off, float(p)) for one, p in zip(found, least, strict=True))
 
 
-def _off(values: FloatArray, errors: FloatArray, left: list[int], unit: int) -> float:
-    """Return the distance of a unit from the mean of the others, in the error of that distance."""
-    others = [k for k in left if k != unit]
-    mean = common(values[others], errors[others])
-    error = np.sqrt(errors[unit] ** 2 + mean.scatter**2 + mean.error() ** 2)
-    return float((values[unit] - mean.coefficients[0]) / error)
+def deleted_residuals(values: FloatArray, errors: FloatArray) -> FloatArray:
+    """Return the distance of each unit from the mean of all others, in the error of that distance.
+
+    The mean and the spread of the others are those of `regression.common`, for all units at once.
+
+    Parameters
+    ----------
+    values, errors : (n,)
+        n of three or more.
+    """
+    others, tau2, wanted = 1.0 - np.eye(values.size), np.zeros(values.size), values.size - 2.0
+    for _ in range(STEPS):
+        weights = others / (np.square(errors) + tau2[:, None])
+        total = weights.sum(axis=1)
+        means = weights @ values / total
+        terms = weights * np.square(values - means[:, None])
+        q = terms.sum(axis=1)
+        beyond = q > wanted * (1.0 + EXACT)
+        if not beyond.any():
+            break
+        fall = (weights * terms).sum(axis=1)[beyond]
+        tau2[beyond] += q[beyond] * (q[beyond] / wanted - 1.0) / fall
+    return (values - means) / np.sqrt(np.square(errors) + tau2 + 1.0 / total)

@@ -16,15 +16,16 @@ Jonkman [HK2001]_, whose factor Q/dof is 1 where tau^2 is above 0, and is not le
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
-from scipy.stats import chi2, t
+from scipy.special import chdtrc, chdtri, stdtr, stdtrit
 
 FloatArray = NDArray[np.float64]
+EXACT, STEPS = 1e-12, 100
+"""Relative accuracy of the weighted sum of squares, and Newton steps at most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,7 +59,7 @@ class Regression:
 
     def reach(self, error: float) -> float:
         """Return half of a 95 % interval."""
-        return error * float(t.ppf(0.975, self.dof))
+        return error * float(stdtrit(self.dof, 0.975))
 
     def interval(self, k: int = 0) -> tuple[float, float]:
         """Return the 95 % interval of a coefficient."""
@@ -67,7 +68,7 @@ class Regression:
 
     def p_value(self, k: int = 0) -> float:
         """Return the probability of a coefficient at least as large where the true one is 0, on either side."""
-        return float(2.0 * t.sf(abs(self.coefficients[k]) / self.error(k), self.dof))
+        return float(2.0 * stdtr(self.dof, -abs(self.coefficients[k]) / self.error(k)))
 
 
 def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Regression:
@@ -80,23 +81,17 @@ def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Re
     design : (n, k)
         Of full rank, k < n.
     """
-    unit = _size(values, errors, design)
-    y, variance, dof = values / unit, np.square(errors / unit), values.size - design.shape[1]
-
-    def weighted(tau2: float) -> float:
-        return _fit(y, variance + tau2, design)[2]
-
-    tau2 = _crossing(weighted, float(dof))
-    coefficients, covariance, _ = _fit(y, variance + tau2, design)
-    ends = (_crossing(weighted, float(chi2.ppf(share, dof))) for share in (0.975, 0.025))
-    low, high = (unit * math.sqrt(end) for end in ends)
+    weighted, dof = _Weighted.of(values, np.square(errors), design), values.size - design.shape[1]
+    tau2 = weighted.crossing(float(dof))
+    coefficients, covariance = _fit(values, np.square(errors) + tau2, design)
+    low, high = (math.sqrt(weighted.crossing(float(chdtri(dof, share)))) for share in (0.025, 0.975))
     return Regression(
-        coefficients=unit * coefficients,
-        covariance=unit**2 * covariance,
+        coefficients=coefficients,
+        covariance=covariance,
         dof=dof,
-        scatter=unit * math.sqrt(tau2),
+        scatter=math.sqrt(tau2),
         scatter95=(low, high),
-        equal_p=float(chi2.sf(weighted(0.0), dof)),
+        equal_p=float(chdtrc(dof, weighted.at(0.0)[0])),
     )
 
 
@@ -105,27 +100,40 @@ def common(values: FloatArray, errors: FloatArray) -> Regression:
     return regression(values, errors, np.ones((values.size, 1)))
 
 
-def _size(values: FloatArray, errors: FloatArray, design: FloatArray) -> float:
-    """Return what the numbers are counted in, so that tolerances mean the same for 1e-6 and 1e6."""
-    left = values - design @ np.linalg.lstsq(design, values, rcond=None)[0]
-    return float(max(np.sqrt(np.mean(np.square(left))), np.median(errors)))
+@dataclass(frozen=True)
+class _Weighted:
+    """Q as a function of tau^2: sum squares / (variances + tau^2), in the eigenvectors of what the design leaves."""
+
+    squares: FloatArray
+    variances: FloatArray
+
+    @classmethod
+    def of(cls, values: FloatArray, variance: FloatArray, design: FloatArray) -> Self:
+        left = np.linalg.qr(design, mode="complete")[0][:, design.shape[1] :]
+        variances, vectors = np.linalg.eigh(left.T @ (variance[:, None] * left))
+        return cls(np.square(vectors.T @ (left.T @ values)), variances)
+
+    def at(self, tau2: float) -> tuple[float, float]:
+        """Return Q and minus its derivative."""
+        terms = self.squares / (self.variances + tau2)
+        return float(terms.sum()), float((terms / (self.variances + tau2)).sum())
+
+    def crossing(self, wanted: float) -> float:
+        """Return the tau^2 at which Q falls to `wanted`; 0 where it is below from the start.
+
+        Newton's method on 1/Q, which is concave: from 0 each step stays short of the root.
+        """
+        tau2 = 0.0
+        for _ in range(STEPS):
+            q, fall = self.at(tau2)
+            if q <= wanted * (1.0 + EXACT):
+                break
+            tau2 += q * (q / wanted - 1.0) / fall
+        return tau2
 
 
-def _fit(y: FloatArray, variance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Return coefficients, covariance and weighted sum of squares at known variances."""
-    rows = design / np.sqrt(variance)[:, None]
-    orthogonal, triangle = np.linalg.qr(rows)
+def _fit(y: FloatArray, variance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return coefficients and covariance at known variances."""
+    orthogonal, triangle = np.linalg.qr(design / np.sqrt(variance)[:, None])
     inverse = np.linalg.inv(triangle)
-    coefficients = inverse @ (orthogonal.T @ (y / np.sqrt(variance)))
-    left = (y - design @ coefficients) / np.sqrt(variance)
-    return coefficients, inverse @ inverse.T, float(left @ left)
-
-
-def _crossing(weighted: Callable[[float], float], wanted: float) -> float:
-    """Return the tau^2 at which the weighted sum of squares falls to `wanted`; 0 where it is below from the start."""
-    if weighted(0.0) <= wanted:
-        return 0.0
-    high = 1.0
-    while weighted(high) > wanted:
-        high *= 4.0
-    return float(brentq(lambda tau2: weighted(tau2) - wanted, 0.0, high, xtol=1e-14, rtol=1e-12))
+    return inverse @ (orthogonal.T @ (y / np.sqrt(variance))), inverse @ inverse.T

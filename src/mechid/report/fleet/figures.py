@@ -54,7 +54,7 @@ def _drawings(data: Data) -> Iterator[tuple[str, list[Any], Sequence[str]]]:
         (c["name"], tuple(c["states"])) for c in (*data["mean_changes"], *data["changes"]) if c["found"]
     )
     if found:
-        units = list(data["units"])
+        units = list(dict.fromkeys(c["unit"] for c in data["changes"]))
         yield "changes", [partial(_change, data, name, states, units) for name, states in list(found)[:SHOWN]], units
 
 
