@@ -242,10 +242,17 @@ def _parameters(
 def fleet_outliers(spreads: Mapping[str, Spread], rate: float) -> dict[str, tuple[Standing, ...]]:
     """Return the units that stand off of each parameter.
 
-    The farthest unit of each parameter is one test of the family. Where it is a finding, the units are those below the
-    rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76 (2014) 297).
+    The farthest unit of each parameter is one test of the family, with a factor for the number of units taken out one
+    after the other: without it 9 % of fleets without outliers had one at a rate of 5 %. Where it is a finding, the
+    units are those below the rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76
+    (2014) 297).
     """
     named = [(name, s.standings) for name, s in spreads.items() if s.standings]
-    chosen = [one.result for one in tested(named, rate, lambda one: one[1][0].p_value) if one.found]
+    chosen = [one.result for one in tested(named, rate, lambda one: _chance(one[1], one[1][0])) if one.found]
     level = rate * len(chosen) / max(len(named), 1)
-    return {name: tuple(one for one in standings if one.p_value <= level) for name, standings in chosen}
+    return {name: tuple(one for one in each if _chance(each, one) <= level) for name, each in chosen}
+
+
+def _chance(each: Sequence[Standing], one: Standing) -> float:
+    """Return the probability of a unit as far off, with a factor for the number of units taken out."""
+    return min(one.p_value * len(each), 1.0)

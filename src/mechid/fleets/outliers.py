@@ -1,6 +1,6 @@
 """Units that stand off from all others of a parameter by more than its spread and their own errors.
 
-One unit after the other is taken out, the one farthest off first: at most a quarter of all. Each is tested by how far
+One unit after the other is taken out, the one farthest off first: at most a fifth of all, and three. Each is tested by how far
 it lies from the mean of those left, in the error of that distance (its own error, the spread and the error of the mean
 of the others: deleted residual, [VC2010]_), with Student's t of those left and Bonferroni's factor for the choice
 of the farthest. All taken out up to the last that is significant are outliers, as in Rosner's procedure [R1983]_: so
@@ -23,8 +23,8 @@ from mechid.fleets.regression import EXACT, STEPS
 FloatArray = NDArray[np.float64]
 LEAST = 4
 """Units at least; of fewer none can stand off from the others."""
-SHARE = 4
-"""At most one in so many may be an outlier."""
+SHARE, MOST = 5, 3
+"""At most one in so many may stand off, and so many; each more would cost those before it."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ def farthest(values: FloatArray, errors: FloatArray) -> tuple[Standing, ...]:
     if values.size < LEAST:
         return ()
     left, found = np.arange(values.size), []
-    for _ in range(values.size // SHARE):
+    for _ in range(max(min(values.size // SHARE, MOST), 1)):
         offs = deleted_residuals(values[left], errors[left])
         k = int(np.argmax(np.abs(offs)))
         chance = 2.0 * float(stdtr(left.size - 2, -abs(offs[k]))) * left.size

@@ -21,11 +21,14 @@ from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import chdtrc, chdtri, stdtr, stdtrit
+from scipy.optimize import brentq
+from scipy.special import chdtrc, chdtri, ndtr, ndtri, stdtr, stdtrit
 
 FloatArray = NDArray[np.float64]
 EXACT, STEPS = 1e-12, 100
 """Relative accuracy of the weighted sum of squares, and Newton steps at most."""
+QUANTILES, FAR = 60, 40.0
+"""Of tau^2 in a mixture, and how many of its widths hold it all."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -98,6 +101,32 @@ def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Re
 def common(values: FloatArray, errors: FloatArray) -> Regression:
     """Return the regression on a constant: mean and spread of two values or more."""
     return regression(values, errors, np.ones((values.size, 1)))
+
+
+def further95(values: FloatArray, errors: FloatArray) -> tuple[float, float]:
+    """Return the 95 % interval in which one more value without an error lies.
+
+    What is known of tau^2 is its confidence distribution by the Q-profile; the interval is that of the mixture of
+    normal distributions over it (Nagashima, Noma, Furukawa, Stat. Methods Med. Res. 28 (2019) 1689, without draws). With
+    tau^2 at its estimate alone the interval would hold 82 to 90 % where spread and errors are alike.
+    """
+    dof = values.size - 1
+    weighted = _Weighted.of(values, np.square(errors), np.ones((values.size, 1)))
+    shares = (np.arange(QUANTILES) + 0.5) / QUANTILES
+    tau2 = np.array([weighted.crossing(float(chdtri(dof, share))) for share in shares])
+    weights = 1.0 / (np.square(errors) + tau2[:, None])
+    means = weights @ values / weights.sum(axis=1)
+    widths = np.sqrt(tau2 + (stdtrit(dof, 0.975) / ndtri(0.975)) ** 2 / weights.sum(axis=1))
+
+    def below(value: float, share: float) -> float:
+        return float(ndtr((value - means) / widths).mean()) - share
+
+    far = FAR * widths.max()
+    low, high = (
+        float(brentq(below, means.min() - far, means.max() + far, args=(share,), xtol=1e-9 * widths.min()))
+        for share in (0.025, 0.975)
+    )
+    return low, high
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ import numpy as np
 
 from mechid.fleets.observed import OfUnits
 from mechid.fleets.outliers import Standing, farthest
-from mechid.fleets.regression import common
+from mechid.fleets.regression import common, further95
 
 LEAST = 2
 """Units of which there is a mean and a spread."""
@@ -55,15 +55,14 @@ def spread(units: OfUnits) -> Spread | None:
     if len(units.units) < LEAST:
         return None
     made = common(units.values, units.errors)
-    mean, reach = float(made.coefficients[0]), made.reach(float(np.hypot(made.scatter, made.error())))
     return Spread(
         of_units=units,
-        mean=mean,
+        mean=float(made.coefficients[0]),
         error=made.error(),
         mean95=made.interval(),
         spread=made.scatter,
         spread95=made.scatter95,
-        next95=(mean - reach, mean + reach),
+        next95=further95(units.values, units.errors),
         equal_p=made.equal_p,
         standings=farthest(units.values, units.errors),
     )
