@@ -16,6 +16,7 @@ from scipy.special import stdtrit
 
 from mechid.fleets.fleet import fleet_outliers
 from mechid.fleets.observed import OfUnits
+from mechid.fleets.outliers import farthest
 from mechid.fleets.regression import regression
 from mechid.fleets.significance import tested
 from mechid.fleets.spread import spread
@@ -116,7 +117,7 @@ def false_row(n: int, draws: int) -> str:
             made = {str(k): spread(one) for k, one in enumerate(correlated(rng, n, size))}
             if size == 0.0:
                 differ += any(one.found for one in tested(list(made.values()), 0.05, lambda s: s.equal_p))
-            off[size] += any(fleet_outliers(made, 0.05).values())
+            off[size] += any(fleet_outliers({name: one.standings for name, one in made.items()}, 0.05).values())
     counted = ", ".join(f"spread {size:g}: {100.0 * count / draws:.1f} %" for size, count in off.items())
     return f"| {n}, correlated | {100.0 * differ / draws:.1f} % | {counted} |"
 
@@ -128,7 +129,7 @@ def outlier_row(n: int, off: float, draws: int) -> str:
         for moved in (1, 2):
             fleet = correlated(rng, n, 4.0)
             fleet[0].values[:moved] += off * 4.0
-            found = fleet_outliers({str(k): spread(one) for k, one in enumerate(fleet)}, 0.05)
+            found = fleet_outliers({str(k): farthest(one.values, one.errors) for k, one in enumerate(fleet)}, 0.05)
             units = {one.unit for one in found.get("0", ())}
             counts[moved - 1] += set(range(moved)) <= units
             counts[2] += sum(one.unit >= moved or name != "0" for name, all_ in found.items() for one in all_) / 2.0

@@ -223,7 +223,7 @@ def _parameters(
 ) -> tuple[FleetParameter, ...]:
     made = {name: s for name, s in spreads.items() if s is not None}
     equal = dict(zip(made, tested(list(made.values()), rate, lambda s: s.equal_p), strict=True))
-    off = fleet_outliers(made, rate)
+    off = fleet_outliers({name: s.standings for name, s in made.items()}, rate)
     return tuple(
         FleetParameter(
             observed=o,
@@ -239,15 +239,15 @@ def _parameters(
     )
 
 
-def fleet_outliers(spreads: Mapping[str, Spread], rate: float) -> dict[str, tuple[Standing, ...]]:
-    """Return the units that stand off of each parameter.
+def fleet_outliers(standings: Mapping[str, tuple[Standing, ...]], rate: float) -> dict[str, tuple[Standing, ...]]:
+    """Return the units that stand off of each parameter, of those that may.
 
     The farthest unit of each parameter is one test of the family, with a factor for the number of units taken out one
     after the other: without it 9 % of fleets without outliers had one at a rate of 5 %. Where it is a finding, the
     units are those below the rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76
     (2014) 297).
     """
-    named = [(name, s.standings) for name, s in spreads.items() if s.standings]
+    named = [(name, each) for name, each in standings.items() if each]
     chosen = [one.result for one in tested(named, rate, lambda one: _chance(one[1], one[1][0])) if one.found]
     level = rate * len(chosen) / max(len(named), 1)
     return {name: tuple(one for one in each if _chance(each, one) <= level) for name, each in chosen}

@@ -1,10 +1,10 @@
 """Units that stand off from all others of a parameter by more than its spread and their own errors.
 
-One unit after the other is taken out, the one farthest off first: at most a fifth of all, and three. Each is tested by how far
-it lies from the mean of those left, in the error of that distance (its own error, the spread and the error of the mean
-of the others: deleted residual, [VC2010]_), with Student's t of those left and Bonferroni's factor for the choice
-of the farthest. All taken out up to the last that is significant are outliers, as in Rosner's procedure [R1983]_: so
-two that stand off on the same side do not hide one another.
+One unit after the other is taken out, the one farthest off first: at most a fifth of all, and three. Each is tested
+by how far it lies from the mean of those left, in the error of that distance (its own error, the spread and the error
+of the mean of the others: deleted residual, [VC2010]_), with Student's t of those left and Bonferroni's factor for the
+choice of the farthest. All taken out up to the last that is significant are outliers, as in Rosner's procedure
+[R1983]_: so two that stand off on the same side do not hide one another.
 
 .. [VC2010] W. Viechtbauer, M. W.-L. Cheung, Outlier and influence diagnostics, Res. Synth. Methods 1 (2010) 112
 .. [R1983] B. Rosner, Percentage points for a generalized ESD many-outlier procedure, Technometrics 25 (1983) 165

@@ -60,13 +60,9 @@ class Regression:
         """Return the standard error of a coefficient."""
         return float(np.sqrt(self.covariance[k, k]))
 
-    def reach(self, error: float) -> float:
-        """Return half of a 95 % interval."""
-        return error * float(stdtrit(self.dof, 0.975))
-
     def interval(self, k: int = 0) -> tuple[float, float]:
         """Return the 95 % interval of a coefficient."""
-        reach = self.reach(self.error(k))
+        reach = self.error(k) * float(stdtrit(self.dof, 0.975))
         return float(self.coefficients[k]) - reach, float(self.coefficients[k]) + reach
 
     def p_value(self, k: int = 0) -> float:
@@ -85,16 +81,15 @@ def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Re
         Of full rank, k < n.
     """
     weighted, dof = _Weighted.of(values, np.square(errors), design), values.size - design.shape[1]
-    tau2 = weighted.crossing(float(dof))
+    tau2, *ends = weighted.crossings(np.array([dof, *chdtri(dof, [0.025, 0.975])]))
     coefficients, covariance = _fit(values, np.square(errors) + tau2, design)
-    low, high = (math.sqrt(weighted.crossing(float(chdtri(dof, share)))) for share in (0.025, 0.975))
     return Regression(
         coefficients=coefficients,
         covariance=covariance,
         dof=dof,
         scatter=math.sqrt(tau2),
-        scatter95=(low, high),
-        equal_p=float(chdtrc(dof, weighted.at(0.0)[0])),
+        scatter95=(math.sqrt(ends[0]), math.sqrt(ends[1])),
+        equal_p=float(chdtrc(dof, weighted.at(np.zeros(1))[0][0])),
     )
 
 
@@ -107,13 +102,13 @@ def further95(values: FloatArray, errors: FloatArray) -> tuple[float, float]:
     """Return the 95 % interval in which one more value without an error lies.
 
     What is known of tau^2 is its confidence distribution by the Q-profile; the interval is that of the mixture of
-    normal distributions over it (Nagashima, Noma, Furukawa, Stat. Methods Med. Res. 28 (2019) 1689, without draws). With
-    tau^2 at its estimate alone the interval would hold 82 to 90 % where spread and errors are alike.
+    normal distributions over it (Nagashima, Noma, Furukawa, Stat. Methods Med. Res. 28 (2019) 1689, without draws).
+    With tau^2 at its estimate alone it would hold 82 to 90 % where spread and errors are alike.
     """
     dof = values.size - 1
     weighted = _Weighted.of(values, np.square(errors), np.ones((values.size, 1)))
     shares = (np.arange(QUANTILES) + 0.5) / QUANTILES
-    tau2 = np.array([weighted.crossing(float(chdtri(dof, share))) for share in shares])
+    tau2 = weighted.crossings(chdtri(dof, shares))
     weights = 1.0 / (np.square(errors) + tau2[:, None])
     means = weights @ values / weights.sum(axis=1)
     widths = np.sqrt(tau2 + (stdtrit(dof, 0.975) / ndtri(0.975)) ** 2 / weights.sum(axis=1))
@@ -142,22 +137,23 @@ class _Weighted:
         variances, vectors = np.linalg.eigh(left.T @ (variance[:, None] * left))
         return cls(np.square(vectors.T @ (left.T @ values)), variances)
 
-    def at(self, tau2: float) -> tuple[float, float]:
-        """Return Q and minus its derivative."""
-        terms = self.squares / (self.variances + tau2)
-        return float(terms.sum()), float((terms / (self.variances + tau2)).sum())
+    def at(self, tau2: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return Q and minus its derivative at some tau^2."""
+        terms = self.squares / (self.variances + tau2[:, None])
+        return terms.sum(axis=1), (terms / (self.variances + tau2[:, None])).sum(axis=1)
 
-    def crossing(self, wanted: float) -> float:
-        """Return the tau^2 at which Q falls to `wanted`; 0 where it is below from the start.
+    def crossings(self, wanted: FloatArray) -> FloatArray:
+        """Return the tau^2 at which Q falls to each of `wanted`; 0 where it is below from the start.
 
         Newton's method on 1/Q, which is concave: from 0 each step stays short of the root.
         """
-        tau2 = 0.0
+        tau2 = np.zeros(wanted.size)
         for _ in range(STEPS):
             q, fall = self.at(tau2)
-            if q <= wanted * (1.0 + EXACT):
+            beyond = q > wanted * (1.0 + EXACT)
+            if not beyond.any():
                 break
-            tau2 += q * (q / wanted - 1.0) / fall
+            tau2[beyond] += (q * (q / wanted - 1.0))[beyond] / fall[beyond]
         return tau2
 
 
