@@ -26,7 +26,9 @@ def cautions(fleet: Fleet) -> tuple[str, ...]:
 def _of_files(fleet: Fleet) -> Iterator[str]:
     """Yield where mechanism files are not alike."""
     there = [(m.label, e) for m, e in zip(fleet.asked.members, fleet.estimates, strict=True) if e is not None]
-    plants = {e.plant: label for label, e in reversed(there) if e.plant}
+    plants: dict[str, str] = {}
+    for label, e in there:
+        plants.setdefault(e.plant, label)
     if len(plants) > 1:
         yield (
             f"The mechanism files have {len(plants)} sets of equations, as those of {listed(list(plants.values()))}: a "
