@@ -3,10 +3,13 @@
 import csv
 import json
 import shutil
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 
 import pytest
 
+import mechid
 from estimates import free
 from mechid.campaign.bench import write_bench
 from mechid.cli.identification import INTERRUPTED
@@ -155,3 +158,14 @@ def test_exit_codes(run, refused, tmp_path):
     assert "there is no such folder" in refused(3, "fleet", tmp_path / "elsewhere", "--out", tmp_path / "out")
     assert "cannot be written to" in refused(2, "fleet", good, "--out", tmp_path / "fleet.toml")
     assert run("fleet", "--out", tmp_path / "out").exit_code == 2
+
+
+@pytest.mark.slow
+def test_campaigns_are_lent_to_processes_with_the_same_results(run, units, tmp_path):
+    """Truth: the same fleet in this process."""
+    assert run("fleet", *units, "--out", tmp_path / "here", "--workers", 1).exit_code == 0
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as executor:
+        mechid.fleet(*units, out=tmp_path / "lent", executor=executor)
+    for unit in ("FM1", "FM2"):
+        here, lent = (estimate(tmp_path / name, unit)["parameters"] for name in ("here", "lent"))
+        assert lent == here

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 
 def fleet(
     sources: Annotated[
@@ -16,6 +18,7 @@ def fleet(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     seed: Annotated[int, typer.Option(min=0, help="Of each search; equal seeds give equal results.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
     complete: Annotated[
         bool, typer.Option("--complete", help="Add what the records say the mechanism files lack, and identify again.")
     ] = False,
@@ -31,7 +34,8 @@ def fleet(
     from mechid.report.terminal import console_on
 
     asked = read_members(sources)
-    made = make_fleet(asked, out, seed=seed, workers=workers, complete=complete, told=_say)
+    with on_scheduler(scheduler):
+        made = make_fleet(asked, out, seed=seed, workers=workers, complete=complete, told=_say)
     data = fleet_data(made, out)
     print_fleet(data, console_on(), [*write_fleet(data, out), *write_fleet_report(data, out)])
     if made.failed:

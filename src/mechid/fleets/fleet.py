@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +20,8 @@ from mechid.fleets.significance import Tested, tested
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, trend, without
 from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import Done, is_lent, mapped
+from mechid.identification.computation.workforce import working_on
 from mechid.writing import refuse_unwritable
 
 UNITS_NAME = "units"
@@ -101,6 +103,7 @@ def fleet(
     out: Path | str,
     seed: int = 0,
     workers: int | None = None,
+    executor: Executor | None = None,
     complete: bool = False,
     told: Told = silent,
 ) -> Fleet:
@@ -117,6 +120,9 @@ def fleet(
         Of each search.
     workers : int or None
         Threads of each identification; None takes one per core.
+    executor : Executor or None
+        Whose workers identify the campaigns, each one after the other; they have to see the same folders. None: this
+        process, one campaign after the other.
     complete : bool
         Add to each mechanism what its records say it lacks.
     told : callable
@@ -141,7 +147,8 @@ def fleet(
     >>> import mechid
     >>> made = mechid.fleet("FM1", "FM2", "FM3", out="fleet")  # doctest: +SKIP
     """
-    return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, told=told)
+    with working_on(executor):
+        return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, told=told)
 
 
 def make_fleet(
@@ -153,11 +160,16 @@ def make_fleet(
     complete: bool = False,
     told: Told = silent,
 ) -> Fleet:
-    """Identify the campaigns of a fleet, one after the other, and say what they say together; see `fleet`."""
+    """Identify the campaigns of a fleet, and say what they say together; see `fleet`."""
     refuse_unwritable(out)
     tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete) for m in asked.members]
-    runs = mapped(partial(run_unit, told=told), tasks, 1)
-    return fleet_of(asked, runs)
+
+    def ended(done: Sequence[Done[UnitRun]]) -> None:
+        for number, run, _ in done:
+            told(f"{tasks[number].label}: {run.words}")
+
+    identified = run_unit if is_lent() else partial(run_unit, told=told)
+    return fleet_of(asked, mapped(identified, tasks, 1, ended))
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:

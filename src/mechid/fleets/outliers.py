@@ -79,4 +79,5 @@ def deleted_residuals(values: FloatArray, errors: FloatArray) -> FloatArray:
             break
         fall = (weights * terms).sum(axis=1)[beyond]
         tau2[beyond] += q[beyond] * (q[beyond] / wanted - 1.0) / fall
-    return (values - means) / np.sqrt(np.square(errors) + tau2 + 1.0 / total)
+    off: FloatArray = (values - means) / np.sqrt(np.square(errors) + tau2 + 1.0 / total)
+    return off

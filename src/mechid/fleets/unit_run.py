@@ -90,13 +90,18 @@ class UnitRun:
     said: str = ""
     seconds: float = 0.0
 
+    @property
+    def words(self) -> str:
+        """The same in a line."""
+        return f"{HOW_WORDS[self.how]}{f' ({self.said})' if self.said else ''}, {self.seconds:.1f} s"
+
 
 def task_of(member: Member, out: Path, seed: int, workers: int | None, *, complete: bool) -> UnitTask:
     """Return the task of a member of a fleet, its results in a folder within `out`."""
     return UnitTask(
         label=member.label,
-        source=str(member.source),
-        folder=str(out / member.folder_name),
+        source=str(member.source.resolve()),
+        folder=str((out / member.folder_name).resolve()),
         seed=seed,
         workers=workers,
         complete=complete,
@@ -117,9 +122,7 @@ def run_unit(task: UnitTask, told: Told = silent) -> UnitRun:
     except Exception as error:  # whatever is wrong with one campaign, the others go on
         kind = "" if isinstance(error, MechidError) else f"unexpected error, {type(error).__name__}: "
         how, folder, said = How.NONE, task.folder, kind + " ".join(str(error).split())
-    seconds = time.perf_counter() - began
-    told(f"{task.label}: {HOW_WORDS[how]}{f' ({said})' if said else ''}, {seconds:.1f} s")
-    return UnitRun(how=how, folder=folder, said=said, seconds=seconds)
+    return UnitRun(how=how, folder=folder, said=said, seconds=time.perf_counter() - began)
 
 
 def _done(task: UnitTask, told: Told) -> tuple[How, str, str]:
