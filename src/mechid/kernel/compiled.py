@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 import tempfile
 import time
@@ -13,21 +12,21 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from threading import Thread
+from threading import Lock, Thread
 from types import ModuleType
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
 
 from mechid.errors import UsageError
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
+from mechid.writing import CACHE, cache_folder
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
-CACHE = "MECHID_CACHE"
-"""Variable of the environment that names another folder for kernels."""
+_ONE_AT_A_TIME = Lock()
+"""A second thread that needs a module waits until the first has it compiled."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +53,6 @@ class Kernel:
     def text(self) -> str:
         """Source of the kernel."""
         return self.path.read_text(encoding="utf-8")
-
-
-def cache_folder() -> Path:
-    """Return the folder of generated kernels (``MECHID_CACHE`` overrides the user's cache folder)."""
-    named = os.environ.get(CACHE)
-    return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
 def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
@@ -107,10 +100,11 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     """
     path = _folder() / f"{name}.py"
     try:
-        if not path.exists():
-            _write_whole(path, text())
-        module = _imported(path)
-        _on_own_stack(call, module)
+        with _ONE_AT_A_TIME:
+            if not path.exists():
+                _write_whole(path, text())
+            module = _imported(path)
+            _on_own_stack(call, module)
     except OSError as error:
         remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error

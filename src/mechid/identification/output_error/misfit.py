@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
+from mechid.signal.stored import Room, room_for
 from mechid.simulation.batch import Batch, OfBatch
 from mechid.simulation.simulator import Block, Run
 from mechid.simulation.trajectory import SimulationOutcome
@@ -77,36 +78,37 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
-def side_by_side(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> Iterator[list[Misfit]]:
-    """Yield the misfits at several points, without derivatives, in groups whose pieces are to be taken in step.
+def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
+    """Yield misfits without derivatives in groups whose pieces are to be taken in step.
 
-    What a group has in common is simulated once: few points go alone, as little is gained.
+    Each is of a target at a point; the targets differ by nothing but what was measured. A group is simulated side by
+    side; few go alone, as little would be gained.
     """
-    for first in range(0, len(points), SETS):
-        group = points[first : first + SETS]
-        begun = [model.run(target, q, window[1]) for q in group]
+    for first in range(0, len(pairs), SETS):
+        group = pairs[first : first + SETS]
+        begun = [model.run(target, q, window[1]) for target, q in group]
         runs: Sequence[Run | OfBatch] = Batch(begun).each() if len(begun) >= FEWEST else begun
-        yield [Misfit(model, target, q, window, run=run) for q, run in zip(group, runs, strict=True)]
+        yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
-    """Return r of each channel over a window, (n,); NaN from where the simulation failed."""
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+    """Return r of each channel over a window, n samples; NaN from where the simulation failed."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
-) -> list[tuple[FloatArray, ...]]:
+) -> list[tuple[Room, ...]]:
     """Return the same at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    found = [tuple(np.empty(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
-    for group in side_by_side(model, target, points, window):
+    for group in side_by_side(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
         for pieces in zip(*group, strict=True):
             for piece, series in zip(pieces, own, strict=True):
                 for k, r in enumerate(series):
-                    piece.write_residual(k, r[piece.first - first : piece.stop - first])
+                    r[piece.first - first : piece.stop - first] = piece.residual(k)
     return found
 
 
@@ -136,10 +138,10 @@ class Piece:
         """How many there are, n."""
         return self.block.stop - self.first
 
-    def write_residual(self, k: int, out: FloatArray) -> None:
-        """Write r of channel k, (n,)."""
+    def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
+        """Return r of channel k, (n,)."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
-        residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+        return residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n)."""
