@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from mechid.campaign.campaign_file import load_campaign
     from mechid.campaign.prediction import simulate
     from mechid.exports.export import export
+    from mechid.fleets.fleet import fleet
     from mechid.identification.diagnosis.completion import identify
     from mechid.identification.diagnosis.diagnosis import diagnose
     from mechid.identification.result.fit import Fit
@@ -27,6 +28,7 @@ __all__ = [
     "compare",
     "diagnose",
     "export",
+    "fleet",
     "identify",
     "load_campaign",
     "simulate",
@@ -39,6 +41,7 @@ _HOMES = {
     "compare": "mechid.analysis.comparison",
     "diagnose": "mechid.identification.diagnosis.diagnosis",
     "export": "mechid.exports.export",
+    "fleet": "mechid.fleets.fleet",
     "identify": "mechid.identification.diagnosis.completion",
     "load_campaign": "mechid.campaign.campaign_file",
     "simulate": "mechid.campaign.prediction",

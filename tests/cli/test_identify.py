@@ -8,10 +8,10 @@ import pytest
 
 from mechid.campaign import read_mechanism
 from mechid.campaign.bench import TRUTH
-from mechid.cli import identification
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
+from mechid.report import identified
 
 FILES = [
     "estimate.json",
@@ -102,8 +102,8 @@ def ended(monkeypatch, staged):
     def end(**changes):
         from dataclasses import replace
 
-        monkeypatch.setattr(identification, "identify", lambda *_, **__: replace(fit, **changes))
-        monkeypatch.setattr(identification, "_report", lambda *_: [])  # tests/cli/test_report.py has it
+        monkeypatch.setattr(identified, "identify", lambda *_, **__: replace(fit, **changes))
+        monkeypatch.setattr(identified, "_report", lambda *_: [])  # tests/cli/test_report.py has it
 
     return end
 

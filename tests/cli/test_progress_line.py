@@ -5,10 +5,10 @@ import json
 
 from rich.console import Console
 
-from mechid.cli.journal import StageLines
 from mechid.cli.progress_line import ProgressLine, progress_words
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
+from mechid.identification.result.journal_file import StageLines
 
 REPORTS = [
     Progress(1, 4, "multi-start", "256 of 2048 starts", None, 0.5),

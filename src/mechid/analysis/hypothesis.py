@@ -128,7 +128,7 @@ def read_hypotheses(folders: Sequence[Path | str]) -> tuple[Hypothesis, ...]:
     twice = [file for i, file in enumerate(files) if file.resolve() in {f.resolve() for f in files[:i]}]
     if twice:
         raise UsageError(f"{twice[0]}: given twice; give each result folder once")
-    found = [_hypothesis(file, name) for file, name in zip(files, _names(files), strict=True)]
+    found = [_hypothesis(file, name) for file, name in zip(files, short_names([f.parent for f in files]), strict=True)]
     for other in found[1:]:
         _refuse_other_records(found[0], other)
     return tuple(found)
@@ -138,15 +138,20 @@ def _file(path: Path) -> Path:
     return path if path.suffix == ".json" else path / FILE_NAME
 
 
-def _names(files: Sequence[Path]) -> list[str]:
-    """Return the folders' names, with as many of their parents as tells them apart."""
-    parts = [file.resolve().parent.parts for file in files]
-    deepest = max(map(len, parts))
-    for depth in range(1, deepest + 1):
+def short_names(folders: Sequence[Path]) -> list[str]:
+    """Return the folders' names, with as many of their parents as tells them apart.
+
+    Examples
+    --------
+    >>> short_names([Path("/a/FM1"), Path("/a/FM2")]), short_names([Path("/FM1/hot"), Path("/FM2/hot")])
+    (['FM1', 'FM2'], ['FM1/hot', 'FM2/hot'])
+    """
+    parts = [folder.resolve().parts for folder in folders]
+    for depth in range(1, max(map(len, parts), default=0) + 1):
         names = ["/".join(p[-depth:]) for p in parts]
         if len(set(names)) == len(names):
             return names
-    return [str(file) for file in files]
+    return list(map(str, folders))
 
 
 def _hypothesis(file: Path, name: str) -> Hypothesis:
@@ -157,7 +162,7 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
             grade=Grade(content["grade"]),
             outcome=next(o for o in FitOutcome if o.code == content["outcome"]["code"]),
             equations=str(content["provenance"].get("plant", "")),
-            parameters={n: _believed(n, p) for n, p in _entries_by_what_tells_them(content["parameters"]).items()},
+            parameters={n: _believed(n, p) for n, p in entries_by_what_tells_them(content["parameters"]).items()},
             records={n: _evidence(n, r) for n, r in content["records"].items()},
         )
     except (KeyError, TypeError, ValueError, StopIteration) as error:
@@ -165,7 +170,7 @@ def _hypothesis(file: Path, name: str) -> Hypothesis:
         raise InputFileError(f"{file}: {what}; it was written by another version, identify anew") from error
 
 
-def _entries_by_what_tells_them(parameters: Mapping[str, Any]) -> dict[str, Any]:
+def entries_by_what_tells_them(parameters: Mapping[str, Any]) -> dict[str, Any]:
     """Return parameters with the number of each entry of a list replaced by its period or order.
 
     It is the same harmonic wherever it stands in its list.

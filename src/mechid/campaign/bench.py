@@ -94,7 +94,9 @@ def refuse_measured_campaign(folder: Path) -> None:
         raise UsageError(f"{folder}: holds a {FILE_NAME} of measured records; give another folder")
 
 
-def write_bench(folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0) -> Path:
+def write_bench(
+    folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0, truth: Mapping[str, float] = TRUTH
+) -> Path:
     """Write a synthetic campaign: campaign.toml, mechanism.toml, a CSV file per record, truth.json.
 
     Parameters
@@ -105,6 +107,8 @@ def write_bench(folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0) -> 
         Of noise, offsets and drifts.
     sweep_s : float
         Duration of the sweep in s; its rate goes from 0 to twice as many steps/s.
+    truth : mapping of str to float
+        Values that the records are made with, by dotted name in the file's units; others are the catalogue's.
 
     Returns
     -------
@@ -118,20 +122,20 @@ def write_bench(folder: Path | str, seed: int = 0, *, sweep_s: float = 60.0) -> 
     """
     folder, records = Path(folder), bench_records(sweep_s)
     with writable(folder):
-        campaign = _written_campaign(folder, records)
+        campaign = _written_campaign(folder, records, truth)
         generators = np.random.default_rng(seed).spawn(len(records))
         for record, rng in zip(records, generators, strict=True):
             _write_record(folder, record, campaign, rng)
     return campaign.path
 
 
-def _written_campaign(folder: Path, records: tuple[BenchRecord, ...]) -> Campaign:
+def _written_campaign(folder: Path, records: tuple[BenchRecord, ...], truth: Mapping[str, float]) -> Campaign:
     """Write the campaign's own files, and return it with the mechanism that makes its records."""
     drafts = [RecordDraft(name=r.name, file=f"{r.name}.csv", command=r.command) for r in records]
     write_whole(folder / MECHANISM_NAME, mechanism_text(catalogue_mechanism(), MECHANISM_COMMENT))
     write_whole(folder / FILE_NAME, campaign_text(drafts, CAMPAIGN_COMMENT))
-    write_whole(folder / TRUTH_NAME, json.dumps(dict(TRUTH), indent=1) + "\n")
-    return replace(load_campaign(folder, read_records=False), mechanism=true_mechanism())
+    write_whole(folder / TRUTH_NAME, json.dumps(dict(truth), indent=1) + "\n")
+    return replace(load_campaign(folder, read_records=False), mechanism=catalogue_mechanism().with_values(truth))
 
 
 def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np.random.Generator) -> None:

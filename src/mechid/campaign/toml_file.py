@@ -15,6 +15,7 @@ KINDS = {
     "mechanism": {"assembly", *(name.partition(".")[0] for name in TABLES)},
     "campaign": {"mechanism", "record", "stage"},
     "budget": {"estimate", "requirement"},
+    "fleet": {"campaign", "before_after", "false_discovery_rate"},
 }
 """Keys at the top by which a file shows what it is."""
 _QUOTED = {'"': '\\"', "\\": "\\\\"}

@@ -22,6 +22,7 @@ from mechid.cli.design import design
 from mechid.cli.diagnose import diagnose
 from mechid.cli.explore import explore
 from mechid.cli.export import export
+from mechid.cli.fleet import fleet
 from mechid.cli.identify import identify
 from mechid.cli.kernel import kernel
 from mechid.cli.look import look
@@ -72,6 +73,7 @@ VERBS = (
     explore,
     diagnose,
     compare,
+    fleet,
     profile,
     bootstrap,
     design,

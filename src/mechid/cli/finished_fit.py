@@ -9,13 +9,12 @@ from typing import Any
 
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
-from mechid.cli.journal import identified_campaign
 from mechid.errors import InputFileError
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
-
-COMPLETED_NAME = "mechanism_completed.toml"
+from mechid.identification.result.journal_file import identified_campaign
+from mechid.report.identified import COMPLETED_NAME
 
 
 @dataclass(frozen=True)

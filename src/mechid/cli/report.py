@@ -18,10 +18,10 @@ def report(
     from mechid.analysis import validate
     from mechid.campaign import load_campaign
     from mechid.cli.finished_fit import completed_file
-    from mechid.cli.journal import identified_campaign
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.fit_file import read_fit
+    from mechid.identification.result.journal_file import identified_campaign
     from mechid.report import read_truth, report_data
     from mechid.report.results import write_components, write_residual
     from mechid.report.terminal import console_on, print_lines

@@ -25,6 +25,8 @@ from mechid.identification.computation.parallel import Done, mapped
 from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
+VERSION = "version of mechid"
+"""Of the inputs: other code may go another way."""
 
 
 class Journal:
@@ -51,7 +53,7 @@ class Journal:
         UsageError
             The file cannot be written, or the run to be resumed had other inputs.
         """
-        inputs = {**inputs, "version of mechid": source_digest()}
+        inputs = with_version(inputs)
         with writable(path.parent):
             lines = _whole_lines(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
@@ -138,6 +140,24 @@ class Journal:
 
 def _step(kind: str, key: str, seconds: float, result: object, rng: object = None) -> dict[str, object]:
     return {"event": STEP, "step": kind, "key": key, "seconds": seconds, "result": result, "rng": rng}
+
+
+def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
+    try:
+        lines = [{"event": "", **json.loads(line)} for line in path.read_text(encoding="utf-8").splitlines()]
+    except (OSError, ValueError, TypeError):
+        return {}, ()
+    events = tuple(line["event"] for line in lines)
+    if STARTED not in events:
+        return {}, ()
+    begun = len(events) - 1 - events[::-1].index(STARTED)
+    return dict(lines[begun].get("inputs", {})), events[begun:]
+
+
+def with_version(inputs: Mapping[str, str]) -> dict[str, str]:
+    """Return inputs with the version of mechid, as a journal notes them."""
+    return {**inputs, VERSION: source_digest()}
 
 
 def packed(value: Any) -> Any:

@@ -15,6 +15,8 @@ from mechid.identification.computation.progress import Progress
 from mechid.identification.result.fit import Fit
 
 FILE_NAME = "journal.jsonl"
+FINISHED = "finished"
+"""The event with which the search ends."""
 EVERY_S = 1.0
 """At most so often it is noted where the search stands."""
 
@@ -68,7 +70,7 @@ class StageLines:
         """Note the stage at work and the outcome."""
         if self.latest is not None:
             self._note_stage(self.latest)
-        self.journal.note("finished", grade=str(fit.grade), outcome=fit.outcome.code, message=fit.outcome.value)
+        self.journal.note(FINISHED, grade=str(fit.grade), outcome=fit.outcome.code, message=fit.outcome.value)
 
     def _note_stage(self, progress: Progress) -> None:
         self.journal.note("stage", **_entries(progress))

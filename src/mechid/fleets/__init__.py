@@ -1,0 +1,1 @@
+"""Many campaigns, each identified, and what their parameters say together."""

@@ -1,0 +1,48 @@
+"""Whether a folder holds the finished fit of a campaign as it is now, by the digests of all that the fit rests on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mechid.campaign import Campaign
+from mechid.errors import InputFileError
+from mechid.identification.computation.journal import VERSION, last_run, with_version
+from mechid.identification.output_error.inputs import file_digests
+from mechid.identification.result.estimate_file import FILE_NAME as ESTIMATE_NAME
+from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
+from mechid.identification.result.journal_file import FINISHED
+from mechid.identification.result.outcome import FitOutcome
+from mechid.report.identified import identification_inputs
+
+COMPLETE, SEED = "--complete", "seed"
+
+
+def changed_since(campaign: Campaign, folder: Path, seed: int, *, complete: bool) -> tuple[str, ...] | None:
+    """Return what of a campaign has changed since it was identified into a folder; None where it was not, to the end.
+
+    Files by their names; beside them what the journal names, as a table that a record's command reads. The version of
+    mechid does not count.
+    """
+    try:
+        estimate = read_estimate(folder / ESTIMATE_NAME, needs=("outcome", "parameters", "provenance"))
+    except InputFileError:
+        return None
+    known, events = last_run(folder / JOURNAL_NAME)
+    then, is_completed = estimate["provenance"], estimate.get("completed") is not None
+    if FINISHED not in events or estimate["outcome"]["code"] == FitOutcome.INTERRUPTED.code:
+        return None
+    files, inputs = file_digests(campaign), identification_inputs(campaign, seed)
+    if is_completed:  # the estimate is of another mechanism file then; the journal knows the campaign's own
+        del files[campaign.mechanism_path.name]
+    changed = [name for name, digest in files.items() if then.get("inputs_sha256", {}).get(name) != digest]
+    changed += [name for name in sorted({*inputs, *known} - {VERSION}) if inputs.get(name) != known.get(name)]
+    changed += [SEED] if then.get("seed") != seed and SEED not in changed else []
+    changed += [] if is_completed == complete else [COMPLETE]
+    return tuple(changed)
+
+
+def can_resume(campaign: Campaign, folder: Path, seed: int) -> bool:
+    """Whether the last run in a folder's journal was of the same campaign, by this version of mechid."""
+    inputs, _ = last_run(folder / JOURNAL_NAME)
+    return inputs == with_version(identification_inputs(campaign, seed))

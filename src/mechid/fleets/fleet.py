@@ -1,0 +1,270 @@
+"""A fleet: its campaigns identified or taken up, and what their parameters say together."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from mechid.errors import InputFileError
+from mechid.fleets.changes import Change, MeanChange, changes, mean_change
+from mechid.fleets.estimates import Estimate, is_of_interest, read_unit
+from mechid.fleets.fleet_file import read_members
+from mechid.fleets.groups import GroupDifference, group_difference
+from mechid.fleets.members import Members
+from mechid.fleets.observed import Observed, observed, of_units
+from mechid.fleets.outliers import Standing
+from mechid.fleets.significance import Tested, tested
+from mechid.fleets.spread import Spread, spread
+from mechid.fleets.trends import Trend, first_day, trend, without
+from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
+from mechid.identification.computation.parallel import Done, is_lent, mapped
+from mechid.identification.computation.workforce import working_on
+from mechid.writing import refuse_unwritable
+
+UNITS_NAME = "units"
+"""Folder of the campaigns' own results."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FleetParameter:
+    """A parameter over the fleet.
+
+    Attributes
+    ----------
+    observed : Observed
+        The values that count.
+    level : Observed
+        Those by which units are compared, the trend `along` taken out: not those of a state that comes after another.
+    lacking : tuple of str
+        Labels of the campaigns whose mechanism file has no such parameter; where there are any, there is no spread.
+    spread : Spread or None
+        None where fewer than two units count, or some lack it.
+    along : Trend or None
+        The trend that was taken out before, of those found the clearest.
+    equal_q : float
+        Least false discovery rate at which the units differ by more than their errors; NaN where not tested.
+    differs : bool
+    outliers : tuple of Standing
+    """
+
+    observed: Observed
+    level: Observed
+    lacking: tuple[str, ...]
+    spread: Spread | None
+    along: Trend | None
+    equal_q: float
+    differs: bool
+    outliers: tuple[Standing, ...]
+
+    @property
+    def name(self) -> str:
+        """Dotted name; an entry of a list by its period or order."""
+        return self.observed.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fleet:
+    """What many campaigns say together.
+
+    Attributes
+    ----------
+    asked : Members
+    runs : tuple of UnitRun
+        Of the campaigns, in their order.
+    estimates : tuple of Estimate or None
+        None where there is none.
+    parameters : tuple of FleetParameter
+        All that any campaign estimates or held, and known ones that are not the same number everywhere.
+    trends, groups, changes, mean_changes : tuple of Tested
+        Each is a family of tests of its own.
+    """
+
+    asked: Members
+    runs: tuple[UnitRun, ...]
+    estimates: tuple[Estimate | None, ...]
+    parameters: tuple[FleetParameter, ...]
+    trends: tuple[Tested[Trend], ...]
+    groups: tuple[Tested[GroupDifference], ...]
+    changes: tuple[Tested[Change], ...]
+    mean_changes: tuple[Tested[MeanChange], ...]
+
+    @property
+    def failed(self) -> tuple[str, ...]:
+        """Labels of the campaigns without an estimate whose values may be used."""
+        pairs = zip(self.asked.members, self.estimates, strict=True)
+        return tuple(m.label for m, e in pairs if e is None or not e.grade.good)
+
+
+def fleet(
+    *sources: Path | str,
+    out: Path | str,
+    seed: int = 0,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    complete: bool = False,
+    told: Told = silent,
+) -> Fleet:
+    """Identify many campaigns, and say what their parameters say together.
+
+    Parameters
+    ----------
+    *sources : Path
+        Campaign folders or files, result folders of `mechid identify`, and at most one fleet file or its folder.
+    out : Path
+        The results of each campaign go to ``out/units/<label>``; a finished fit that lies there, of the campaign as it
+        is now, is taken up.
+    seed : int
+        Of each search.
+    workers : int or None
+        Threads of each identification; None takes one per core.
+    executor : Executor or None
+        Whose workers identify the campaigns, each one after the other; they have to see the same folders. None: this
+        process, one campaign after the other.
+    complete : bool
+        Add to each mechanism what its records say it lacks.
+    told : callable
+        Told of single lines.
+
+    Returns
+    -------
+    Fleet
+        Also where some campaigns failed; `failed` names them.
+
+    Raises
+    ------
+    UsageError
+        Nothing is given, or `out` cannot be written to.
+    InputFileError
+        A folder is missing, or the fleet file is wrong.
+    KeyboardInterrupt
+        Interrupted; called again, it goes on from there.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> made = mechid.fleet("FM1", "FM2", "FM3", out="fleet")  # doctest: +SKIP
+    """
+    with working_on(executor):
+        return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, told=told)
+
+
+def make_fleet(
+    asked: Members,
+    out: Path,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    complete: bool = False,
+    told: Told = silent,
+) -> Fleet:
+    """Identify the campaigns of a fleet, and say what they say together; see `fleet`."""
+    refuse_unwritable(out)
+    tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete) for m in asked.members]
+
+    def ended(done: Sequence[Done[UnitRun]]) -> None:
+        for number, run, _ in done:
+            told(f"{tasks[number].label}: {run.words}")
+
+    identified = run_unit if is_lent() else partial(run_unit, told=told)
+    return fleet_of(asked, mapped(identified, tasks, 1, ended))
+
+
+def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
+    """Return what the estimates of a fleet say together; runs in the order of its members."""
+    read = [_read(run) for run in runs]
+    estimates = tuple(estimate for estimate, _ in read)
+    rate, lacking = asked.false_discovery_rate, _lacking(asked, estimates)
+    seen = {name: observed(name, asked.members, estimates) for name in lacking}
+    days = {name: first_day(asked.members, name) for name in asked.covariates}
+    base = {name: o.of(asked.compared) for name, o in seen.items()}
+    lines = [t for o in base.values() for name in asked.covariates if (t := trend(o, name, days[name]))]
+    trends = tested(lines, rate, lambda one: one.p_value)
+    along = _clearest(trends)
+    level = {n: without(o, t, days[t.covariate]) if (t := along.get(n)) else o for n, o in base.items()}
+    units = {n: of_units(o) for n, o in level.items() if o.members}
+    groups = [g for n, each in units.items() if (g := group_difference(n, each, asked.members))]
+    changed = [changes(o, states) for o in seen.values() for states in asked.before_after]
+    means = [m for each in changed if (m := mean_change(each))]
+    spreads = {n: spread(each) for n, each in units.items() if not lacking[n]}
+    return Fleet(
+        asked=asked,
+        runs=tuple(run for _, run in read),
+        estimates=estimates,
+        parameters=_parameters(seen, level, lacking, spreads, along, rate),
+        trends=trends,
+        groups=tested(groups, rate, lambda one: one.p_value),
+        changes=tested([c for each in changed for c in each], rate, lambda one: one.p_value),
+        mean_changes=tested(means, rate, lambda one: one.p_value),
+    )
+
+
+def _read(run: UnitRun) -> tuple[Estimate | None, UnitRun]:
+    """Return the estimate that a run left; one that cannot be read is said in the run."""
+    if run.how is How.NONE:
+        return None, run
+    try:
+        return read_unit(run.folder), run
+    except InputFileError as error:
+        return None, UnitRun(how=How.NONE, folder=run.folder, said=str(error), seconds=run.seconds)
+
+
+def _lacking(asked: Members, estimates: Sequence[Estimate | None]) -> dict[str, tuple[str, ...]]:
+    """Return the labels of the campaigns that have no such parameter, for each that is of interest."""
+    there = [(m.label, e) for m, e in zip(asked.members, estimates, strict=True) if e is not None]
+    names = dict.fromkeys(name for _, e in there for name in e.values)
+    shown = (name for name in names if is_of_interest([e for _, e in there], name))
+    return {name: tuple(label for label, e in there if name not in e.values) for name in shown}
+
+
+def _clearest(trends: Sequence[Tested[Trend]]) -> dict[str, Trend]:
+    """Return for each parameter the trend found that is least likely by chance."""
+    found = sorted((one.result for one in trends if one.found), key=lambda t: -t.p_value)
+    return {t.name: t for t in found}
+
+
+def _parameters(
+    seen: Mapping[str, Observed],
+    level: Mapping[str, Observed],
+    lacking: Mapping[str, tuple[str, ...]],
+    spreads: Mapping[str, Spread | None],
+    along: Mapping[str, Trend],
+    rate: float,
+) -> tuple[FleetParameter, ...]:
+    made = {name: s for name, s in spreads.items() if s is not None}
+    equal = dict(zip(made, tested(list(made.values()), rate, lambda s: s.equal_p), strict=True))
+    off = fleet_outliers({name: s.standings for name, s in made.items()}, rate)
+    return tuple(
+        FleetParameter(
+            observed=o,
+            level=level[name],
+            lacking=lacking[name],
+            spread=made.get(name),
+            along=along.get(name),
+            equal_q=equal[name].q if name in equal else float("nan"),
+            differs=name in equal and equal[name].found,
+            outliers=off.get(name, ()),
+        )
+        for name, o in seen.items()
+    )
+
+
+def fleet_outliers(standings: Mapping[str, tuple[Standing, ...]], rate: float) -> dict[str, tuple[Standing, ...]]:
+    """Return the units that stand off of each parameter, of those that may.
+
+    The farthest unit of each parameter is one test of the family, with a factor for the number of units taken out one
+    after the other: without it 9 % of fleets without outliers had one at a rate of 5 %. Where it is a finding, the
+    units are those below the rate times the share of such parameters (Benjamini, Bogomolov, J. R. Stat. Soc. B 76
+    (2014) 297).
+    """
+    named = [(name, each) for name, each in standings.items() if each]
+    chosen = [one.result for one in tested(named, rate, lambda one: _chance(one[1], one[1][0])) if one.found]
+    level = rate * len(chosen) / max(len(named), 1)
+    return {name: tuple(one for one in each if _chance(each, one) <= level) for name, each in chosen}
+
+
+def _chance(each: Sequence[Standing], one: Standing) -> float:
+    """Return the probability of a unit as far off, with a factor for the number of units taken out."""
+    return min(one.p_value * len(each), 1.0)

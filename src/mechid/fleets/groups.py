@@ -1,0 +1,60 @@
+"""Whether the groups of a fleet, such as lots, differ in a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import fdtrc
+
+from mechid.fleets.members import Member
+from mechid.fleets.observed import OfUnits
+from mechid.fleets.regression import regression
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroupMean:
+    """Mean of a parameter over the units of a group, with its standard error."""
+
+    group: str
+    units: int
+    mean: float
+    error: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroupDifference:
+    """A parameter over the groups: their means, and the probability of means as different by chance.
+
+    The spread from unit to unit is taken to be the same in all groups (`scatter`); the test is the F test of equal
+    means with the error of the random-effects model.
+    """
+
+    name: str
+    means: tuple[GroupMean, ...]
+    scatter: float
+    p_value: float
+
+
+def group_difference(name: str, each: OfUnits, members: Sequence[Member]) -> GroupDifference | None:
+    """Return the difference of groups; None of fewer than two groups, or without a unit more than groups."""
+    of: Mapping[str, str] = {m.unit: m.group for m in members}
+    kept = [k for k, unit in enumerate(each.units) if of[unit]]
+    groups = list(dict.fromkeys(of[each.units[k]] for k in kept))
+    if len(groups) < 2 or len(kept) <= len(groups):
+        return None
+    design = np.array([[float(of[each.units[k]] == group) for group in groups] for k in kept])
+    made = regression(each.values[kept], each.errors[kept], design)
+    contrast = np.column_stack([np.full(len(groups) - 1, -1.0), np.eye(len(groups) - 1)])
+    off = contrast @ made.coefficients
+    ratio = float(off @ np.linalg.solve(contrast @ made.covariance @ contrast.T, off)) / off.size
+    return GroupDifference(
+        name=name,
+        means=tuple(
+            GroupMean(group=g, units=int(design[:, k].sum()), mean=float(made.coefficients[k]), error=made.error(k))
+            for k, g in enumerate(groups)
+        ),
+        scatter=made.scatter,
+        p_value=float(fdtrc(off.size, made.dof, ratio)),
+    )

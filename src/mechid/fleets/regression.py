@@ -1,0 +1,164 @@
+"""Weighted regression of estimates that have an error each, and scatter by more than their errors.
+
+value_i = sum_k design_ik coefficient_k + u_i + e_i, u_i with one variance tau^2 (from unit to unit), e_i with its own
+known sigma_i^2: the random-effects model of meta-analysis. tau^2 is that of Paule and Mandel [PM1982]_: it makes the
+weighted sum of squares Q(tau^2) = sum_i (value_i - fitted_i)^2 / (sigma_i^2 + tau^2) equal to its expectation, the
+degrees of freedom. Its interval is where Q lies between the quantiles of chi-square ([V2007]_, Q-profile). The
+coefficients have (X' W X)^-1 and Student's t with the degrees of freedom: the method of Hartung, Knapp, Sidik and
+Jonkman [HK2001]_, whose factor Q/dof is 1 where tau^2 is above 0, and is not let below 1 where it is 0.
+
+.. [PM1982] R. C. Paule, J. Mandel, Consensus values and weighting factors, J. Res. Natl. Bur. Stand. 87 (1982) 377
+.. [V2007] W. Viechtbauer, Confidence intervals for the amount of heterogeneity, Stat. Med. 26 (2007) 37
+.. [HK2001] J. Hartung, G. Knapp, A refined method for the meta-analysis of controlled clinical trials, Stat. Med. 20
+   (2001) 3875
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import chdtrc, chdtri, ndtr, ndtri, stdtr, stdtrit
+
+FloatArray = NDArray[np.float64]
+EXACT, STEPS = 1e-12, 100
+"""Relative accuracy of the weighted sum of squares, and Newton steps at most."""
+QUANTILES, FAR = 60, 40.0
+"""Of tau^2 in a mixture, and how many of its widths hold it all."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regression:
+    """Coefficients with their errors, and the scatter about them beyond the errors of the values.
+
+    Attributes
+    ----------
+    coefficients : (k,)
+    covariance : (k, k)
+    dof : int
+        Number of values less k.
+    scatter : float
+        tau, in the unit of the values.
+    scatter95 : (float, float)
+        95 % interval of tau.
+    equal_p : float
+        Probability that the errors alone scatter the values as much (Cochran's Q).
+    """
+
+    coefficients: FloatArray
+    covariance: FloatArray
+    dof: int
+    scatter: float
+    scatter95: tuple[float, float]
+    equal_p: float
+
+    def error(self, k: int = 0) -> float:
+        """Return the standard error of a coefficient."""
+        return float(np.sqrt(self.covariance[k, k]))
+
+    def interval(self, k: int = 0) -> tuple[float, float]:
+        """Return the 95 % interval of a coefficient."""
+        reach = self.error(k) * float(stdtrit(self.dof, 0.975))
+        return float(self.coefficients[k]) - reach, float(self.coefficients[k]) + reach
+
+    def p_value(self, k: int = 0) -> float:
+        """Return the probability of a coefficient at least as large where the true one is 0, on either side."""
+        return float(2.0 * stdtr(self.dof, -abs(self.coefficients[k]) / self.error(k)))
+
+
+def regression(values: FloatArray, errors: FloatArray, design: FloatArray) -> Regression:
+    """Return the regression of values on the columns of a design.
+
+    Parameters
+    ----------
+    values, errors : (n,)
+        Estimates and their standard errors, above 0, in one unit.
+    design : (n, k)
+        Of full rank, k < n.
+    """
+    weighted, dof = _Weighted.of(values, np.square(errors), design), values.size - design.shape[1]
+    tau2, *ends = weighted.crossings(np.array([dof, *chdtri(dof, [0.025, 0.975])]))
+    coefficients, covariance = _fit(values, np.square(errors) + tau2, design)
+    return Regression(
+        coefficients=coefficients,
+        covariance=covariance,
+        dof=dof,
+        scatter=math.sqrt(tau2),
+        scatter95=(math.sqrt(ends[0]), math.sqrt(ends[1])),
+        equal_p=float(chdtrc(dof, weighted.at(np.zeros(1))[0][0])),
+    )
+
+
+def common(values: FloatArray, errors: FloatArray) -> Regression:
+    """Return the regression on a constant: mean and spread of two values or more."""
+    return regression(values, errors, np.ones((values.size, 1)))
+
+
+def further95(values: FloatArray, errors: FloatArray) -> tuple[float, float]:
+    """Return the 95 % interval in which one more value without an error lies.
+
+    What is known of tau^2 is its confidence distribution by the Q-profile; the interval is that of the mixture of
+    normal distributions over it (Nagashima, Noma, Furukawa, Stat. Methods Med. Res. 28 (2019) 1689, without draws).
+    With tau^2 at its estimate alone it would hold 82 to 90 % where spread and errors are alike.
+    """
+    dof = values.size - 1
+    weighted = _Weighted.of(values, np.square(errors), np.ones((values.size, 1)))
+    shares = (np.arange(QUANTILES) + 0.5) / QUANTILES
+    tau2 = weighted.crossings(chdtri(dof, shares))
+    weights = 1.0 / (np.square(errors) + tau2[:, None])
+    means = weights @ values / weights.sum(axis=1)
+    widths = np.sqrt(tau2 + (stdtrit(dof, 0.975) / ndtri(0.975)) ** 2 / weights.sum(axis=1))
+
+    def below(value: float, share: float) -> float:
+        return float(ndtr((value - means) / widths).mean()) - share
+
+    far = FAR * widths.max()
+    low, high = (
+        float(brentq(below, means.min() - far, means.max() + far, args=(share,), xtol=1e-9 * widths.min()))
+        for share in (0.025, 0.975)
+    )
+    return low, high
+
+
+@dataclass(frozen=True)
+class _Weighted:
+    """Q as a function of tau^2: sum squares / (variances + tau^2), in the eigenvectors of what the design leaves."""
+
+    squares: FloatArray
+    variances: FloatArray
+
+    @classmethod
+    def of(cls, values: FloatArray, variance: FloatArray, design: FloatArray) -> Self:
+        left = np.linalg.qr(design, mode="complete")[0][:, design.shape[1] :]
+        variances, vectors = np.linalg.eigh(left.T @ (variance[:, None] * left))
+        return cls(np.square(vectors.T @ (left.T @ values)), variances)
+
+    def at(self, tau2: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return Q and minus its derivative at some tau^2."""
+        terms = self.squares / (self.variances + tau2[:, None])
+        return terms.sum(axis=1), (terms / (self.variances + tau2[:, None])).sum(axis=1)
+
+    def crossings(self, wanted: FloatArray) -> FloatArray:
+        """Return the tau^2 at which Q falls to each of `wanted`; 0 where it is below from the start.
+
+        Newton's method on 1/Q, which is concave: from 0 each step stays short of the root.
+        """
+        tau2 = np.zeros(wanted.size)
+        for _ in range(STEPS):
+            q, fall = self.at(tau2)
+            beyond = q > wanted * (1.0 + EXACT)
+            if not beyond.any():
+                break
+            tau2[beyond] += (q * (q / wanted - 1.0))[beyond] / fall[beyond]
+        return tau2
+
+
+def _fit(y: FloatArray, variance: FloatArray, design: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return coefficients and covariance at known variances."""
+    orthogonal, triangle = np.linalg.qr(design / np.sqrt(variance)[:, None])
+    inverse = np.linalg.inv(triangle)
+    return inverse @ (orthogonal.T @ (y / np.sqrt(variance))), inverse @ inverse.T

@@ -1,0 +1,86 @@
+"""The report of a fleet: its texts from the dict of numbers, its page in a real browser."""
+
+import io
+import json
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+import mechid
+from browser import chromium, faults, requests, shown
+from estimates import free
+from mechid.fleets.numbers import fleet_data
+from mechid.report.fleet.contents import fleet_contents
+from mechid.report.fleet.terminal import print_fleet
+from mechid.report.fleet.verdict import fleet_verdict
+from mechid.report.fleet.writing import write_fleet_report
+from synthetic_fleet import Truth, quoted, write_fit, write_fleet_file
+
+HOSTILE = "<img src=x onerror=document.title='taken'>"
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Return the numbers of 8 units over temperature, before and after, in two lots; one stands off, one has failed."""
+    folder, rng, entries = tmp_path_factory.mktemp("fleet"), np.random.default_rng(3), []
+    truth = Truth(slopes={"friction.viscous": -0.004})
+    for k in range(8):
+        unit = truth.unit(rng)
+        unit["gear.stiffness"] *= 0.6 if k == 5 else 1.0
+        for state in ("before", "after"):
+            if state == "after":
+                unit["gear.damping"] *= 1.1
+            values = truth.estimated(unit, rng, 5.0 * k)
+            if k == 0:
+                values["stepper.detent.0.amplitude"] = free(0.001, 1e-5, "N m")
+            write_fit(folder / f"{k}{state}", values, grade="C" if k == 7 else "A")
+            entries.append({
+                "folder": quoted(f"{k}{state}"), "label": quoted(f"FM{k} {HOSTILE if k == 1 else ''} {state}"),
+                "unit": quoted(f"FM{k}"), "state": quoted(state), "group": quoted("AB"[k % 2]),
+                "covariates": f"{{ temperature_degC = {5.0 * k}, date = 2026-01-{1 + k:02d} }}",
+            })  # fmt: skip
+    file = write_fleet_file(folder, entries, 'before_after = [["before", "after"]]')
+    return fleet_data(mechid.fleet(file, out=folder / "out"), folder / "out")
+
+
+def answers(data, words):
+    return next(q["answers"] for q in fleet_verdict(data)["questions"] if words in q["question"])
+
+
+def test_the_verdict_says_what_the_numbers_say(data):
+    verdict = fleet_verdict(data)
+    assert verdict["tone"] == "bad"
+    assert verdict["headline"].startswith("2 of 16 campaigns of 8 units have no estimate to use")
+    assert any(line.startswith("FM5: gear.stiffness") for line in answers(data, "stand off"))
+    assert answers(data, "go with")[0].startswith("friction.viscous: ")
+    assert any(line.startswith("gear.damping: ") and "mean of 7 units" in line for line in answers(data, "changed"))
+
+
+def test_terms_that_only_some_have_are_said_to_have_no_mean(data):
+    row = next(p for p in fleet_contents(data)["parameters"] if p["name"] == "stepper.detent.0.amplitude")
+    assert (row["text"]["mean"], row["text"]["lacking"]) == ("–", "14 of 16 have no such")
+    assert [cell["text"] for cell in row["cells"]][:3] == ["0.001000", "0.001000", ""]
+
+
+def test_the_terminal_shows_campaigns_and_parameters(data):
+    stream = io.StringIO()
+    print_fleet(data, Console(file=stream, width=160, legacy_windows=False, _environ={}))
+    said = stream.getvalue()
+    assert "FM5" in said
+    assert "stands off" in said
+    assert "caution: temperature_degC and date go together" in said
+
+
+def test_the_page_stands_alone_in_a_browser(data, tmp_path):
+    """No script of a label runs, nothing is asked for, nothing is wider than the screen, on a telephone too."""
+    page, figures = write_fleet_report(json.loads(json.dumps(data)), tmp_path)
+    assert {p.stem for p in figures.iterdir()} == {"fleet_parameters", "fleet_trends", "fleet_changes"}
+    with chromium() as browser:
+        for width, dark in ((1200, False), (390, True)):
+            shown(browser, page, width, dark=dark)
+            assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+            assert browser.title == "16 campaigns · mechid fleet"
+            assert len(browser.find_elements("css selector", ".ink svg")) == 3
+            assert faults(browser) == []
+            assert requests(browser) == [page.as_uri()]
