@@ -66,8 +66,8 @@ def noise_floor(
     Parameters
     ----------
     y : Series of N samples
-        Noise and signal in any unit, N at least 16. Of a series that is long segments are looked at that lie
-        evenly over it, as many as make up half as many samples again: they tell the floor to a thousandth.
+        Noise and signal in any unit, N at least 16. Of a long series segments are looked at that lie evenly over it,
+        as many as `stored.IN_MEMORY` samples have: they tell the floor to a thousandth.
     sample_rate : float
         In Hz.
     above : float or None
