@@ -20,8 +20,6 @@ from mechid.cli.progress_line import ProgressLine
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Progress
-from mechid.identification.diagnosis.completion import identified_with
-from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
@@ -30,7 +28,6 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.report import print_report, report_data, write_results
-from mechid.report.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on
 
@@ -86,6 +83,10 @@ def _completed(
     campaign: Campaign, fit: Fit, folder: Path, seed: int, workers: int | None
 ) -> tuple[Campaign, Fit, list[Path]]:
     """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
+    from mechid.identification.diagnosis.completion import identified_with
+    from mechid.identification.diagnosis.diagnosis import diagnose
+    from mechid.report.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
+
     with ProgressLine(console_on(err=True)) as line:
         found = diagnose(campaign, fit, workers=workers, listener=line.tell)
         files = write_diagnosis(found, diagnosis_data(found), folder)

@@ -60,6 +60,11 @@ def cache_folder() -> Path:
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
+def version_folder() -> Path:
+    """Return the folder within the cache of what this version of mechid has made."""
+    return cache_folder() / f"v{version('mechid')}"
+
+
 def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
     """Return the compiled kernel of a plant, from the cache where it has been compiled before.
 
@@ -94,7 +99,7 @@ def _kernel(plant: Plant, lanes: int) -> Kernel:
 
 
 def _path(plant: Plant, lanes: int) -> Path:
-    return cache_folder() / f"v{version('mechid')}" / f"kernel_{fingerprint(plant, lanes)}.py"
+    return version_folder() / f"kernel_{fingerprint(plant, lanes)}.py"
 
 
 def _has_machine_code(path: Path) -> bool:

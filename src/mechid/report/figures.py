@@ -24,8 +24,18 @@ from numpy.typing import NDArray
 from mechid.analysis.order_tracking import ORDERS
 from mechid.report.curves import Curves
 from mechid.report.payload import order_marks, shown_hz
-from mechid.report.plots import CORRELATION, FREQUENCY, LAG, TIME
-from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE, axis_labels, quantity_words
+from mechid.report.quantities import (
+    AMPLITUDE,
+    CORRELATION,
+    DENSITY,
+    FREQUENCY,
+    LAG,
+    RESIDUAL,
+    TIME,
+    TORQUE,
+    axis_labels,
+    quantity_words,
+)
 from mechid.writing import whole
 
 FloatArray = NDArray[np.float64]
