@@ -28,6 +28,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.report import print_report, report_data, write_results
+from mechid.report.pens import Pens
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text
 from mechid.report.terminal import console_on
 
@@ -64,13 +65,14 @@ def identify_into(
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, seed, workers)
     fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=lambda line: typer.echo(line, err=True))
-    validation = validate(campaign, fit)
-    is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
-    mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
-    fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
-    data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
-    files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-    files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder)]
+    with Pens() as pens:
+        validation = validate(campaign, fit)
+        is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
+        mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
+        fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
+        data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+        files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
+        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, pens)]
     print_report(data, console_on(), files)
     if fit.outcome is FitOutcome.INTERRUPTED:
         typer.echo(f"mechid: interrupted; {folder} holds the best so far", err=True)
@@ -111,13 +113,15 @@ def _report(
     fit: Fit,
     validation: Mapping[str, RecordValidation],
     folder: Path,
+    pens: Pens,
 ) -> list[Path]:
     """Write the report; where that fails say so, since the estimate is on disk already."""
     typer.echo("making the report ...", err=True)
     try:
         from mechid.report.writing import write_report
 
-        return [path for path in write_report(data, campaign, fit, validation, folder) if path.name != REPORT_NAME]
+        files = write_report(data, campaign, fit, validation, folder, pens)
+        return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         typer.echo(f'the estimate is in {folder}; "mechid report {folder}" makes its report', err=True)
         raise
