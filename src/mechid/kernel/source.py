@@ -21,6 +21,7 @@ GENERATOR = (
     "switching.py",
     "places.py",
     "pointers.py",
+    "inner.py",
     "tangents.py",
     "program.py",
     "expressions.py",
@@ -98,9 +99,10 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nfrom __future__ import annotations\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        "from mechid.kernel.pointers import numbers\n\n"
+        "from mechid.kernel.inner import InnerCompiler\nfrom mechid.kernel.pointers import numbers\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
-        'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
+        'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "no_rewrites": True,\n'
+        '         "pipeline_class": InnerCompiler}\n'
     )
 
 

@@ -22,6 +22,7 @@ from mechid.kernel.loop.memory import (
     LARGE,
     MODE,
     MOST_EVENTS,
+    NONE,
     NEXT_SAMPLE,
     OK,
     REFRESH,
@@ -194,7 +195,7 @@ def run(
                 whole /= count
             elif whole < 1e-9 * reach:
                 count = 0
-            length, fired, guard, searched = whole, -1, -1, False
+            length, fired, guard, searched = whole, NONE, NONE, False
             while count > 0:
                 if discrete[STALE]:
                     refresh(w, discrete, sensitive)
@@ -229,7 +230,7 @@ def run(
                     jumped = True
                 old_mode = discrete[MODE + fired]
                 passed = 1.0 - (t_sample - w[AT_TIME]) / h
-                slope = change_mode(fired, guard, passed, h, w, discrete, sensitive, edge_last)
+                slope = change_mode(fired, guard, passed, h, w, discrete, sensitive, int(edge_last))
                 log_event(events, most, discrete, w, fired, old_mode, slope)
                 discrete[STALE], edge_last = 1, False
                 if GUARD_TARGET[GUARD_FIRST[fired, old_mode] + guard] >= 0:

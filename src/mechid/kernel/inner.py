@@ -1,0 +1,56 @@
+"""How Numba compiles the functions within a kernel: their code is joined first and optimised once.
+
+By itself Numba optimises each function with all that it calls, and makes machine code of it, before the function that
+calls it is begun: a rate that five functions call is optimised six times, and its own machine code nobody runs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler_machinery import register_pass
+from numba.core.typed_passes import NativeLowering
+
+
+class InnerLibrary(JITCodeLibrary):
+    """Code that is there to be joined to that of its callers."""
+
+    def _optimize_final_module(self) -> None:
+        """Leave that to the caller's library."""
+
+    def _finalize_final_module(self) -> None:
+        """Make no machine code."""
+        self._finalize_dynamic_globals()
+        self._finalized = True
+
+
+@register_pass(mutates_CFG=True, analysis_only=False)
+class InnerLowering(NativeLowering):
+    """Lowering of a function that only compiled ones call."""
+
+    _name = "inner_lowering"
+
+    def run_pass(self, state: Any) -> bool:
+        """Lower the function into an `InnerLibrary`, and make it known to its callers by a key of its own."""
+        state.library = InnerLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
+        state.library.enable_object_caching()
+        state.flags.no_compile = True
+        super().run_pass(state)
+        key = [].append  # of each list another: the table of callees wants a built-in function, which nobody calls
+        state.cr = state.cr._replace(cfunc=key)
+        state.targetctx.insert_user_function(key, state.cr.fndesc, [state.library])
+        return True
+
+
+class InnerCompiler(CompilerBase):
+    """Numba's compiler with that lowering."""
+
+    def define_pipelines(self) -> list[Any]:
+        """Return Numba's own passes, the lowering exchanged."""
+        passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
+        at = next(k for k, (one, _) in enumerate(passes.passes) if one is NativeLowering)
+        passes.passes[at] = (InnerLowering, "inner lowering")
+        passes.finalize()
+        return [passes]
