@@ -11,7 +11,29 @@ from typing import Any
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
-from numba.core.typed_passes import NativeLowering
+from numba.core.typed_passes import InlineOverloads, NativeLowering
+from numba.core.untyped_passes import (
+    FindLiterallyCalls,
+    InlineClosureLikes,
+    InlineInlinables,
+    LiteralPropagationSubPipelinePass,
+    LiteralUnroll,
+    MakeFunctionToJitFunction,
+    RewriteDynamicRaises,
+    WithLifting,
+)
+
+UNNEEDED = {
+    FindLiterallyCalls,
+    InlineClosureLikes,
+    InlineInlinables,
+    InlineOverloads,
+    LiteralPropagationSubPipelinePass,
+    LiteralUnroll,
+    MakeFunctionToJitFunction,
+    RewriteDynamicRaises,
+    WithLifting,
+}
 
 
 class InnerLibrary(JITCodeLibrary):
@@ -44,13 +66,24 @@ class InnerLowering(NativeLowering):
         return True
 
 
-class InnerCompiler(CompilerBase):
-    """Numba's compiler with that lowering."""
+class KernelCompiler(CompilerBase):
+    """Numba's compiler without its passes for what no kernel has: closures, ``with``, inlined and rewritten Python."""
 
     def define_pipelines(self) -> list[Any]:
-        """Return Numba's own passes, the lowering exchanged."""
+        """Return the passes that a kernel needs."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        at = next(k for k, (one, _) in enumerate(passes.passes) if one is NativeLowering)
-        passes.passes[at] = (InnerLowering, "inner lowering")
+        passes.passes = [self.exchanged(one) for one in passes.passes if one[0] not in UNNEEDED]
         passes.finalize()
         return [passes]
+
+    def exchanged(self, one: tuple[Any, str]) -> tuple[Any, str]:
+        """Return what stands in place of a pass."""
+        return one
+
+
+class InnerCompiler(KernelCompiler):
+    """The same for functions that only compiled ones call."""
+
+    def exchanged(self, one: tuple[Any, str]) -> tuple[Any, str]:
+        """Return the lowering in place of Numba's."""
+        return (InnerLowering, "inner lowering") if one[0] is NativeLowering else one

@@ -99,10 +99,11 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nfrom __future__ import annotations\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        "from mechid.kernel.inner import InnerCompiler\nfrom mechid.kernel.pointers import numbers\n\n"
+        "from mechid.kernel.inner import InnerCompiler, KernelCompiler\nfrom mechid.kernel.pointers import numbers\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
-        'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "no_rewrites": True,\n'
-        '         "pipeline_class": InnerCompiler}\n'
+        'PLAIN = {"error_model": "numpy", "no_cfunc_wrapper": True, "no_rewrites": True}\n'
+        'INNER = {**PLAIN, "no_cpython_wrapper": True, "pipeline_class": InnerCompiler}\n'
+        'ENTRY = {**PLAIN, "cache": True, "nogil": True, "pipeline_class": KernelCompiler}\n'
     )
 
 

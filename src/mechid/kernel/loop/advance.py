@@ -22,8 +22,8 @@ from mechid.kernel.loop.memory import (
     LARGE,
     MODE,
     MOST_EVENTS,
-    NONE,
     NEXT_SAMPLE,
+    NONE,
     OK,
     REFRESH,
     ROWS,
@@ -48,6 +48,7 @@ from mechid.kernel.loop.plant import (
     AT_X_NEW,
     AT_X_P,
     END_JUMP_LANES,
+    ENTRY,
     FAST,
     GUARD_FIRST,
     GUARD_TARGET,
@@ -83,7 +84,7 @@ from mechid.kernel.loop.plant import (
 from mechid.kernel.loop.switches import add_jump, change_mode, log_event
 
 
-@njit(error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
+@njit(**ENTRY)
 def begin(
     p: Array, directions: Array, inputs: Array, theta_0: float, x_0: Array, x_p: Array, discrete: IntegerArray, w: Array
 ) -> None:
@@ -126,7 +127,7 @@ def lose(y: Numbers, row: int, rows: int) -> None:
         y[i] = np.nan
 
 
-@njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
+@njit(**ENTRY, fastmath=FAST)
 def run(
     p: Array,
     directions: Array,

@@ -34,6 +34,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
 
 INNER: dict[str, Any]
+ENTRY: dict[str, Any]
 FAST: set[str]
 
 def numbers(array: A) -> A: ...
