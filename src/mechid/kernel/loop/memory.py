@@ -5,8 +5,6 @@ It knows no physics, only states, guards, edges and samples. One text serves all
 
 from __future__ import annotations
 
-import numpy as np
-
 from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, Numbers, njit
 
 OK, DIVERGED, CHATTER = 0, 1, 2
@@ -18,7 +16,6 @@ GRID_START, GRID_INTERVAL, GRID_STEP, GRID_CLOSE = 0, 1, 2, 3  # places in `grid
 EVENT_TIME, EVENT_SWITCH, EVENT_BEFORE, EVENT_AFTER, EVENT_SLOPE, EVENT_LANES = 0, 1, 2, 3, 4, 5  # and of an event
 LARGE = 1e9  # a measured quantity beyond this has diverged
 MOST_EVENTS = 64  # in one step
-NONE = np.int64(-1)  # no switch, no guard; for a plain number Numba would compile what takes it once more
 THROWN = 1e-9  # a margin this far below zero, of its change over a step, did not come there by flowing
 AHEAD = 0.01  # of a sample interval, to see which way a motion begins
 SAME = 1e-8  # steps that differ by less of the longest one are of one length; late in a record time itself is rounded

@@ -53,6 +53,7 @@ NS: int
 NPF: int
 NPOINT: int
 TERMS: int
+NONE: int  # no switch, no guard
 NG: int
 LANES_PER_GROUP: int
 GROUP_SIZE: int
