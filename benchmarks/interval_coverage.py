@@ -6,6 +6,7 @@ joint fits, release of the noise and conclusion. One line of JSON is appended fo
 not repeated, so a run may be stopped, taken up again, and done in pieces. A changed method wants a new file.
 
     python benchmarks/interval_coverage.py --noise white|ar888|ar46 --draws 0:400 [--workers 2] [--out FILE]
+        [--scheduler ADDRESS]
 """
 
 import argparse
@@ -14,6 +15,8 @@ import math
 import statistics
 import time
 from collections import Counter
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +25,8 @@ from scipy.stats import binomtest, norm, t
 
 from mechid.campaign import Campaign, catalogue_mechanism
 from mechid.campaign.bench import TRUTH
+from mechid.identification.computation.cluster import lent_by
+from mechid.identification.computation.parallel import mapped
 from mechid.identification.identify import identify
 from mechid.identification.result.fit import Fit
 from recovery.campaigns import DRIFT_NM, NOISE_NM, OFFSET_NM, RATE_HZ, record_of, tests, torque_of
@@ -43,17 +48,30 @@ def main() -> None:
     done = {(line["noise"], line["draw"]): line for line in _lines(arguments.out)}
     mechanism = catalogue_mechanism().with_values(TRUTH)
     clean = {name: torque_of(mechanism, tests(mechanism)[name]) for name in RECORDS}
-    for key in dict.fromkeys([FIRST, *((arguments.noise, draw) for draw in range(*arguments.draws))]):
-        if key in done:
-            continue
-        near = None if key == FIRST else done[FIRST]["estimate"]
-        began = time.perf_counter()
-        fit = identify(drawn(clean, mechanism, *key), workers=arguments.workers, near=near)
-        done[key] = {"noise": key[0], "draw": key[1], "seconds": time.perf_counter() - began, **line_of(fit)}
-        with arguments.out.open("a") as file:
-            file.write(json.dumps(done[key]) + "\n")
+    keys = list(dict.fromkeys([FIRST, *((arguments.noise, draw) for draw in range(*arguments.draws))]))
+    own = import_module("interval_coverage")  # by the name by which workers find it, too
+    with lent_by(arguments.scheduler):
+        for some in ([FIRST], keys):
+            left = [key for key in some if key not in done]
+            near = done[FIRST]["estimate"] if FIRST in done else None
+            work = partial(own.fitted, clean, mechanism, near, arguments.workers)
+            mapped(work, left, 1, partial(_noted, arguments.out, done))
     asked = [done[arguments.noise, draw] for draw in range(*arguments.draws)]
     print(table(arguments.noise, asked))
+
+
+def fitted(clean, mechanism, near, workers: int | None, key: tuple[str, int]) -> dict:
+    """Return the line of a draw, by noise and number."""
+    began = time.perf_counter()
+    fit = identify(drawn(clean, mechanism, *key), workers=workers, near=near)
+    return {"noise": key[0], "draw": key[1], "seconds": time.perf_counter() - began, **line_of(fit)}
+
+
+def _noted(path: Path, done: dict, some) -> None:
+    for _, line, _ in some:
+        done[line["noise"], line["draw"]] = line
+        with path.open("a") as file:
+            file.write(json.dumps(line) + "\n")
 
 
 def _arguments() -> argparse.Namespace:
@@ -61,6 +79,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--noise", choices=sorted(POLES), default="white")
     parser.add_argument("--draws", type=_range, default=(0, 400), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--workers", type=int, default=None, help="threads of each fit")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler; workers need this folder in PYTHONPATH")
     parser.add_argument("--out", type=Path, default=OUT, help=f"file to be continued, {OUT} by default")
     return parser.parse_args()
 

@@ -7,22 +7,23 @@ factor 1.5 of the Cramer-Rao bound at the truth. One line of JSON is appended fo
 already is not repeated, so a run may be stopped and taken up again. A changed method wants a new file.
 
     python benchmarks/recovery.py --family 1 --seeds 0:100 [--without slow|sweep] [--workers 2] [--out FILE]
+        [--scheduler ADDRESS]
 """
 
 import argparse
 import json
 import statistics
-import time
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 from scipy.stats import binomtest
 
-from mechid.identification.identify import identify
-from mechid.identification.result.fit import Fit
-from recovery.campaigns import VARIANTS, campaign
-from recovery.judgement import judged, truth_of
+from mechid.identification.computation.cluster import lent_by
+from mechid.identification.computation.parallel import mapped
+from recovery.campaigns import VARIANTS
 from recovery.mechanisms import FAMILIES
+from recovery.recovered import recovered
 
 OUT = Path("build/recovery.jsonl")
 
@@ -34,12 +35,17 @@ def main() -> None:
     keys = [(arguments.family, seed, variant) for seed in range(*arguments.seeds)]
     done = {_key(line): line for line in _lines(arguments.out)}
     arguments.out.parent.mkdir(parents=True, exist_ok=True)
-    for key in keys:
-        if key not in done:
-            done[key] = recovered(*key, workers=arguments.workers)
+    left = [key for key in keys if key not in done]
+
+    def ended(some) -> None:
+        for number, line, _ in some:
+            done[left[number]] = line
             with arguments.out.open("a") as file:
-                file.write(json.dumps(done[key]) + "\n")
-            print(told(done[key]), flush=True)
+                file.write(json.dumps(line) + "\n")
+            print(told(line), flush=True)
+
+    with lent_by(arguments.scheduler):
+        mapped(partial(recovered, arguments.workers), left, 1, ended)
     print(table([done[key] for key in keys]))
 
 
@@ -49,6 +55,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=_range, default=(0, 100), metavar="A:B", help="from A up to, not with, B")
     parser.add_argument("--without", choices=[name for name in VARIANTS if name != "all"])
     parser.add_argument("--workers", type=int, default=None, help="threads of each identification")
+    parser.add_argument("--scheduler", metavar="ADDRESS", help="Dask scheduler; workers need this folder in PYTHONPATH")
     parser.add_argument("--out", type=Path, default=OUT, help=f"file to be continued, {OUT} by default")
     return parser.parse_args()
 
@@ -69,32 +76,6 @@ def _lines(path: Path) -> Iterator[dict]:
 
 def _key(line: dict) -> tuple[int, int, str]:
     return line["family"], line["seed"], line["variant"]
-
-
-def recovered(family: int, seed: int, variant: str, *, workers: int | None) -> dict:
-    """Return the line of one mechanism; its kernel is compiled before the clock starts."""
-    mechanism = FAMILIES[family].truth(seed)
-    records = campaign(FAMILIES[family].catalogue(), mechanism, seed, variant)
-    truth = truth_of(records, mechanism)
-    wall, cpu = time.perf_counter(), time.process_time()
-    fit = identify(records, workers=workers)
-    seconds = {"wall_s": time.perf_counter() - wall, "cpu_s": time.process_time() - cpu}
-    return {"family": family, "seed": seed, "variant": variant, **judged(truth, fit), **seconds, **_way(fit),
-            "truth": dict(truth.values), "estimate": {name: fit.parameters[name].value for name in truth.values},
-            "std_error": {name: fit.parameters[name].std_error for name in truth.values},
-            "bound": dict(truth.bounds)}  # fmt: skip
-
-
-def _way(fit: Fit) -> dict:
-    """Return how the fit came about."""
-    return {
-        "outcome": fit.outcome.code,
-        "evaluations": sum(stage.evaluations for stage in fit.stages),
-        "stages": [[s.name, s.evaluations, s.seconds, s.cost, s.note] for s in fit.stages],
-        "horizons_s": {name: r.horizon_s for name, r in fit.records.items()},
-        "warnings": list(fit.warnings),
-        "substeps": fit.provenance["substeps"],
-    }
 
 
 def told(line: dict) -> str:

@@ -22,6 +22,12 @@ class UsageError(MechidError):
     exit_code = 2
 
 
+class WorkersError(MechidError):
+    """Workers that were lent for a computation, or their scheduler, cannot be reached, are lost or are not alike."""
+
+    exit_code = 2
+
+
 class InputFileError(MechidError):
     """A mechanism or campaign file is wrong."""
 

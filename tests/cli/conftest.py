@@ -1,18 +1,30 @@
 """A small synthetic campaign, made once, and copies of it in which a test changes one thing."""
 
+import json
 import shutil
 
 import pytest
 from typer.testing import CliRunner
 
-from mechid.campaign.bench import write_bench
+import chores
+from mechid.campaign import mechanism_text
+from mechid.campaign.bench import true_mechanism, write_bench
 from mechid.cli.app import app
+from mechid.identification.computation.workforce import working_on
 
 STAGE = """
 [[stage]]
 records = ["full_46"]
 window_s = [0.0, 0.05]
 free = ["gear.stiffness", "gear.damping"]
+"""
+
+TWO = ("housing.gain", "housing.damping")
+STAGE_OF_TWO = f"""
+[[stage]]
+records = ["full_46"]
+window_s = [0.0, 0.3]
+free = {json.dumps(TWO)}
 """
 
 
@@ -24,6 +36,27 @@ def run():
         return CliRunner().invoke(app, [str(argument) for argument in arguments], prog_name="mechid")
 
     return invoke
+
+
+@pytest.fixture
+def lent(run, tmp_path):
+    """Return a function that runs a command in threads and with its work lent out, and compares files of both.
+
+    Lent out, function, tasks and results are pickled, and nothing that this process has worked out is there.
+    """
+
+    def compare(*arguments, files, least):
+        recorded = chores.Recorded(2)
+        here = run(*arguments, "--out", tmp_path / "here")
+        assert here.exit_code == 0, here.stderr
+        with working_on(recorded):
+            there = run(*arguments, "--out", tmp_path / "there")
+        assert there.exit_code == 0, there.stderr
+        assert len(recorded.calls) >= least
+        for name in files:
+            assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "here" / name).read_bytes(), name
+
+    return compare
 
 
 @pytest.fixture
@@ -84,4 +117,16 @@ def staged(changed, folder):
         changed("mechanism.toml", old, new)
     path = folder / "campaign.toml"
     path.write_text(path.read_text(encoding="utf-8") + STAGE, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def fitted(tmp_path_factory):
+    """Return the folders of a campaign of two unknowns and of its fit; not to be changed."""
+    folder = tmp_path_factory.mktemp("beyond")
+    campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
+    (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(TWO), "near"))
+    campaign.write_text(campaign.read_text() + STAGE_OF_TWO)
+    result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
+    assert result.exit_code == 0, result.stderr
     return folder

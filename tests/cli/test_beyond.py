@@ -6,32 +6,7 @@ import shutil
 
 import pytest
 
-from mechid.campaign import mechanism_text
-from mechid.campaign.bench import true_mechanism, write_bench
-
 FREE = ("housing.gain", "housing.damping")
-STAGE = f"""
-[[stage]]
-records = ["full_46"]
-window_s = [0.0, 0.3]
-free = {json.dumps(FREE)}
-"""
-
-
-@pytest.fixture(scope="module")
-def fitted(tmp_path_factory):
-    """Return the folders of a campaign of two unknowns and of its fit; not to be changed."""
-    from typer.testing import CliRunner
-
-    from mechid.cli.app import app
-
-    folder = tmp_path_factory.mktemp("beyond")
-    campaign = write_bench(folder / "bench", seed=3, sweep_s=1.0)
-    (folder / "bench" / "mechanism.toml").write_text(mechanism_text(true_mechanism().with_free(FREE), "near"))
-    campaign.write_text(campaign.read_text() + STAGE)
-    result = CliRunner().invoke(app, ["identify", str(campaign), "--out", str(folder / "fit")])
-    assert result.exit_code == 0, result.stderr
-    return folder
 
 
 def rows(path):

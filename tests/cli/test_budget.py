@@ -177,3 +177,12 @@ def test_the_example_runs_as_it_is(run, tmp_path):
         for requirement in ("stability in an exposure", "pointing")
     ]
     assert (tmp_path / "out" / "budget.html").stat().st_size > 500_000
+
+
+@pytest.mark.slow
+def test_lent_out_it_is_the_same_to_the_last_bit(lent, folder):
+    """Truth: the files of the run in threads; a rate has several motions, found from those of its neighbours."""
+    sticky = SMALL.replace("[flight]\n", "[flight]\nvalues = { friction.static = 0.03, friction.viscous = 0.002 }\n")
+    sticky = sticky.replace("rates = [20.0, 47.5]", "rates = [21.0, 24.0, 27.0]")
+    (folder / "budget.toml").write_text(sticky, encoding="utf-8")
+    lent("budget", folder / "budget.toml", files=["steady_states.csv", "harmonics.csv", "envelope.csv"], least=6)

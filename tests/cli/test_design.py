@@ -170,3 +170,9 @@ def test_what_is_wrong_is_one_line(refused, planned, tmp_path, change, code, mes
 
 def test_a_design_does_not_replace_its_own_campaign(refused, planned):
     assert "holds the campaign itself" in refused(2, "design", planned, "--out", planned)
+
+
+@pytest.mark.slow
+def test_lent_out_it_is_the_same_to_the_last_bit(lent, planned):
+    """Truth: the files of the run in threads."""
+    lent("design", planned, files=["design.json", "campaign.toml"], least=20)

@@ -63,7 +63,8 @@ def test_a_jump_of_the_cost_is_named_with_its_value(gain, monkeypatch):
     centre = gain.values(gain.q)["housing.gain"]
     cliff = centre + 0.7 * sigma
 
-    def stepped(found, name, value, starts):
+    def stepped(found, task):
+        _, value, starts = task
         rise = ((value - centre) / sigma) ** 2 + (9.0 if value > cliff else 0.0)
         return {"cost": found.triangle.cost + rise, "q": starts[0], "note": ""}
 
@@ -82,7 +83,8 @@ def test_a_better_point_than_the_estimate_is_told(gain, monkeypatch):
     sigma = gain.parameters["housing.gain"]["std_error_white"]
     centre = gain.values(gain.q)["housing.gain"] + sigma
 
-    def moved(found, name, value, starts):
+    def moved(found, task):
+        _, value, starts = task
         return {"cost": found.triangle.cost + ((value - centre) / sigma) ** 2 - 1.0, "q": starts[0], "note": ""}
 
     monkeypatch.setattr(module, "_refit", moved)

@@ -36,29 +36,31 @@ class _AtRate:
     period: PeriodMap
     known: list[SteadyState] = field(default_factory=list)
 
-    def tried(self, way: str, start: FloatArray | None) -> tuple[SteadyState, str]:
-        """Return the steady state that a start leads to, one that is known where it is that, and the way."""
-        if start is not None:
-            x = self.period.settled(start, periods_to_settle(self.period.mode, self.period.duration_s))
-            for state in self.known:
-                if state.periods and _is_on(self.period, x, state):
-                    return state, way
-            endless = [state for state in self.known if not state.periods]
-            if endless and find_orbit(self.period, x) is None:
-                return endless[0], way
-        p = self.period
-        return steady_state(p.mechanism, p.mode, p.rate, p.names, p.substeps, start), way
-
-    def add(self, state: SteadyState, way: str) -> SteadyState | None:
-        """Note that a steady state was reached in a way; return it where it is new."""
+    def add(self, found: SteadyState | int, way: str) -> SteadyState | None:
+        """Note that a steady state, or the known one of a number, was reached in a way; return it where it is new."""
         for k, other in enumerate(self.known):
-            if other is state or _same(self.period, state, other):
+            if k == found if isinstance(found, int) else _same(self.period, found, other):
                 self.known[k] = replace(other, reached=tuple(dict.fromkeys((*other.reached, way))))
                 return None
-        if len(self.known) == MOST:
+        if isinstance(found, int) or len(self.known) == MOST:
             return None
-        self.known.append(replace(state, reached=(way,)))
+        self.known.append(replace(found, reached=(way,)))
         return self.known[-1]
+
+
+def _tried(task: tuple[_AtRate, FloatArray | None]) -> SteadyState | int:
+    """Return the steady state that a start leads to at a rate, its number where it is a known one."""
+    at, start = task
+    p = at.period
+    if start is not None:
+        x = p.settled(start, periods_to_settle(p.mode, p.duration_s))
+        for k, state in enumerate(at.known):
+            if state.periods and _is_on(p, x, state):
+                return k
+        endless = [k for k, state in enumerate(at.known) if not state.periods]
+        if endless and find_orbit(p, x) is None:
+            return endless[0]
+    return steady_state(p.mechanism, p.mode, p.rate, p.names, p.substeps, start)
 
 
 def steady_states(
@@ -87,8 +89,8 @@ def steady_states(
     rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
     starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
     while starts:
-        tried = mapped(lambda start: rates[start[0]].tried(*start[1:]), starts, workers)
-        fresh = [(start[0], rates[start[0]].add(*found)) for start, found in zip(starts, tried, strict=True)]
+        tried = mapped(_tried, [(rates[k], x) for k, _, x in starts], workers)
+        fresh = [(k, rates[k].add(found, way)) for (k, way, _), found in zip(starts, tried, strict=True)]
         starts = [
             (k + side, way, state.x)
             for k, state in fresh

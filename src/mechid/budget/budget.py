@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -22,13 +24,14 @@ from mechid.budget.operating_mode import OperatingMode
 from mechid.budget.orders import Crossing, crossings, rates_to_avoid
 from mechid.budget.over_rate import level_curve, rms_bands
 from mechid.budget.profile_run import run_profile
-from mechid.budget.requirement import Standing
+from mechid.budget.requirement import Requirement, Standing
 from mechid.budget.side_response import SideResponse, side_response
 from mechid.budget.side_source import SideSource
-from mechid.budget.standing import nominal_level, standing
+from mechid.budget.standing import Parts, nominal_level, standing
 from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.errors import InputFileError
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
@@ -69,7 +72,9 @@ class Budget:
         return [*(s for mode in self.modes for s in mode.standings), *self.by_duty]
 
 
-def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = None) -> Budget:
+def make_budget(
+    file: BudgetFile, workers: int = 1, listener: Listener | None = None, *, executor: Executor | None = None
+) -> Budget:
     """Return the budget of a file.
 
     Parameters
@@ -79,6 +84,8 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
         Threads.
     listener : callable or None
         Told in a line what is at work.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
 
     Raises
     ------
@@ -94,7 +101,7 @@ def make_budget(file: BudgetFile, workers: int = 1, listener: Listener | None = 
     ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
     side = _side_source(file, estimate)
     maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
     told = tuple(findings(file, estimate, modes, side))
@@ -161,14 +168,13 @@ class _Maker:
         self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
     ) -> tuple[Response, ...]:
         """Return the two-way responses: from rest and, where there are several steady states, from each of these."""
-        substeps, held = enough_substeps(mechanism, mode), self.estimate.mechanism.plant.states
-
-        def at(here: Sequence[SteadyState]) -> Response:
-            starts = [None, *(_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1)]
-            reached = [steady_state(mechanism, mode, here[0].rate, (), substeps, start) for start in starts]
-            return _largest([self._respond(mode, state) for state in reached])
-
-        return tuple(mapped(at, found, self.workers))
+        held = self.estimate.mechanism.plant.states
+        tasks = [
+            (here[0].rate, [_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1])
+            for here in found
+        ]
+        joined = mapped(partial(_reached, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers)
+        return tuple(_largest([self._respond(mode, state) for state in states]) for states in joined)
 
     def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
         source = self.estimate.residual
@@ -211,10 +217,8 @@ class _Maker:
 
     def _with_standings(self, made: ModeBudget) -> ModeBudget:
         self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
-        standings = mapped(
-            lambda r: standing(r, made.mode.name, [(1.0, made.worst_for(r))], self.estimate, self.ensemble),
-            self.file.requirements, self.workers,
-        )  # fmt: skip
+        tasks = [(r, [(1.0, made.worst_for(r))]) for r in self.file.requirements]
+        standings = mapped(partial(_stands, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
         return replace(made, standings=tuple(standings))
 
     def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:
@@ -236,6 +240,19 @@ class _Maker:
             if len(parts) == len(modes):
                 out[r.name] = nominal_level(r, parts, self.file.errors)
         return out
+
+
+def _reached(
+    mechanism: Mechanism, mode: OperatingMode, substeps: int, task: tuple[float, Sequence[FloatArray]]
+) -> list[SteadyState]:
+    """Return the steady states at a rate, from rest and from each of some states."""
+    rate, states = task
+    return [steady_state(mechanism, mode, rate, (), substeps, start) for start in (None, *states)]
+
+
+def _stands(mode: str, estimate: Estimate, ensemble: Ensemble, task: tuple[Requirement, Parts]) -> Standing:
+    requirement, parts = task
+    return standing(requirement, mode, parts, estimate, ensemble)
 
 
 def _without_duty(modes: Sequence[ModeBudget]) -> bool:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 if TYPE_CHECKING:
     from mechid.identification.refit.bootstrap import Draw
 
@@ -22,6 +24,7 @@ def bootstrap(
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the noise.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
@@ -37,7 +40,7 @@ def bootstrap(
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began, ended = time.perf_counter(), 0
-    with one_core_algebra(), ProgressLine(console_on(err=True)) as line:
+    with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
         optimum = reopened(found.campaign, found.estimate, workers=count)
 
         def told(draw: Draw) -> None:

@@ -7,11 +7,14 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 
 def budget(
     file: Annotated[Path, typer.Argument(metavar="BUDGET.toml", help="What flies, on what, and how.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     workers: Annotated[int, typer.Option(min=1, help="Threads.")] = 1,
+    scheduler: Scheduler = None,
 ) -> None:
     """Predict the line of sight's error against requirements."""
     from mechid.budget.budget import make_budget
@@ -25,7 +28,8 @@ def budget(
 
     asked = read_budget_file(file)
     refuse_unwritable(out)
-    made = make_budget(asked, workers, lambda line: typer.echo(line, err=True))
+    with on_scheduler(scheduler):
+        made = make_budget(asked, workers, lambda line: typer.echo(line, err=True))
     data = budget_data(made)
     files = write_budget(made, out, data)
     print_budget(data, console_on(), [*files, *write_budget_report(data, out)])

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 
 def design(
     campaign: Annotated[Path, typer.Argument(help="A campaign.toml or its folder; its records need no files.")],
@@ -26,6 +28,7 @@ def design(
     criterion: Annotated[str | None, typer.Option(help="D, A, E or the name of a parameter.")] = None,
     total_s: Annotated[float | None, typer.Option(min=0.0, help="Test time, what is between records included.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Choose the records of the next test, and rate step loss."""
     from mechid.campaign import load_campaign
@@ -56,11 +59,13 @@ def design(
             f"{diagnosed.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one"
         )
 
-    optimum, rivals = None, tuple[Group, ...]()
-    if fit:
-        found = finished_fit(fit, loaded.path)
-        optimum = reopened(found.campaign, found.estimate, workers=count)
-        rivals = rival_groups(found.campaign, found.estimate, diagnosed, workers=count, told=tell) if diagnosed else ()
-    made = make_design(loaded, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
+    with on_scheduler(scheduler):
+        optimum, rivals = None, tuple[Group, ...]()
+        if fit:
+            found = finished_fit(fit, loaded.path)
+            optimum = reopened(found.campaign, found.estimate, workers=count)
+            if diagnosed:
+                rivals = rival_groups(found.campaign, found.estimate, diagnosed, workers=count, told=tell)
+        made = make_design(loaded, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
     data, files = write_design(made, out)
     print_design(data, console_on(), files)

@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 
 def diagnose(
     fit: Annotated[Path, typer.Argument(metavar="FIT", help="Result folder of mechid identify, or its campaign.toml.")],
@@ -18,6 +20,7 @@ def diagnose(
         typer.Option(metavar="NAME", help="Look for this effect alone, or for all of its kind; may be repeated."),
     ] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
     from mechid.cli.finished_fit import finished_fit
@@ -30,7 +33,7 @@ def diagnose(
     finished = finished_fit(fit, campaign)
     asked = replace(finished.campaign, considered=tuple(consider)) if consider else finished.campaign
     refuse_unwritable(out)
-    with ProgressLine(console_on(err=True)) as line:
+    with on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
         found = diagnosed(asked, finished.estimate, workers=workers, listener=line.tell)
     data = diagnosis_data(found)
     files = write_diagnosis(found, data, out)

@@ -7,12 +7,15 @@ from typing import Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 
 def identify(
     campaign: Annotated[Path, typer.Argument(metavar="CAMPAIGN", help="campaign.toml, or its folder.")],
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     seed: Annotated[int, typer.Option(min=0, help="Of the search; equal seeds give equal results.")] = 0,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
     complete: Annotated[
         bool, typer.Option("--complete", help="Add what the records say the mechanism file lacks, and identify again.")
     ] = False,
@@ -25,4 +28,5 @@ def identify(
 
     loaded = load_campaign(campaign)
     prepare_kernels(loaded)
-    identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)
+    with on_scheduler(scheduler):
+        identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)

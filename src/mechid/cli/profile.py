@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from mechid.cli.scheduler import Scheduler, on_scheduler
+
 if TYPE_CHECKING:
     from mechid.identification.refit.profile import Point
 
@@ -21,6 +23,7 @@ def profile(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the results; made where missing.")],
     campaign: Annotated[Path | None, typer.Option(help="Where FIT does not say it.")] = None,
     workers: Annotated[int | None, typer.Option(min=1, help="Threads; one per core without it.")] = None,
+    scheduler: Scheduler = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Profile the likelihood over a parameter, all others refitted."""
@@ -36,7 +39,7 @@ def profile(
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began = time.perf_counter()
-    with one_core_algebra(), ProgressLine(console_on(err=True)) as line:
+    with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
         optimum = reopened(found.campaign, found.estimate, workers=count)
 
         def told(name: str, point: Point) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +30,7 @@ from mechid.design.step_loss import Margins, is_stepper, margins
 from mechid.design.trust import departing_share
 from mechid.errors import FitError, UsageError, did_you_mean
 from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.reopened import Optimum
 from mechid.plant.mechanism import Mechanism
 
@@ -103,6 +106,7 @@ def make_design(
     fit: Optimum | None = None,
     rivals: Sequence[Group] = (),
     workers: int = 1,
+    executor: Executor | None = None,
     told: Callable[[str], None] = lambda line: None,
 ) -> Design:
     """Return the design of the next test.
@@ -118,6 +122,8 @@ def make_design(
         Rival explanations of the fit's records: those that tell them apart are chosen first.
     workers : int
         Threads.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable
         Of progress.
 
@@ -134,7 +140,7 @@ def make_design(
     if not is_stepper(campaign.mechanism):
         raise UsageError(f"{campaign.mechanism_path}: a design is made of step commands; this assembly has none")
     count, seed = options.mechanisms, options.seed
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
         return _Making(campaign, options, here, rivals, workers, told).design()
 
@@ -180,7 +186,7 @@ class _Making:
         self.told("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
-        kept_off = mapped(lambda r: margins(self.mechanisms[0], r.command, r.duration_s), records, self.workers)
+        kept_off = mapped(partial(_margins, self.mechanisms[0]), records, self.workers)
         return Design(
             campaign=self.campaign,
             options=self.options,
@@ -290,10 +296,7 @@ class _Making:
     def _maps(self) -> tuple[RateMap, ...]:
         rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])
         highest = RATE_MARGIN * max(rates)
-
-        def one(command: Command) -> RateMap:
-            return rate_map(self.mechanisms[0], self.mechanisms[1:], command, highest)
-
+        one = partial(_rate_map, self.mechanisms, highest)
         return tuple(mapped(one, self._commands(), self.workers))
 
     def _losses(self) -> tuple[LossRow, ...]:
@@ -312,6 +315,14 @@ class _Making:
                     f"true, {believed}"
                 )
         return lines
+
+
+def _margins(mechanism: Mechanism, record: PlannedRecord) -> Margins:
+    return margins(mechanism, record.command, record.duration_s)
+
+
+def _rate_map(mechanisms: Sequence[Mechanism], highest: float, command: Command) -> RateMap:
+    return rate_map(mechanisms[0], mechanisms[1:], command, highest)
 
 
 def _objection(departing: float, most: float) -> str:

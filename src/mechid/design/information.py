@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import count
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,21 +42,25 @@ def informations(
     told : callable
         Of the records done, and of all.
     """
+    number = count(1)
+
+    def ended(done: Sequence[object]) -> None:
+        for _ in done:
+            told(next(number), len(records))
+
+    order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
+    found = mapped(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
     out = np.zeros((len(points), len(records), space.size, space.size))
-    done = 0
-
-    def work(k: int) -> None:
-        nonlocal done
-        problem = Problem(space, (records[k].target(),))
-        own = problem.start[space.size :]
-        for s, q in enumerate(points):
-            with np.errstate(all="ignore"):
-                out[s, k] = _information(problem, np.concatenate([q, own]))
-        done += 1
-        told(done, len(records))
-
-    mapped(work, sorted(range(len(records)), key=lambda k: -records[k].base.samples), workers)
+    out[:, order] = np.moveaxis(np.array(found).reshape(len(order), len(points), space.size, space.size), 0, 1)
     return out
+
+
+def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) -> FloatArray:
+    """Return the information of a record at each point, (points, n, n)."""
+    problem = Problem(space, (record.target(),))
+    own = problem.start[space.size :]
+    with np.errstate(all="ignore"):
+        return np.array([_information(problem, np.concatenate([q, own])) for q in points])
 
 
 def _information(problem: Problem, q: FloatArray) -> FloatArray:

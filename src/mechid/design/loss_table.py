@@ -45,13 +45,13 @@ class LossRow:
 def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int = 1) -> tuple[LossRow, ...]:
     """Return the limits of each command's stepping over load inertia, friction torque and voltage."""
     cases = [(command, *change) for command in commands for change in _changes(mechanism)]
+    return tuple(mapped(_row, cases, workers))
 
-    def row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
-        command, changed, to, other = case
-        started = pull_in(other, command)
-        return LossRow(command.stepping, changed, to, started, pull_out(other, command, started))
 
-    return tuple(mapped(row, cases, workers))
+def _row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
+    command, changed, to, other = case
+    started = pull_in(other, command)
+    return LossRow(command.stepping, changed, to, started, pull_out(other, command, started))
 
 
 def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:

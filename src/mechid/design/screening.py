@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,11 +48,11 @@ class Screening:
 
 def screening(mechanisms: Sequence[Mechanism], records: Sequence[PlannedRecord], workers: int = 1) -> Screening:
     """Return how each mechanism comes through each record."""
-
-    def through(record: PlannedRecord) -> list[Driven]:
-        return [driven(m, record.command, record.duration_s) for m in mechanisms]
-
-    found = mapped(through, records, workers)
+    found = mapped(partial(_through, mechanisms), records, workers)
     lost = np.array([[d.lost for d in column] for column in found], dtype=np.bool_)
     peak = np.array([[d.peak_torque for d in column] for column in found])
     return Screening(lost.T, peak.T)
+
+
+def _through(mechanisms: Sequence[Mechanism], record: PlannedRecord) -> list[Driven]:
+    return [driven(m, record.command, record.duration_s) for m in mechanisms]

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,31 +112,32 @@ def predicted_torque(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], workers: int
 ) -> list[FloatArray]:
     """Return the torque of a model in each record, (samples,), NaN where it cannot be simulated."""
+    return mapped(partial(_predicted, campaign, model), records, workers)
 
-    def predicted(record: PlannedRecord) -> FloatArray:
-        problem = with_records(campaign, model, [record])
-        target = problem.targets[-1]
-        (torque,) = problem.model.predict(target, lifted(model.problem, model.q, problem), target.samples)
-        return torque
 
-    return mapped(predicted, records, workers)
+def _predicted(campaign: Campaign, model: Model, record: PlannedRecord) -> FloatArray:
+    problem = with_records(campaign, model, [record])
+    target = problem.targets[-1]
+    (torque,) = problem.model.predict(target, lifted(model.problem, model.q, problem), target.samples)
+    return torque
 
 
 def _shown(
     campaign: Campaign, model: Model, records: Sequence[PlannedRecord], torques: Sequence[FloatArray], workers: int
 ) -> list[FloatArray]:
     """Return what a model leaves of each record, and its derivatives to what it moves already."""
+    return mapped(partial(_shown_of, campaign, model), list(zip(records, torques, strict=True)), workers)
 
-    def shown(k: int) -> FloatArray:
-        problem = with_records(campaign, model, [records[k]])
-        there = measuring(problem.targets[-1], torques[k])
-        q = lifted(model.problem, model.q, problem)
-        with np.errstate(all="ignore"):
-            triangle = problem.triangle(there, q, (0, there.samples))
-        rows = np.column_stack([triangle.fun, triangle.jacobian])
-        return without_own(rows, problem, model, q)[:, np.concatenate([[True], _moved(model)])]
 
-    return mapped(shown, range(len(records)), workers)
+def _shown_of(campaign: Campaign, model: Model, task: tuple[PlannedRecord, FloatArray]) -> FloatArray:
+    record, torque = task
+    problem = with_records(campaign, model, [record])
+    there = measuring(problem.targets[-1], torque)
+    q = lifted(model.problem, model.q, problem)
+    with np.errstate(all="ignore"):
+        triangle = problem.triangle(there, q, (0, there.samples))
+    rows = np.column_stack([triangle.fun, triangle.jacobian])
+    return without_own(rows, problem, model, q)[:, np.concatenate([[True], _moved(model)])]
 
 
 def with_records(campaign: Campaign, model: Model, records: Sequence[PlannedRecord]) -> Problem:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,13 +58,15 @@ def departing_share(
     size = sizes(space, points)
     steps = np.array([_root(m, size) @ rng.standard_normal((space.size, DRAWS)) for m in reference[: len(looked)]])
     drawn = np.clip(looked[:, None] + steps.transpose(0, 2, 1), space.lower, space.upper)
+    tasks = [(record, information[: len(looked), k]) for k, record in enumerate(records)]
+    return np.array(mapped(partial(_share, space, looked, drawn), tasks, workers))
 
-    def share(k: int) -> float:
-        problem = Problem(space, (records[k].target().settled,))
-        off = [_departing(problem, q, drawn[s], information[s, k]) for s, q in enumerate(looked)]
-        return float(np.mean(off))
 
-    return np.array(mapped(share, range(len(records)), workers))
+def _share(space: SearchSpace, points: FloatArray, drawn: FloatArray, task: tuple[PlannedRecord, FloatArray]) -> float:
+    """Return the share of draws in which a record departs from its information, (points, n, n)."""
+    record, information = task
+    problem = Problem(space, (record.target().settled,))
+    return float(np.mean([_departing(problem, q, drawn[s], information[s]) for s, q in enumerate(points)]))
 
 
 def _root(information: FloatArray, size: FloatArray) -> FloatArray:
@@ -78,6 +81,6 @@ def _departing(problem: Problem, q: FloatArray, draws: FloatArray, information: 
     (target,) = problem.targets
     (torque,) = problem.model.predict(target, q, target.samples)
     there = replace(target, channels=(replace(target.leading, measured=torque),))
-    costs = np.array([problem.norm(there, x, (0, target.samples)) ** 2 for x in draws])
+    costs = np.square(problem.norms_at(there, list(draws), (0, target.samples)))
     promised = np.einsum("di,ij,dj->d", draws - q, information, draws - q)
     return float(np.mean(~(np.abs(costs - promised) <= DEPARTURE)))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import replace
 
 from mechid.campaign import Campaign
@@ -12,6 +13,7 @@ from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, silent
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.conclude import conclude
 from mechid.identification.disturbance.disturbance import with_disturbances
 from mechid.identification.disturbance.mains import mains
@@ -46,6 +48,7 @@ def identify(
     *,
     seed: int = 0,
     workers: int | None = None,
+    executor: Executor | None = None,
     listener: Listener = silent,
     journal: Journal | None = None,
     near: Mapping[str, float] | None = None,
@@ -59,6 +62,8 @@ def identify(
         Of the search; equal seeds give equal results.
     workers : int or None
         Threads; None takes one per core.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
         Told of progress.
     journal : Journal or None
@@ -76,10 +81,12 @@ def identify(
     ------
     FitError
         If nothing is free, or no record is to be estimated from.
+    WorkersError
+        The executor's workers are lost, or cannot do the work.
     """
     problem = make_problem(campaign, workers or os.cpu_count() or 1)
     state = SearchState(problem, problem.start, problem.whole())
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         if near is None:
             campaign, state = first_seen(campaign, state, seed)
         watch = Watch(state, listener, len(campaign.stages) or 4, journal)

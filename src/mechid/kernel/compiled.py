@@ -26,6 +26,8 @@ from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
+CACHE = "MECHID_CACHE"
+"""Variable of the environment that names another folder for kernels."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,7 @@ class Kernel:
 
 def cache_folder() -> Path:
     """Return the folder of generated kernels (``MECHID_CACHE`` overrides the user's cache folder)."""
-    named = os.environ.get("MECHID_CACHE")
+    named = os.environ.get(CACHE)
     return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
@@ -86,16 +88,38 @@ def is_compiled(plant: Plant, sensitivities: int = 0) -> bool:
 def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
     path = _path(plant, lanes)
+    cached = _has_machine_code(path)
+    module = compiled_module(path.stem, lambda: generate(plant, lanes), lambda made: _compile(made, plant))
+    return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
+
+
+def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleType], None]) -> ModuleType:
+    """Return a generated module from the cache's folder, written and compiled where it is not there yet.
+
+    Parameters
+    ----------
+    name : str
+        Of its file.
+    text : callable
+        Gives its text.
+    call : callable
+        Calls the module's entry points once on empty work.
+
+    Raises
+    ------
+    UsageError
+        The cache cannot be written to.
+    """
+    path = version_folder() / f"{name}.py"
     try:
         if not path.exists():
-            _write_whole(path, generate(plant, lanes))
+            _write_whole(path, text())
         module = _imported(path)
-        cached = _has_machine_code(path)
-        _on_own_stack(_compile, module, plant)
+        _on_own_stack(call, module)
     except OSError as error:
-        remedy = "make room, or name another folder in MECHID_CACHE"
+        remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
-    return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
+    return module
 
 
 def _path(plant: Plant, lanes: int) -> Path:

@@ -70,15 +70,15 @@ def generate(plant: Plant, lanes: int) -> str:
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
     tables = [*_guard_tables(plant), f"IN_DRIVE = np.array({moved})"]
-    first, *others = map(_of_loop, LOOP)
+    first, *others = (text_of_loop("mechid.kernel", name) for name in LOOP)
     body = "\n\n".join([first, *functions, *others])
     names = _place_lines(writer.at)
     return _header(plant, lanes, body) + "\n".join([*sizes, *names, *tables]) + "\n\n\n" + body
 
 
-def _of_loop(name: str) -> str:
-    """Return the text of a module of the loop without its imports, under its title."""
-    text = resources.files("mechid.kernel").joinpath(f"loop/{name}.py").read_text(encoding="utf-8")
+def text_of_loop(package: str, name: str) -> str:
+    """Return the text of a module of a package's loop without its imports, under its title."""
+    text = resources.files(package).joinpath(f"loop/{name}.py").read_text(encoding="utf-8")
     tree = ast.parse(text)
     body = next(node for node in tree.body[1:] if not isinstance(node, ast.Import | ast.ImportFrom))
     decorators = getattr(body, "decorator_list", [])

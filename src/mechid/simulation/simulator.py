@@ -28,6 +28,11 @@ CLOSE_STEPS = 4
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
 
 
+def outcome_of(status: int) -> SimulationOutcome:
+    """Return what a kernel's status says of a run."""
+    return _OUTCOMES.get(status, SimulationOutcome.COMPLETE)
+
+
 @dataclass(frozen=True)
 class TimeBase:
     """Uniform sample instants in record time: start_s + k / sample_rate_hz, k < samples."""
@@ -223,9 +228,12 @@ class Run:
         x, x_p = equilibrium(simulator.plant, self.p, simulator.excitation.initial, simulator.command.start_angle_rad)
         return x, np.ascontiguousarray(x_p).ravel()
 
-    def blocks(self) -> Iterator[Block]:
-        """Yield the record block by block; after a failure the samples are NaN. Ask before each whether to go on."""
-        done, total = 0, self.base.samples
+    def blocks(self, stop: int | None = None) -> Iterator[Block]:
+        """Yield the record, or its samples before `stop`, block by block; after a failure the samples are NaN.
+
+        Ask before each whether to go on.
+        """
+        done, total = 0, self.base.samples if stop is None else stop
         for count in self._resting():
             ask()
             yield self._block(done, count)
@@ -238,10 +246,15 @@ class Run:
             yield self._block(done, count)
             done += count
 
+    @property
+    def resting(self) -> int:
+        """Samples before command time 0, where the mechanism rests and measures nothing."""
+        before = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
+        return min(before, self.base.samples)
+
     def _resting(self) -> Iterator[int]:
-        """Count the samples before command time 0, where the mechanism rests and measures nothing."""
-        resting = int(np.ceil(-self.start_s / self.interval_s - 1e-9)) if self.start_s < 0.0 else 0
-        resting = min(resting, self.base.samples)
+        """Count the samples at rest, block by block."""
+        resting = self.resting
         while resting > 0:
             count = min(self.block, resting)
             for array in (self.buffers.y, self.buffers.y_dot, self.buffers.J):
@@ -260,6 +273,10 @@ class Run:
         if b.sensitive:
             b.J.reshape(-1, b.outputs, b.lanes)[:] = J
 
+    def prepare(self) -> None:
+        """Work out what a run needs before its first sample, where its blocks are not consumed one by one."""
+        self._advance(0)
+
     def _advance(self, count: int) -> None:
         buffers, simulator = self.buffers, self.simulator
         if self.outcome is not SimulationOutcome.COMPLETE:
@@ -269,7 +286,7 @@ class Run:
             self.p, buffers.directions, int(buffers.sensitive), self.grid,
             simulator.excitation.times, simulator._edge_values, *buffers.run_arguments(count),
         )  # fmt: skip
-        self.outcome = _OUTCOMES.get(int(status), SimulationOutcome.COMPLETE)
+        self.outcome = outcome_of(int(status))
 
     def _block(self, start: int, count: int) -> Block:
         b, lanes = self.buffers, self.buffers.lanes

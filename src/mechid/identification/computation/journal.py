@@ -13,7 +13,6 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
-from importlib.metadata import version
 from pathlib import Path
 from threading import Lock
 from typing import Any, Self
@@ -21,6 +20,8 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
+from mechid.identification.computation.installation import source_digest
+from mechid.identification.computation.parallel import Done, mapped
 from mechid.writing import writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
@@ -50,7 +51,7 @@ class Journal:
         UsageError
             The file cannot be written, or the run to be resumed had other inputs.
         """
-        inputs = {**inputs, "version of mechid": _source_digest()}
+        inputs = {**inputs, "version of mechid": source_digest()}
         with writable(path.parent):
             lines = _whole_lines(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
@@ -65,12 +66,16 @@ class Journal:
 
     def note(self, event: str, **entries: object) -> None:
         """Append a line; when this returns it is on the disk."""
-        if self.path is None:
+        self._append([{"event": event, **entries}])
+
+    def _append(self, lines: Sequence[Mapping[str, object]]) -> None:
+        """Append lines, and wait once for the disk."""
+        if self.path is None or not lines:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        line = json.dumps({"time": now, "event": event, **entries}) + "\n"
+        text = "".join(json.dumps({"time": now, **line}) + "\n" for line in lines)
         with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
-            file.write(line)
+            file.write(text)
             file.flush()
             os.fsync(file.fileno())
 
@@ -87,16 +92,52 @@ class Journal:
             return work()
         key = digest([kind, inputs, rng.bit_generator.state if rng else None])
         if key in self.known:
-            line = self.known[key]
-            self.saved_s += line["seconds"]
             if rng:
-                rng.bit_generator.state = unpacked(line["rng"])
-            return unpacked(line["result"])
+                rng.bit_generator.state = unpacked(self.known[key]["rng"])
+            return self._recalled(key)
         began = time.perf_counter()
         result = packed(work())
         left = packed(rng.bit_generator.state) if rng else None
-        self.note(STEP, step=kind, key=key, seconds=time.perf_counter() - began, result=result, rng=left)
+        self._append([_step(kind, key, time.perf_counter() - began, result, left)])
         return unpacked(result)
+
+    def mapped(
+        self,
+        kind: str,
+        function: Callable[[Any], Any],
+        tasks: Sequence[Any],
+        workers: int,
+        told: Callable[[Any, Any], None] = lambda task, result: None,
+    ) -> list[Any]:
+        """Return ``[function(t) for t in tasks]``, each task a step of which it is itself the inputs.
+
+        What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
+        `told` is told of each task and its result.
+        """
+        keys = [digest([kind, task, None]) if self.path else "" for task in tasks]
+        results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
+        for i, result in results.items():
+            told(tasks[i], result)
+        left = [i for i in range(len(tasks)) if i not in results]
+
+        def ended(done: Sequence[Done[Any]]) -> None:
+            fresh = [(left[number], packed(result) if self.path else result, s) for number, result, s in done]
+            self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
+            for i, result, _ in fresh:
+                results[i] = unpacked(result) if self.path else result
+                told(tasks[i], results[i])
+
+        mapped(function, [tasks[i] for i in left], workers, ended)
+        return [results[i] for i in range(len(tasks))]
+
+    def _recalled(self, key: str) -> Any:
+        line = self.known[key]
+        self.saved_s += line["seconds"]
+        return unpacked(line["result"])
+
+
+def _step(kind: str, key: str, seconds: float, result: object, rng: object = None) -> dict[str, object]:
+    return {"event": STEP, "step": kind, "key": key, "seconds": seconds, "result": result, "rng": rng}
 
 
 def packed(value: Any) -> Any:
@@ -157,12 +198,3 @@ def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, st
             f"{path}: cannot be resumed, its run had other inputs ({', '.join(other)}); "
             "give the same ones, or start anew without --resume"
         )
-
-
-def _source_digest() -> str:
-    """Return the version of mechid and a digest of its sources: other code may go another way."""
-    root = Path(__file__).parents[2]
-    total = hashlib.sha256()
-    for file in sorted(root.rglob("*.py")):
-        total.update(file.read_bytes())
-    return f"{version('mechid')} {total.hexdigest()[:16]}"

@@ -1,33 +1,112 @@
-"""The one map over independent tasks. Kernels release the interpreter's lock, so threads suffice."""
+"""The one map over independent tasks: threads of this process, or the workers that somebody lends.
+
+Kernels release the interpreter's lock, so threads suffice on one machine. Work goes elsewhere within
+`mechid.identification.computation.workforce.working_on`.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from contextvars import copy_context
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from contextvars import ContextVar, copy_context
 from threading import Event
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
-from joblib import Parallel, delayed
 from threadpoolctl import threadpool_limits
 
 from mechid.simulation.interruption import interrupted_by
 
 Task = TypeVar("Task")
 Result = TypeVar("Result")
+Done = tuple[int, Result, float]
+"""The number of a task, its result and the seconds that it took."""
+Ended = Callable[[Sequence[Done[Result]]], None]
+"""Called with all that has ended since the last call."""
+
+
+class Elsewhere(Protocol):
+    """Who maps in place of this process."""
+
+    def mapped(self, function: Callable[[Any], Any], tasks: Sequence[Any], ended: Ended[Any]) -> list[Any]:
+        """Return ``[function(t) for t in tasks]``."""
+
+
+_elsewhere: ContextVar[Elsewhere | None] = ContextVar("elsewhere", default=None)
+_alone: ContextVar[bool] = ContextVar("alone", default=False)
 
 
 class _AbandonedError(BaseException):
     """Ends a task whose result nobody waits for any more."""
 
 
-def mapped(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
-    """Return ``[function(t) for t in tasks]``, worked on by `workers` threads.
+@contextmanager
+def mapped_by(elsewhere: Elsewhere) -> Iterator[None]:
+    """Let `elsewhere` do what `mapped` is asked for within."""
+    token = _elsewhere.set(elsewhere)
+    try:
+        yield
+    finally:
+        _elsewhere.reset(token)
 
-    A thread works in the caller's context, so what interrupts the caller's simulations interrupts its own too. Where
-    one task fails, or Ctrl-C comes, those at work end with their next block of samples.
+
+def _unheard(done: object) -> None:
+    """Listen to nothing."""
+
+
+def mapped(
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    workers: int,
+    ended: Ended[Result] = _unheard,
+) -> list[Result]:
+    """Return ``[function(t) for t in tasks]``, worked on by `workers` threads, or elsewhere.
+
+    Parameters
+    ----------
+    function : callable
+        Of a task, a pure function that pickles: of a module, or such a one with its first arguments given by
+        `functools.partial`. What all tasks share, as the problem, is given there: it goes once to each worker.
+    tasks : sequence
+        What pickles, small each: a point, a number, a name.
+    workers : int
+        Threads, where the work stays in this process.
+    ended : callable
+        Told in this process of the tasks that have ended, in any order; by several threads where these do the work.
+
+    Raises
+    ------
+    WorkersError
+        Lent workers are lost, or cannot do the work.
     """
-    if workers == 1 or len(tasks) < 2:
-        return [function(t) for t in tasks]
+    elsewhere = _elsewhere.get()
+    if elsewhere is not None:
+        return elsewhere.mapped(function, tasks, ended)
+    return in_threads(function, tasks, workers, ended)
+
+
+def in_threads(
+    function: Callable[[Task], Result],
+    tasks: Sequence[Task],
+    workers: int,
+    ended: Ended[Result] = _unheard,
+) -> list[Result]:
+    """Return ``[function(t) for t in tasks]``, worked on by `workers` threads of this process.
+
+    For what is too short to be sent, as one record at one point, and for what itself waits for others' work. A thread
+    works in the caller's context, so what interrupts the caller's simulations interrupts its own too. Where one task
+    fails, or Ctrl-C comes, those at work end with their next block of samples.
+    """
+
+    def one(number: int) -> Result:
+        began = time.perf_counter()
+        result = function(tasks[number])
+        ended([(number, result, time.perf_counter() - began)])
+        return result
+
+    if workers == 1 or len(tasks) < 2 or _alone.get():
+        return [one(i) for i in range(len(tasks))]
     abandoned = Event()
 
     def check() -> None:
@@ -36,12 +115,42 @@ def mapped(function: Callable[[Task], Result], tasks: Sequence[Task], workers: i
 
     with interrupted_by(check):
         contexts = [copy_context() for _ in tasks]  # each is entered by one thread at a time
+    with ThreadPoolExecutor(min(workers, len(tasks))) as threads:
+        try:
+            futures = [threads.submit(own.run, one, i) for i, own in enumerate(contexts)]
+            done, _ = wait(futures, return_when=FIRST_EXCEPTION)
+            for future in done:
+                future.result()
+            return [future.result() for future in futures]
+        except BaseException:
+            abandoned.set()
+            threads.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def is_lent() -> bool:
+    """Return whether `mapped` is done elsewhere."""
+    return _elsewhere.get() is not None
+
+
+def directed(function: Callable[[Task], Result], tasks: Sequence[Task], workers: int) -> list[Result]:
+    """Return ``[function(t) for t in tasks]``, tasks that do next to nothing but ask `mapped` for one thing at a time.
+
+    They are threads of this process: `workers` of them, or all at once where the work itself is done elsewhere.
+    """
+    return in_threads(function, tasks, len(tasks) if is_lent() else workers)
+
+
+@contextmanager
+def on_one_core() -> Iterator[None]:
+    """Do all that is mapped within one task after the other, on one core: others have the cores beside it."""
+    alone, elsewhere = _alone.set(True), _elsewhere.set(None)
     try:
-        jobs = (delayed(own.run)(function, t) for own, t in zip(contexts, tasks, strict=True))
-        return list(Parallel(n_jobs=workers, backend="threading")(jobs))
-    except BaseException:
-        abandoned.set()
-        raise
+        with one_core_algebra():
+            yield
+    finally:
+        _alone.reset(alone)
+        _elsewhere.reset(elsewhere)
 
 
 def one_core_algebra() -> threadpool_limits:

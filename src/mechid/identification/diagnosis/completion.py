@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import asdict, replace
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, silent
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify as identified
@@ -21,6 +23,7 @@ def identify(
     *,
     seed: int = 0,
     workers: int | None = None,
+    executor: Executor | None = None,
     listener: Listener = silent,
     journal: Journal | None = None,
     near: Mapping[str, float] | None = None,
@@ -30,7 +33,7 @@ def identify(
 
     Parameters
     ----------
-    campaign, seed, workers, listener, journal, near
+    campaign, seed, workers, executor, listener, journal, near
         As of `mechid.identification.identify.identify`.
     complete : bool
         Add to the mechanism what its records say it lacks, and identify again; `completed` of the fit has the steps,
@@ -41,14 +44,15 @@ def identify(
     FitError
         If nothing is free, or no record is to be estimated from.
     """
-    fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
-    if not complete or fit.grade is Grade.FAILED:
-        return with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
-    found = diagnose(campaign, fit, workers=workers, listener=listener)
-    if found.mechanism is None:
-        return replace(fit, completed=())
-    whole = replace(campaign, mechanism=found.mechanism)
-    return identified_with(whole, found, seed=seed, workers=workers, listener=listener)
+    with working_on(executor):
+        fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
+        if not complete or fit.grade is Grade.FAILED:
+            return with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
+        found = diagnose(campaign, fit, workers=workers, listener=listener)
+        if found.mechanism is None:
+            return replace(fit, completed=())
+        whole = replace(campaign, mechanism=found.mechanism)
+        return identified_with(whole, found, seed=seed, workers=workers, listener=listener)
 
 
 def identified_with(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,6 +14,7 @@ from mechid.campaign import Campaign
 from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.computation.progress import Listener, Progress, silent
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.held_out import HeldOut, held_out
 from mechid.identification.diagnosis.hum import hum_left
@@ -86,7 +88,12 @@ class Diagnosis:
 
 
 def diagnose(
-    campaign: Campaign, fit: Fit | Mapping[str, Any], *, workers: int | None = None, listener: Listener = silent
+    campaign: Campaign,
+    fit: Fit | Mapping[str, Any],
+    *,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    listener: Listener = silent,
 ) -> Diagnosis:
     """Say which effects the records of a finished fit ask for, and which these records cannot tell apart.
 
@@ -99,6 +106,8 @@ def diagnose(
     fit : Fit, or what its estimate.json holds
     workers : int or None
         Threads; None takes one per core.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
         Told of progress.
 
@@ -112,7 +121,7 @@ def diagnose(
     estimate = fit.to_dict() if isinstance(fit, Fit) else fit
     refuse_other_files(campaign, estimate)
     _refuse_failed(estimate)
-    with one_core_algebra():
+    with one_core_algebra(), working_on(executor):
         before, start = begun(campaign, estimate, workers=workers or os.cpu_count() or 1)
 
         def told(words: str) -> None:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.search import Found
 from mechid.identification.output_error.misfit import misfit_series
@@ -156,7 +156,7 @@ def pictures_of(found: Found, called: Mapping[str, str]) -> Pictures:
     if not found.model.effects and found.before.over_noise <= MISFIT:
         return NONE
     targets = [t for t in found.model.problem.targets if t.name in found.model.setting.windows]
-    done = mapped(lambda target: list(_channels(found, target, called)), targets, found.model.problem.workers)
+    done = in_threads(lambda target: list(_channels(found, target, called)), targets, found.model.problem.workers)
     channels = [channel for each in done for channel in each]
     worst = sorted(_largest(channels, lambda one: one.missed), key=lambda one: -one.missed)
     return Pictures(

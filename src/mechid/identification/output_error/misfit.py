@@ -7,7 +7,7 @@ turned where a result is made, in `result.record_fit`, and nowhere below.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,12 +15,16 @@ from numpy.typing import NDArray
 
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
-from mechid.simulation.simulator import Block
+from mechid.kernel.batch.source import SETS
+from mechid.simulation.batch import Batch, OfBatch
+from mechid.simulation.simulator import Block, Run
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]
 Window = tuple[int, int]
 """First and last-plus-one sample."""
+FEWEST = 3
+"""Points that are worth simulating side by side."""
 
 
 def residual(modelled: FloatArray, measured: FloatArray, out: FloatArray | None = None) -> FloatArray:
@@ -41,6 +45,8 @@ class Misfit:
         Whether its derivatives are wanted.
     block : int or None
         Samples simulated in one go; None leaves that to the simulator.
+    run : Run or OfBatch or None
+        The simulation, where it has begun already.
     """
 
     def __init__(
@@ -52,11 +58,12 @@ class Misfit:
         *,
         jacobian: bool = False,
         block: int | None = None,
+        run: Run | OfBatch | None = None,
     ) -> None:
         self.coordinates, self.target, self.window = model.coordinates, target, window
         self.width = self.coordinates.size if jacobian else 0
         self.outputs = [model.output(quantity) for quantity in target.quantities]
-        self.run = model.run(target, q, window[1], jacobian=jacobian, block=block)
+        self.run = run or model.run(target, q, window[1], jacobian=jacobian, block=block)
 
     @property
     def succeeded(self) -> bool:
@@ -70,14 +77,37 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
+def side_by_side(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> Iterator[list[Misfit]]:
+    """Yield the misfits at several points, without derivatives, in groups whose pieces are to be taken in step.
+
+    What a group has in common is simulated once: few points go alone, as little is gained.
+    """
+    for first in range(0, len(points), SETS):
+        group = points[first : first + SETS]
+        begun = [model.run(target, q, window[1]) for q in group]
+        runs: Sequence[Run | OfBatch] = Batch(begun).each() if len(begun) >= FEWEST else begun
+        yield [Misfit(model, target, q, window, run=run) for q, run in zip(group, runs, strict=True)]
+
+
 def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
     """Return r of each channel over a window, (n,); NaN from where the simulation failed."""
+    return misfit_series_of(model, target, [q], window)[0]
+
+
+def misfit_series_of(
+    model: Model, target: Target, points: Sequence[FloatArray], window: Window
+) -> list[tuple[FloatArray, ...]]:
+    """Return the same at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    series = tuple(np.empty(max(stop - first, 0)) for _ in target.channels)
-    for piece in Misfit(model, target, q, window):
-        for k, r in enumerate(series):
-            piece.write_residual(k, r[piece.first - first : piece.stop - first])
-    return series
+    found = [tuple(np.empty(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    waiting = iter(found)
+    for group in side_by_side(model, target, points, window):
+        own = [next(waiting) for _ in group]
+        for pieces in zip(*group, strict=True):
+            for piece, series in zip(pieces, own, strict=True):
+                for k, r in enumerate(series):
+                    piece.write_residual(k, r[piece.first - first : piece.stop - first])
+    return found
 
 
 @dataclass(frozen=True, eq=False)

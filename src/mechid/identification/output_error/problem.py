@@ -10,11 +10,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.model import Model
-from mechid.identification.output_error.reduced import LatestTriangles, norm
+from mechid.identification.output_error.reduced import LatestTriangles, norms
 from mechid.identification.output_error.reduction import Triangle, combined, of_rows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
@@ -117,7 +117,11 @@ class Problem:
 
     def norm(self, target: Target, q: FloatArray, window: Window) -> float:
         """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
-        return norm(self.model, target, q, window)
+        return self.norms_at(target, [q], window)[0]
+
+    def norms_at(self, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
+        """Return the same at several points, simulated side by side."""
+        return norms(self.model, target, points, window)
 
     def triangle(self, target: Target, q: FloatArray, window: Window) -> Triangle:
         """Return the reduced problem of a target in a window, of all its channels together; the last one is kept."""
@@ -151,5 +155,5 @@ class Problem:
         """Work on every target that has a window, the longest first, and return in their own order."""
         used = [t for t in self.targets if t.name in windows]
         order = sorted(range(len(used)), key=lambda i: -windows[used[i].name][1])
-        done = mapped(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
+        done = in_threads(lambda i: what(used[i], q, windows[used[i].name]), order, self.workers)
         return [result for _, result in sorted(zip(order, done, strict=True), key=lambda pair: pair[0])]

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.output_error.misfit import Misfit, Window
+from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.reduction import Triangle, absorb, combined, finished
 from mechid.identification.output_error.target import Target
@@ -14,11 +16,9 @@ from mechid.identification.output_error.weighted_rows import WeightedRows
 FloatArray = NDArray[np.float64]
 
 
-def reduced(
-    model: Model, target: Target, q: FloatArray, window: Window, *, jacobian: bool
-) -> tuple[list[FloatArray], bool]:
-    """Return each channel's triangle of [Phi r J] (or [Phi r]) in sigmas, and whether the simulation succeeded."""
-    misfit = Misfit(model, target, q, window, jacobian=jacobian)
+def reduced(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[list[FloatArray], bool]:
+    """Return each channel's triangle of [Phi r J] in sigmas, and whether the simulation succeeded."""
+    misfit = Misfit(model, target, q, window, jacobian=True)
     rows = WeightedRows(misfit)
     triangles = [np.zeros((width, width)) for width in rows.widths]
     for k, block, n in rows:
@@ -28,16 +28,26 @@ def reduced(
     return triangles, misfit.succeeded
 
 
-def norm(model: Model, target: Target, q: FloatArray, window: Window) -> float:
-    """Return ||r|| of a target in a window, projected, in sigmas; inf where the simulation failed."""
-    triangles, succeeded = reduced(model, target, q, window, jacobian=False)
-    if not succeeded:
-        return np.inf
-    norms = [
-        finished(R, channel.removed, window[1] - window[0]).norm
-        for channel, R in zip(target.channels, triangles, strict=True)
-    ]
-    return norms[0] if len(norms) == 1 else float(np.linalg.norm(norms))
+def norms(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
+    """Return ||r|| of a target in a window at several points, projected, in sigmas; inf where a simulation failed."""
+    found = []
+    for misfits in side_by_side(model, target, points, window):
+        rows = [WeightedRows(misfit) for misfit in misfits]
+        triangles = [[np.zeros((width, width)) for width in own.widths] for own in rows]
+        for parts in zip(*rows, strict=True):
+            for R, (k, block, n) in zip(triangles, parts, strict=True):
+                absorb(R[k], block, n)
+        pairs = zip(misfits, triangles, strict=True)
+        found += [_norm(target, window, R) if misfit.succeeded else np.inf for misfit, R in pairs]
+    return found
+
+
+def _norm(target: Target, window: Window, triangles: Sequence[FloatArray]) -> float:
+    each = []
+    for channel, R in zip(target.channels, triangles, strict=True):
+        R[:, channel.removed :] /= channel.scale
+        each.append(finished(R, channel.removed, window[1] - window[0]).norm)
+    return each[0] if len(each) == 1 else float(np.linalg.norm(each))
 
 
 def triangle(model: Model, target: Target, q: FloatArray, window: Window) -> Triangle:
@@ -52,7 +62,7 @@ def triangle(model: Model, target: Target, q: FloatArray, window: Window) -> Tri
 
 def channel_triangles(model: Model, target: Target, q: FloatArray, window: Window) -> list[Triangle] | None:
     """Return the reduced problem of each channel of a target in a window; None where the simulation failed."""
-    triangles, succeeded = reduced(model, target, q, window, jacobian=True)
+    triangles, succeeded = reduced(model, target, q, window)
     if not succeeded:
         return None
     n = window[1] - window[0]

@@ -9,9 +9,11 @@ has a generator of its own, so the numbers are the same whatever the number of w
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +22,9 @@ from scipy.stats import chi2
 
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.identifiability.verdict import seen_coordinates
-from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combined
 from mechid.identification.output_error.target import Target
 from mechid.identification.refit.reopened import Optimum
@@ -108,10 +110,13 @@ def bootstrap(
     *,
     seed: int = 0,
     workers: int = 1,
+    executor: Executor | None = None,
     journal: Journal | None = None,
     told: Callable[[Draw], None] = lambda draw: None,
 ) -> Bootstrap:
     """Return so many draws; those that the journal holds are taken from there.
+
+    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
 
     Raises
     ------
@@ -119,18 +124,22 @@ def bootstrap(
         No draw could be refitted.
     """
     world = _world(optimum)
-    noted = journal or Journal()
+    at, windows = optimum.q, optimum.windows
 
-    def one(number: int) -> Draw:
-        work = partial(_refitted, optimum, world, seed, number)
-        found = noted.step("bootstrap draw", [seed, number], work)
-        draw = Draw(number, DrawOutcome[found["outcome"].upper()], found["cost"], found["values"])
-        told(draw)
-        return draw
+    def ended(task: tuple[int, int], found: Mapping[str, Any]) -> None:
+        told(_draw(task[1], found))
 
-    done = tuple(mapped(one, range(draws), workers))
+    work = partial(_refitted, world, at, windows)
+    tasks = [(seed, number) for number in range(draws)]
+    with working_on(executor):
+        found = (journal or Journal()).mapped("bootstrap draw", work, tasks, workers, ended)
+    done = tuple(_draw(number, one) for number, one in enumerate(found))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise)
+
+
+def _draw(number: int, found: Mapping[str, Any]) -> Draw:
+    return Draw(number, DrawOutcome[found["outcome"].upper()], found["cost"], found["values"])
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,15 +174,15 @@ def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, 
     )
 
 
-def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[str, object]:
-    """Return the refit of one draw, from the estimate."""
-    rng = np.random.default_rng((seed, number))
+def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int]) -> dict[str, object]:
+    """Return the refit of one draw, by seed and number, from the estimate `at`."""
+    rng = np.random.default_rng(task)
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
-    here = world.problem.coordinates.values(optimum.q)
+    here = world.problem.coordinates.values(at)
     priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
               for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
     problem = replace(world.problem, targets=targets, priors=priors)
-    solution = solve(problem, optimum.q, optimum.windows)
+    solution = solve(problem, at, windows)
     outcome = DrawOutcome.CONVERGED
     if not np.all(np.isfinite(solution.triangle.jacobian)):
         outcome = DrawOutcome.FAILED
@@ -181,7 +190,7 @@ def _refitted(optimum: Optimum, world: _World, seed: int, number: int) -> dict[s
         outcome = DrawOutcome.NOT_CONVERGED
     elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
         outcome = DrawOutcome.CLIFF
-    elif _distance(world, solution.q - optimum.q) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
+    elif _distance(world, solution.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
         outcome = DrawOutcome.ELSEWHERE
     return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 

@@ -11,9 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +23,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.stats import chi2
 
 from mechid.identification.computation.journal import Journal
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import directed
+from mechid.identification.computation.workforce import working_on
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.search.doubts import refused_gain
@@ -112,6 +115,7 @@ class Profile:
 
 
 Told = Callable[[str, Point], None]
+Refit = Callable[[tuple[str, float, Sequence[FloatArray]]], dict[str, Any]]
 
 
 def profiles(
@@ -119,10 +123,13 @@ def profiles(
     names: Sequence[str],
     *,
     workers: int = 1,
+    executor: Executor | None = None,
     journal: Journal | None = None,
     told: Told = lambda name, point: None,
 ) -> list[Profile]:
     """Return the profile of each parameter; both sides of all are worked on at once.
+
+    Threads do the work, or the workers of an executor, as `distributed.Client.get_executor()`.
 
     Raises
     ------
@@ -133,15 +140,18 @@ def profiles(
         optimum.one(name)
     inner = replace(optimum, problem=replace(optimum.problem, workers=1))
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
-    done = mapped(lambda task: _Side(inner, *task, journal or Journal(), told).walked(), tasks, workers)
+    refit = partial(_refit, inner)
+    with working_on(executor):
+        done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), told).walked(), tasks, workers)
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
 
 
 class _Side:
     """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
 
-    def __init__(self, optimum: Optimum, name: str, sign: float, journal: Journal, told: Told) -> None:
-        self.optimum, self.name, self.sign, self.journal, self.told = optimum, name, sign, journal, told
+    def __init__(self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: Told) -> None:
+        self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
+        self.journal, self.told = journal, told
         self.own = optimum.one(name)
         self.value = optimum.values(optimum.q)[name]
         self.cliffs: list[Cliff] = []
@@ -199,8 +209,7 @@ class _Side:
         if len(points) > 1 and points[-1].value != points[-2].value:
             share = (value - points[-1].value) / (points[-1].value - points[-2].value)
             starts.append(points[-1].q + share * (points[-1].q - points[-2].q))
-        work = partial(_refit, self.optimum, self.name, value, starts)
-        found = self.journal.step("profile point", [self.name, value, starts], work)
+        (found,) = self.journal.mapped("profile point", self.refit, [(self.name, value, starts)], 1)
         point = Point(value, found["cost"] - self.optimum.triangle.cost, found["q"], found["note"])
         self.told(self.name, point)
         return point
@@ -217,7 +226,9 @@ def held(optimum: Optimum, name: str, value: float) -> tuple[Problem, FloatArray
     return replace(problem, targets=targets), np.delete(q, at)
 
 
-def _refit(optimum: Optimum, name: str, value: float, starts: Sequence[FloatArray]) -> dict[str, object]:
+def _refit(optimum: Optimum, task: tuple[str, float, Sequence[FloatArray]]) -> dict[str, object]:
+    """Return the refit of all others where the parameter of a name is held at a value, from the best of some starts."""
+    name, value, starts = task
     problem, q = held(optimum, name, value)
     if not problem.size:
         return {"cost": problem.total_norm(q, optimum.windows) ** 2, "q": q, "note": ""}

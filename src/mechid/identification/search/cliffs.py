@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target
@@ -58,7 +58,9 @@ def along_cliff(
     ranked = [i for i in np.argsort(promised, kind="stable") if gains[i] > 0.0]
     for first in range(0, len(ranked), problem.workers):
         batch = ranked[first : first + problem.workers]
-        broken = mapped(lambda i: _broken(fine, records, draws[i] - q, draws[i], float(gains[i])), batch, len(batch))
+        broken = in_threads(
+            lambda i: _broken(fine, records, draws[i] - q, draws[i], float(gains[i])), batch, len(batch)
+        )
         for i, parts in zip(batch, broken, strict=True):
             if parts is None:
                 return np.asarray(draws[i], dtype=np.float64)
@@ -72,7 +74,7 @@ def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part
     used = sorted((t for t in problem.targets if t.name in windows), key=lambda t: windows[t.name][1])
     pieces = [(t, (start, start + max(round(share * (stop - start)), 1)))
               for t in used for start, stop in (windows[t.name],) for share in BEGINNINGS]  # fmt: skip
-    triangles = mapped(lambda piece: problem.triangle(piece[0], q, piece[1]), pieces, problem.workers)
+    triangles = in_threads(lambda piece: problem.triangle(piece[0], q, piece[1]), pieces, problem.workers)
     parts = [_Part(*piece, triangle) for piece, triangle in zip(pieces, triangles, strict=True)]
     return [parts[i : i + len(BEGINNINGS)] for i in range(0, len(parts), len(BEGINNINGS))]
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.identification.output_error.misfit import Window, misfit_series
+from mechid.identification.output_error.misfit import Window, misfit_series_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 
@@ -29,14 +30,21 @@ def first_samples(target: Target) -> int:
 
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
+    return first_residuals(problem, target, [q])[0]
+
+
+def first_residuals(problem: Problem, target: Target, points: Sequence[FloatArray]) -> list[FloatArray]:
+    """Return the same at several points."""
     window = first_window(target)
-    series = misfit_series(problem.model, target, q, window)
-    for channel, r in zip(target.channels, series, strict=True):
-        np.divide(r, channel.sigma, out=r)
-        if channel.linear:
-            np.subtract(r, np.median(r), out=r)
-        r[channel.rejected_within(window)] = 0.0
-    return series[0] if len(series) == 1 else np.concatenate(series)
+    found = []
+    for series in misfit_series_of(problem.model, target, points, window):
+        for channel, r in zip(target.channels, series, strict=True):
+            np.divide(r, channel.sigma, out=r)
+            if channel.linear:
+                np.subtract(r, np.median(r), out=r)
+            r[channel.rejected_within(window)] = 0.0
+        found.append(series[0] if len(series) == 1 else np.concatenate(series))
+    return found
 
 
 def robust_cost(residual: FloatArray) -> float:

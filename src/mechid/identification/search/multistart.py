@@ -12,7 +12,8 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
-from itertools import islice
+from itertools import chain, islice
+from typing import Any
 
 import numpy as np
 import sympy as sp
@@ -29,13 +30,14 @@ from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.first_moments import (
     ROBUST_SIGMAS,
-    first_residual,
+    first_residuals,
     first_samples,
     first_window,
     robust_cost,
 )
 from mechid.identification.search.run_up import TRIES, run_up
 from mechid.identification.search.solve import NEGLIGIBLE, descend
+from mechid.kernel.batch.source import SETS
 from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
@@ -132,14 +134,17 @@ def _first_energy(target: Target) -> float:
     return sum(float(np.var(c.measured[window])) * n / c.sigma**2 for c in target.channels)
 
 
-def capped_cost(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float = math.inf) -> float:
-    """Return the robust cost of `targets` at `q`, or inf as soon as it is known to exceed `cap`."""
-    total = 0.0
+def capped_costs(
+    problem: Problem, points: Sequence[FloatArray], *, targets: Sequence[Target], cap: float = math.inf
+) -> list[float]:
+    """Return the robust cost of `targets` at each point, or inf as soon as it is known to exceed `cap`."""
+    total = np.zeros(len(points))
     for target in targets:
-        total += robust_cost(first_residual(problem, target, q))
-        if total > cap:
-            return math.inf
-    return total
+        left = np.flatnonzero(np.isfinite(total)).tolist()
+        residuals = first_residuals(problem, target, [points[k] for k in left])
+        total[left] += [robust_cost(r) for r in residuals]
+        total[total > cap] = math.inf
+    return total.tolist()
 
 
 def robust_triangle(problem: Problem, q: FloatArray) -> Triangle:
@@ -193,19 +198,28 @@ def multistart(
     tail = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([row, tail]) for row in mechanism_points]
     costs: list[float] = []
-    cost = partial(_cost_run_up, problem, targets=sorted(problem.targets, key=_first_energy, reverse=True))
+    targets = sorted(problem.targets, key=_first_energy, reverse=True)
+    cost = partial(_costs_run_up, problem, targets)
     for first in range(0, POINTS, CHUNK):
         some = points[first : first + CHUNK]
         cap = sorted(costs)[STARTS - 1] + NEGLIGIBLE if len(costs) >= STARTS else math.inf
-        costs += noted.step("starts", [own, seed, first, cap], partial(mapped, partial(cost, cap=cap), some, workers))
+        tasks = [(some[k : k + SETS], cap) for k in range(0, len(some), SETS)]
+        costs += noted.step("starts", [own, seed, first, cap], partial(_of_all, cost, tasks, workers))
         progress(first + len(some), POINTS)
     drawn = [Candidate(*each) for each in zip(points, costs, strict=True)]
     best = islice(_ranked(drawn), STARTS)
     return [replace(start, q=run_up(problem, start.q, tries=TRIES)) for start in best]
 
 
-def _cost_run_up(problem: Problem, q: FloatArray, *, targets: Sequence[Target], cap: float) -> float:
-    return capped_cost(problem, run_up(problem, q), targets=targets, cap=cap)
+def _of_all(cost: Callable[[Any], list[float]], tasks: Sequence[Any], workers: int) -> list[float]:
+    """Return the costs of all tasks, one behind the other."""
+    return list(chain(*mapped(cost, tasks, workers)))
+
+
+def _costs_run_up(problem: Problem, targets: Sequence[Target], task: tuple[Sequence[FloatArray], float]) -> list[float]:
+    """Return the cost of `targets` at each of some points, or inf as soon as it is known to exceed a cap."""
+    points, cap = task
+    return capped_costs(problem, [run_up(problem, q) for q in points], targets=targets, cap=cap)
 
 
 def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:
@@ -268,7 +282,7 @@ def _unseen(found: Sequence[Candidate], seen: list[Candidate]) -> Iterator[Candi
 def refine(problem: Problem, candidate: Candidate, steps: int) -> Candidate:
     """Return a candidate after some robust trust-region steps over the first window."""
     found = descend(
-        lambda q: math.sqrt(capped_cost(problem, q, targets=problem.targets)),
+        lambda q: math.sqrt(capped_costs(problem, [q], targets=problem.targets)[0]),
         lambda q: robust_triangle(problem, q),
         candidate.q,
         (problem.coordinates.lower, problem.coordinates.upper),

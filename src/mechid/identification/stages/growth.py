@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.computation.journal import digest
+from mechid.identification.computation.parallel import is_lent
 from mechid.identification.contradiction.agreement import Agreement, agreement, carried, explains
 from mechid.identification.contradiction.agreement_text import agreement_warnings
 from mechid.identification.contradiction.common_reading import common_readings
 from mechid.identification.contradiction.departure import departure
 from mechid.identification.identifiability.predictability import apart_at_s, chaos_words
 from mechid.identification.output_error.declaration import DECLARED
+from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.search_state import SearchState
@@ -31,6 +35,8 @@ from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
+TOGETHER = 4
+"""Candidates that are grown at once where others do the work; the first of them that follows all records counts."""
 FIRST_ESCAPES = 8
 """Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
 FURTHER_ESCAPES = 2
@@ -204,16 +210,42 @@ def _grow_best(
     if best and best.complete:
         return best
     problem, begun = state.problem, 2 if best else 1
-    for number, candidate in enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun):
-        told = partial(_note_growth, watch, state, number, best)
-        rng = np.random.default_rng((seed, number))
-        growth = grow(problem, candidate.q, rng, told, escapes=escapes, journal=watch.journal)
-        if best is None or growth.reached(problem) > best.reached(problem):
-            best = growth
-        if best.complete:
-            break
+    numbered = enumerate(islice(found, TRIED_CANDIDATES + 1 - begun), begun)
+    while some := list(islice(numbered, TOGETHER if is_lent() else 1)):
+        for growth in _growths(watch, state, some, seed, best, escapes):
+            if best is None or growth.reached(problem) > best.reached(problem):
+                best = growth
+            if best.complete:
+                return best
     assert best is not None
     return best
+
+
+def _growths(
+    watch: Watch, state: SearchState, some: Sequence[tuple[int, Candidate]], seed: int, best: Growth | None,
+    escapes: float,
+) -> Iterator[Growth]:  # fmt: skip
+    """Yield the growth from each of some candidates, by number, in their order; several are grown at once elsewhere."""
+    told = [partial(_note_growth, watch, state, number, best) for number, _ in some]
+    problem, journal = state.problem, watch.journal
+    if len(some) == 1:
+        ((number, candidate),) = some
+        rng = np.random.default_rng((seed, number))
+        yield grow(problem, candidate.q, rng, told[0], escapes=escapes, journal=journal)
+        return
+    own = digest(identity(problem))
+    tasks = [(own, seed, number, candidate.q) for number, candidate in some]
+    found = journal.mapped("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
+    for tell, one in zip(told, found, strict=True):
+        growth = Growth(**one)
+        tell(growth.q, growth.horizons)
+        yield growth
+
+
+def _grown_alone(problem: Problem, escapes: float, task: tuple[str, int, int, FloatArray]) -> dict[str, Any]:
+    """Return the growth from a candidate, by the seed and its number, as a journal can hold it."""
+    _, seed, number, q = task
+    return dict(vars(grow(problem, q, np.random.default_rng((seed, number)), escapes=escapes)))
 
 
 def _note_growth(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.kernel.batch.source import SETS
 from mechid.simulation.simulator import Block
 
 FloatArray = NDArray[np.float64]
@@ -121,11 +123,19 @@ def _excess(
     """Return how far each record's cost at each point exceeds the quadratic, (points, records) in sigmas squared."""
     used = [t for t in problem.targets if t.name in windows]
     promised = [[float(np.sum((t.fun + t.jacobian @ (point - q)) ** 2)) for t in triangles] for point in points]
-    tasks = [(point, t) for t in sorted(used, key=lambda t: -windows[t.name][1]) for point in points]
-    norms = mapped(lambda task: problem.norm(task[1], task[0], windows[task[1].name]), tasks, problem.workers)
-    of_record = dict(zip((t.name for _, t in tasks[:: len(points)]), np.reshape(norms, (len(used), -1)), strict=True))
+    names = [t.name for t in sorted(used, key=lambda t: -windows[t.name][1])]
+    tasks = [(name, points[k : k + SETS]) for name in names for k in range(0, len(points), SETS)]
+    norms = mapped(partial(_norms, problem, windows), tasks, problem.workers)
+    of_record = dict(zip(names, np.concatenate(norms).reshape(len(used), -1), strict=True))
     found = np.square([of_record[t.name] for t in used]).T
     return np.asarray(np.where(np.isfinite(found), found, 1e12) - promised, dtype=np.float64)
+
+
+def _norms(problem: Problem, windows: Windows, task: tuple[str, FloatArray]) -> list[float]:
+    """Return ||r|| of a record, by name, at some points."""
+    name, points = task
+    target = next(t for t in problem.targets if t.name == name)
+    return problem.norms_at(target, list(points), windows[name])
 
 
 def _instant(problem: Problem, target: Target, q: FloatArray, point: FloatArray, window: tuple[int, int]) -> float:

@@ -1,7 +1,7 @@
 """What `kernel.source` writes of a plant, as the time loop sees it: sizes, places, tables and functions."""
 
 from collections.abc import Callable
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar, overload
 
 class Numbers(Protocol):
     """Floating-point numbers by their places, none counted from the end."""
@@ -20,18 +20,28 @@ class Array(Numbers, Protocol):
 
     shape: tuple[int]
 
+    @overload
+    def __getitem__(self, place: int) -> float: ...
+    @overload
+    def __getitem__(self, place: slice) -> Array: ...
+
 class IntegerArray(Integers, Protocol):
     """The same of integers."""
 
     shape: tuple[int]
+
+    @overload
+    def __getitem__(self, place: int) -> int: ...
+    @overload
+    def __getitem__(self, place: slice) -> IntegerArray: ...
 
 class Table(Protocol):
     """Integers by switch and mode."""
 
     def __getitem__(self, place: tuple[int, int]) -> int: ...
 
-F = TypeVar("F", bound=Callable[..., Any])
 A = TypeVar("A")
+F = TypeVar("F", bound=Callable[..., Any])
 
 INNER: dict[str, Any]
 ENTRY: dict[str, Any]
@@ -43,6 +53,7 @@ def njit(**options: Any) -> Callable[[F], F]: ...
 # Numbers of lanes, states, filter states and inputs, plant inputs, outputs, parameters, switches, parameters of the
 # filter, numbers of a point; terms of the propagator's series; groups of lanes and their layout.
 NL: int
+NM: int
 NX: int
 NF: int
 NV: int
@@ -79,6 +90,7 @@ AT_U: int
 AT_K: int
 AT_K_NEW: int
 AT_K_EVENT: int
+AT_M: int
 AT_MID: int
 AT_MID_TRY: int
 AT_KNOWN: int

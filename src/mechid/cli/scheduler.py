@@ -1,0 +1,20 @@
+"""The option ``--scheduler`` of the commands whose work others' machines can do."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Annotated
+
+import typer
+
+Scheduler = Annotated[
+    str | None,
+    typer.Option(metavar="ADDRESS", help="Dask scheduler whose workers do the work, as tcp://host:8786."),
+]
+
+
+def on_scheduler(address: str | None) -> AbstractContextManager[None]:
+    """Return a context in which the workers of a scheduler do what is mapped; None leaves it to this process."""
+    from mechid.identification.computation.cluster import lent_by
+
+    return lent_by(address, lambda line: typer.echo(line, err=True))

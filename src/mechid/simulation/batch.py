@@ -1,0 +1,131 @@
+"""Runs of one simulator with other parameters each, side by side in one kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kernel_for
+from mechid.kernel.batch.source import SETS
+from mechid.simulation.interruption import ask
+from mechid.simulation.simulator import Block, Run, outcome_of
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+BLOCK = 4096
+"""Samples a block of a batch: what it gives stays in the processor's cache."""
+
+
+class Batch:
+    """Runs side by side that have begun and gone no further.
+
+    Parameters
+    ----------
+    runs : sequence of Run
+        At most `SETS`, without directions, of one kernel, one command and one number of samples. They end as if each
+        had gone alone.
+    """
+
+    def __init__(self, runs: Sequence[Run]) -> None:
+        self.runs, self.base = runs, runs[0].base
+        self.kernel: BatchKernel = batch_kernel_for(runs[0].simulator.kernel)
+        self.block = min(BLOCK, max(self.base.samples, 1))
+        self.buffers = allocate_batch(self.kernel, events=runs[0].buffers.events.size)
+
+    def each(self) -> list[OfBatch]:
+        """Return the runs one by one. They are consumed in step: a block of all of them before the next of any."""
+        shared = _Shared(self.blocks())
+        return [OfBatch(self, k, shared) for k in range(len(self.runs))]
+
+    def blocks(self) -> Iterator[tuple[int, int, FloatArray]]:
+        """Yield first sample, last plus one, and outputs, (runs, n, n_y), which the next block overwrites.
+
+        After a failure the samples of a run are NaN. It is asked before each block whether to go on.
+        """
+        n_y, excitation = self.runs[0].buffers.outputs, self.runs[0].simulator.excitation
+        resting = max(run.resting for run in self.runs)
+        if resting:
+            yield 0, resting, self._at_rest(resting)
+        self._take()
+        values, y = np.ascontiguousarray(excitation.values).ravel(), np.zeros(self.block * n_y * SETS)
+        for done in range(resting, self.base.samples, self.block):
+            ask()
+            count = min(self.block, self.base.samples - done)
+            part = y[: SETS * count * n_y]
+            self.kernel.run(*self.buffers.arguments(excitation.times, values, part))
+            yield done, done + count, part.reshape(SETS, count, n_y)[: len(self.runs)]
+        self._give()
+
+    def _at_rest(self, samples: int) -> FloatArray:
+        """Return the outputs of the samples in which some still rest, (runs, n, n_y)."""
+        y = np.zeros((len(self.runs), samples, self.runs[0].buffers.outputs))
+        for k, run in enumerate(self.runs):
+            for block in run.blocks(samples):
+                y[k, block.start : block.stop] = block.y
+        return y
+
+    def _take(self) -> None:
+        """Let the batch begin where the runs stand; places that are left over repeat the last of them."""
+        b = self.buffers
+        for run in self.runs:
+            run.prepare()
+        for k in range(SETS):
+            run = self.runs[min(k, len(self.runs) - 1)]
+            b.p[k], b.grids[k], b.owns[k], b.ones[k] = run.p, run.grid, run.buffers.discrete, run.buffers.w
+        b.meet(self.kernel)
+
+    def _give(self) -> None:
+        """Let the runs stand where the batch has come to."""
+        b, states = self.buffers, self.kernel.states
+        together = b.w.reshape(-1, SETS)
+        for k, run in enumerate(self.runs):
+            if together[int(self.kernel.module.GOING), k]:
+                b.ones[k, states] = together[states, k]
+            run.buffers.discrete[:], run.buffers.w[:], run.buffers.events[:] = b.owns[k], b.ones[k], b.events[k]
+            run.outcome = outcome_of(int(b.statuses[k]))
+
+
+class _Shared:
+    """The latest block of a batch."""
+
+    def __init__(self, source: Iterator[tuple[int, int, FloatArray]]) -> None:
+        self.source, self.number = source, -1
+        self.latest: tuple[int, int, FloatArray] | None = None
+
+    def at(self, number: int) -> tuple[int, int, FloatArray] | None:
+        """Return the block of a number, the latest or the next; None behind the last."""
+        if number == self.number + 1:
+            self.number, self.latest = number, next(self.source, None)
+        assert number == self.number, "the runs of a batch are consumed in step"
+        return self.latest
+
+
+@dataclass(frozen=True, eq=False)
+class OfBatch:
+    """One run of a batch, read as if it went alone."""
+
+    batch: Batch
+    k: int
+    shared: _Shared
+
+    @property
+    def block(self) -> int:
+        """Most samples of a block."""
+        return max(self.batch.block, *(run.resting for run in self.batch.runs), 1)
+
+    @property
+    def outcome(self) -> SimulationOutcome:
+        """How it went; known after its blocks."""
+        return self.batch.runs[self.k].outcome
+
+    def blocks(self) -> Iterator[Block]:
+        """Yield the record block by block; after a failure the samples are NaN."""
+        number = 0
+        while (found := self.shared.at(number)) is not None:
+            start, stop, y = found
+            n_y = y.shape[2]
+            yield Block(start, stop, y[self.k], np.zeros((0, n_y)), np.zeros((0, n_y, 0)))
+            number += 1
