@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from threading import Thread
+from threading import Lock, Thread
 from types import ModuleType
 
 import numpy as np
@@ -28,6 +28,9 @@ FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
 CACHE = "MECHID_CACHE"
 """Variable of the environment that names another folder for kernels."""
+
+_ONE_AT_A_TIME = Lock()
+"""Of several threads that want a module, the others wait until it is whole."""
 
 
 @dataclass(frozen=True)
@@ -112,10 +115,11 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     """
     path = version_folder() / f"{name}.py"
     try:
-        if not path.exists():
-            _write_whole(path, text())
-        module = _imported(path)
-        _on_own_stack(call, module)
+        with _ONE_AT_A_TIME:
+            if not path.exists():
+                _write_whole(path, text())
+            module = _imported(path)
+            _on_own_stack(call, module)
     except OSError as error:
         remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
