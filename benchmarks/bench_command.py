@@ -74,7 +74,10 @@ def timed(command: list[str], environment: Mapping[str, str]) -> dict:
     """Run a command of mechid in a process of its own; seconds by part, and of all of it."""
     with tempfile.NamedTemporaryFile(suffix=".json") as file:
         done = subprocess.run(
-            [sys.executable, CHILD, file.name, *command], env={**os.environ, **environment}, capture_output=True, text=True
+            [sys.executable, CHILD, file.name, *command],
+            env={**os.environ, **environment},
+            capture_output=True,
+            text=True,
         )
         if done.returncode not in (0, 5):
             raise SystemExit(done.stderr)
@@ -90,7 +93,9 @@ def first_compilation(cache: Path) -> dict:
 def told(row: dict) -> str:
     """Return the lines of a command: median wall and CPU seconds of each part."""
     parts = list(dict.fromkeys(name for run in row["runs"] for name in run["parts"]))
-    lines = [f"{row['verb']} {row['bench']}: {_medians([run['whole'] for run in row['runs']])}"]
+    figures = statistics.median(run["whole"]["figures_cpu_s"] for run in row["runs"])
+    whole = _medians([run["whole"] for run in row["runs"]])
+    lines = [f"{row['verb']} {row['bench']}: {whole}, and {figures:.2f} s CPU of what draws figures"]
     for name in parts:
         lines.append(f"    {name:24} {_medians([run['parts'][name] for run in row['runs'] if name in run['parts']])}")
     return "\n".join(lines)

@@ -27,7 +27,12 @@ def write_recovery_bench(folder: Path, family: int, seed: int) -> None:
     write_whole(folder / FILE_NAME, campaign_text(drafts, COMMENT))
     for record in campaign(catalogue, truth, seed, "all").records:
         data = record.data
-        rows = record_rows(np.arange(data.samples) / data.sample_rate_hz, data.channels[0].data, time_format="%.6f", torque_format="%.9e")
+        rows = record_rows(
+            np.arange(data.samples) / data.sample_rate_hz,
+            data.channels[0].data,
+            time_format="%.6f",
+            torque_format="%.9e",
+        )
         write_whole(folder / record.file, rows)
 
 
