@@ -22,7 +22,6 @@ from pathlib import Path
 
 from bench_sweep import RESULTS, machine
 from command.benches import write_recovery_bench
-
 from mechid.campaign.bench import write_bench
 
 CHILD = Path(__file__).parent / "command" / "timed.py"
