@@ -50,13 +50,13 @@ def test_numbers_are_the_same_whatever_the_number_of_workers(housing, found):
 
 
 def test_a_resumed_bootstrap_is_the_same_and_may_grow(housing, found, tmp_path):
-    """Truth: the undisturbed run; of its journal two draws and the beginning of a third are left."""
+    """Truth: the undisturbed run; of its journal eight draws and the beginning of eight more are left."""
     path = tmp_path / "bootstrap.jsonl"
-    bootstrap(housing, 4, workers=2, journal=Journal.opened(path, {}))
+    bootstrap(housing, 17, workers=2, journal=Journal.opened(path, {}))
     lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(lines[:3]) + lines[3][:40])
-    again = bootstrap(housing, 6, journal=Journal.opened(path, {}, resume=True))
-    assert repr(again.draws) == repr(found.draws[:6])
+    path.write_text("".join(lines[:2]) + lines[2][:40])
+    again = bootstrap(housing, 19, journal=Journal.opened(path, {}, resume=True))
+    assert repr(again.draws) == repr(found.draws[:19])
 
 
 def test_coloured_noise_is_drawn_with_its_colour(housing):
@@ -77,3 +77,21 @@ def test_what_ends_elsewhere_is_tallied_and_kept(housing, monkeypatch):
     found = bootstrap(housing, 5)
     assert found.tally[DrawOutcome.ELSEWHERE] == 5
     assert all(spread.deviation > 0.0 for spread in found.spreads)
+
+
+def test_draws_side_by_side_end_where_each_ends_alone(housing, found, monkeypatch):
+    """Truth: each draw refitted as any record is; both stop where the cost falls by less than 1e-3 sigmas squared."""
+    monkeypatch.setattr(module, "chord_at", lambda *_: None)
+    alone = bootstrap(housing, 6)
+    for one, other in zip(found.draws[:6], alone.draws, strict=True):
+        assert one.outcome is other.outcome
+        assert one.cost == pytest.approx(other.cost, abs=2e-3)
+        for spread in found.spreads:
+            assert one.values[spread.name] == pytest.approx(other.values[spread.name], abs=0.04 * spread.deviation)
+
+
+def test_a_draw_that_the_slopes_do_not_bring_home_is_refitted(housing, found, monkeypatch):
+    """Truth: the refit of each draw; with no steps the chord method brings none to its optimum."""
+    monkeypatch.setattr("mechid.identification.refit.chord.STEPS", 0)
+    again = bootstrap(housing, 2)
+    assert again.tally[DrawOutcome.CONVERGED] == 2

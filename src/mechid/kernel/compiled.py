@@ -26,6 +26,8 @@ from mechid.plant.plant import Plant
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
+_ONE_AT_A_TIME = Lock()
+"""A second thread that needs a module waits until the first has it compiled."""
 CACHE = "MECHID_CACHE"
 """Variable of the environment that names another folder for kernels."""
 

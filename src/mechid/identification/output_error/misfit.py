@@ -77,16 +77,17 @@ class Misfit:
                 yield Piece(self, block, first)
 
 
-def side_by_side(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> Iterator[list[Misfit]]:
-    """Yield the misfits at several points, without derivatives, in groups whose pieces are to be taken in step.
+def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], window: Window) -> Iterator[list[Misfit]]:
+    """Yield misfits without derivatives in groups whose pieces are to be taken in step.
 
-    What a group has in common is simulated once: few points go alone, as little is gained.
+    Each is of a target at a point; the targets differ by nothing but what was measured. A group is simulated side by
+    side; few go alone, as little would be gained.
     """
-    for first in range(0, len(points), SETS):
-        group = points[first : first + SETS]
-        begun = [model.run(target, q, window[1]) for q in group]
+    for first in range(0, len(pairs), SETS):
+        group = pairs[first : first + SETS]
+        begun = [model.run(target, q, window[1]) for target, q in group]
         runs: Sequence[Run | OfBatch] = Batch(begun).each() if len(begun) >= FEWEST else begun
-        yield [Misfit(model, target, q, window, run=run) for q, run in zip(group, runs, strict=True)]
+        yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
 def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
@@ -101,7 +102,7 @@ def misfit_series_of(
     first, stop = window[0], min(window[1], target.samples)
     found = [tuple(np.empty(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
-    for group in side_by_side(model, target, points, window):
+    for group in side_by_side(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
         for pieces in zip(*group, strict=True):
             for piece, series in zip(pieces, own, strict=True):

@@ -31,7 +31,7 @@ def reduced(model: Model, target: Target, q: FloatArray, window: Window) -> tupl
 def norms(model: Model, target: Target, points: Sequence[FloatArray], window: Window) -> list[float]:
     """Return ||r|| of a target in a window at several points, projected, in sigmas; inf where a simulation failed."""
     found = []
-    for misfits in side_by_side(model, target, points, window):
+    for misfits in side_by_side(model, [(target, q) for q in points], window):
         rows = [WeightedRows(misfit) for misfit in misfits]
         triangles = [[np.zeros((width, width)) for width in own.widths] for own in rows]
         for parts in zip(*rows, strict=True):

@@ -8,11 +8,12 @@ has a generator of its own, so the numbers are the same whatever the number of w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -27,10 +28,12 @@ from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combined
 from mechid.identification.output_error.target import Target
+from mechid.identification.refit.chord import Arrived, Chord, arrived, chord_at
 from mechid.identification.refit.reopened import Optimum
 from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
+from mechid.kernel.batch.source import SETS
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 
 FloatArray = NDArray[np.float64]
@@ -126,14 +129,15 @@ def bootstrap(
     world = _world(optimum)
     at, windows = optimum.q, optimum.windows
 
-    def ended(task: tuple[int, int], found: Mapping[str, Any]) -> None:
-        told(_draw(task[1], found))
+    def ended(task: tuple[int, int, int], found: Sequence[Mapping[str, Any]]) -> None:
+        for number, one in enumerate(found, task[1]):
+            told(_draw(number, one))
 
     work = partial(_refitted, world, at, windows)
-    tasks = [(seed, number) for number in range(draws)]
+    tasks = [(seed, first, min(first + SETS, draws)) for first in range(0, draws, SETS)]
     with working_on(executor):
-        found = (journal or Journal()).mapped("bootstrap draw", work, tasks, workers, ended)
-    done = tuple(_draw(number, one) for number, one in enumerate(found))
+        found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
+    done = tuple(_draw(number, one) for number, one in enumerate(chain(*found)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise)
 
@@ -144,13 +148,14 @@ def _draw(number: int, found: Mapping[str, Any]) -> Draw:
 
 @dataclass(frozen=True, eq=False)
 class _World:
-    """What draws are made from: each record's channels at the estimate, their noise, and the region around it."""
+    """What draws are made from: each record's channels at the estimate, their noise, region, slopes."""
 
     problem: Problem
     signals: Mapping[str, tuple[FloatArray, ...]]
     noise: Mapping[str, tuple[Autoregression, ...]]
     counted: NDArray[np.bool_]
     root: FloatArray
+    chord: Chord | None
 
 
 def _world(optimum: Optimum) -> _World:
@@ -163,7 +168,8 @@ def _world(optimum: Optimum) -> _World:
     values, vectors = np.linalg.eigh(robust)
     root = vectors / np.sqrt(np.maximum(values, 1e-14 * values.max(initial=1e-300)))
     signals = {t.name: problem.model.predict(t, q, t.samples) for t in used}
-    return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root)
+    chord = chord_at(problem, q, windows, ~problem.coordinates.on_bound(q))
+    return _World(replace(problem, targets=tuple(used)), signals, noise, counted, root, chord)
 
 
 def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Autoregression, ...]:
@@ -174,14 +180,34 @@ def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, 
     )
 
 
-def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int]) -> dict[str, object]:
-    """Return the refit of one draw, by seed and number, from the estimate `at`."""
-    rng = np.random.default_rng(task)
+def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int, int]) -> list[dict[str, object]]:
+    """Return the refits of some draws, by seed and numbers, from the estimate `at`."""
+    seed, first, stop = task
+    draws = [_problem(world, at, np.random.default_rng((seed, number))) for number in range(first, stop)]
+    near = arrived(world.chord, draws, at, windows) if world.chord else [None] * len(draws)
+    return [
+        _near(world, at, draw, end) if end else _solved(world, at, windows, draw)
+        for draw, end in zip(draws, near, strict=True)
+    ]
+
+
+def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem:
+    """Return the problem of one draw."""
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
     here = world.problem.coordinates.values(at)
     priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
               for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
-    problem = replace(world.problem, targets=targets, priors=priors)
+    return replace(world.problem, targets=targets, priors=priors)
+
+
+def _near(world: _World, at: FloatArray, problem: Problem, end: Arrived) -> dict[str, object]:
+    far = _distance(world, end.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum()))
+    outcome = DrawOutcome.ELSEWHERE if far else DrawOutcome.CONVERGED
+    return {"outcome": outcome.code, "cost": end.cost, "values": problem.coordinates.values(end.q)}
+
+
+def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -> dict[str, object]:
+    """Return the refit of one draw as of any record."""
     solution = solve(problem, at, windows)
     outcome = DrawOutcome.CONVERGED
     if not np.all(np.isfinite(solution.triangle.jacobian)):

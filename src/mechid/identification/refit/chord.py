@@ -1,0 +1,174 @@
+"""Draws near the estimate, brought to their optima side by side along the estimate's derivatives.
+
+A draw differs from what the estimate gives by noise alone, so its optimum is near, and the derivatives there are
+those at the estimate, next to nothing apart: Newton's method with one and the same derivative (the chord method)
+needs no sensitivities but the estimate's own, and what is left of all draws at once. It comes to where the gradient
+along these derivatives is zero. A draw that it does not bring there is refitted as any record is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
+from mechid.identification.output_error.problem import Problem, Windows
+from mechid.identification.output_error.target import Target
+from mechid.identification.output_error.weighted_rows import WeightedRows
+from mechid.identification.search.solve import NEGLIGIBLE
+
+FloatArray = NDArray[np.float64]
+ENOUGH = 0.1 * NEGLIGIBLE
+"""Promised fall of the cost, in sigmas squared, at which a draw has arrived: less than elsewhere, as the slopes err."""
+STEPS = 6
+"""Most steps: two or three bring a draw to its optimum, and where six do not, a threshold lies between."""
+MOST_NUMBERS = 100_000_000
+"""Numbers of derivatives that are kept; beyond, each draw is refitted as any record is."""
+WEAK = 1e-12
+"""Share of the largest eigenvalue below which a direction is not seen."""
+
+
+@dataclass(frozen=True, eq=False)
+class Chord:
+    """The derivatives at the estimate.
+
+    Attributes
+    ----------
+    slopes : mapping of str to tuple of (m, n)
+        dr/dq of each record's channels over its window, weighted, without what is projected out.
+    inverse : (m, m)
+        Of the sum of their products and the priors', for the coordinates that move.
+    """
+
+    slopes: Mapping[str, tuple[FloatArray, ...]]
+    inverse: FloatArray
+
+
+@dataclass(frozen=True)
+class Arrived:
+    """The optimum of a draw: its point, and the cost there in sigmas squared."""
+
+    q: FloatArray
+    cost: float
+
+
+def chord_at(problem: Problem, q: FloatArray, windows: Windows, moving: NDArray[np.bool_]) -> Chord | None:
+    """Return the derivatives of a problem at `q`; None where they are too many to keep."""
+    used = [t for t in problem.targets if t.name in windows]
+    samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in used)
+    if samples * problem.size > MOST_NUMBERS:
+        return None
+    slopes = {t.name: _slopes(problem, t, q, windows[t.name]) for t in used}
+    J = problem.joint(q, windows).jacobian[:, moving]
+    inverse = np.zeros((problem.size, problem.size))
+    inverse[np.ix_(moving, moving)] = _inverse(J)
+    return Chord(slopes, inverse)
+
+
+def _slopes(problem: Problem, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
+    rows = WeightedRows(Misfit(problem.model, target, q, window, jacobian=True))
+    n = window[1] - window[0]
+    kept = [np.zeros((width, n)) for width in rows.widths]
+    done = [0] * len(kept)
+    for k, block, count in rows:
+        kept[k][:, done[k] : done[k] + count] = block[:, :count]
+        done[k] += count
+    found = []
+    for channel, whole in zip(target.channels, kept, strict=True):
+        removed, J = whole[: channel.removed], whole[channel.removed + 1 :]
+        if channel.removed:
+            J -= np.linalg.lstsq(removed.T, J.T, rcond=None)[0].T @ removed
+        found.append(J / channel.scale)
+    return tuple(found)
+
+
+def _inverse(J: FloatArray) -> FloatArray:
+    """Return (J^T J)^-1, without the directions that the records do not see."""
+    scale = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    values, vectors = np.linalg.eigh((J / scale).T @ (J / scale))
+    seen = values > WEAK * values.max(initial=0.0)
+    half = vectors[:, seen] / np.sqrt(values[seen]) / scale[:, np.newaxis]
+    return np.asarray(half @ half.T)
+
+
+def arrived(chord: Chord, draws: Sequence[Problem], start: FloatArray, windows: Windows) -> list[Arrived | None]:
+    """Return where each draw's optimum is; None where the chord method does not bring it there.
+
+    Parameters
+    ----------
+    chord : Chord
+    draws : sequence of Problem
+        Which differ by what was measured, and by the values of their priors.
+    start : (m,)
+    windows : mapping of str to (first, stop)
+    """
+    found: list[Arrived | None] = [None] * len(draws)
+    points, left = [start.copy() for _ in draws], list(range(len(draws)))
+    for _ in range(STEPS):
+        gradients, costs = _looked_at([draws[k] for k in left], [points[k] for k in left], chord, windows)
+        going = []
+        for k, gradient, cost in zip(left, gradients, costs, strict=True):
+            step = -chord.inverse @ gradient
+            if not np.isfinite(cost):
+                continue
+            if -gradient @ step < ENOUGH:
+                found[k] = Arrived(points[k], cost)
+                continue
+            points[k] = points[k] + step
+            if np.array_equal(points[k], draws[k].coordinates.clip(points[k])):
+                going.append(k)
+        left = going
+        if not left:
+            break
+    return found
+
+
+def _looked_at(
+    draws: Sequence[Problem], points: Sequence[FloatArray], chord: Chord, windows: Windows
+) -> tuple[list[FloatArray], list[float]]:
+    """Return the gradient of each draw at its point along the chord's derivatives, and the cost."""
+    gradients, costs = [], []
+    for draw, q in zip(draws, points, strict=True):
+        away, J = draw.coordinates.prior_rows(q)
+        gradients.append(J.T @ away if away.size else np.zeros(q.size))
+        costs.append(float(away @ away))
+    names = [t.name for t in draws[0].targets]
+    for number, name in enumerate(names):
+        pairs = [(draw.targets[number], q) for draw, q in zip(draws, points, strict=True)]
+        numbers = iter(range(len(pairs)))
+        for misfits in side_by_side(draws[0].model, pairs, windows[name]):
+            own = [next(numbers) for _ in misfits]
+            for k, gradient, cost in zip(own, *_sums(misfits, chord.slopes[name]), strict=True):
+                gradients[k] = gradients[k] + gradient
+                costs[k] += cost
+    return gradients, costs
+
+
+def _sums(misfits: Sequence[Misfit], slopes: Sequence[FloatArray]) -> tuple[list[FloatArray], list[float]]:
+    """Return slopes times residual, and the residual's sum of squares without what is projected out, of each misfit."""
+    target, window = misfits[0].target, misfits[0].window
+    rows = [WeightedRows(misfit) for misfit in misfits]
+    whole = [np.zeros((width, window[1] - window[0])) for width in rows[0].widths]
+    series = [[np.zeros(window[1] - window[0]) for _ in target.channels] for _ in misfits]
+    done = [0] * len(target.channels)
+    for parts in zip(*rows, strict=True):
+        k, _, n = parts[0]
+        here = slice(done[k], done[k] + n)
+        whole[k][:, here] = parts[0][1][:, :n]
+        for own, (_, block, _) in zip(series, parts, strict=True):
+            own[k][here] = block[target.channels[k].removed, :n]
+        done[k] += n
+    gradients, costs = [], []
+    for misfit, own in zip(misfits, series, strict=True):  # one by one: a product of many rounds otherwise
+        gradient, cost = np.zeros(len(slopes[0])), 0.0 if misfit.succeeded else np.inf
+        for k, channel in enumerate(target.channels):
+            removed, r = whole[k][: channel.removed], own[k] / channel.scale
+            gradient += slopes[k] @ r
+            left = r - np.linalg.lstsq(removed.T, r, rcond=None)[0] @ removed if channel.removed else r
+            cost += float(left @ left) if np.isfinite(cost) else 0.0
+        gradients.append(gradient)
+        costs.append(cost)
+    return gradients, costs
