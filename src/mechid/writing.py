@@ -7,7 +7,18 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
+import platformdirs
+
 from mechid.errors import UsageError
+
+CACHE = "MECHID_CACHE"
+"""Variable of the environment that names another folder for kernels and for the samples of long records."""
+
+
+def cache_folder() -> Path:
+    """Return mechid's own folder for what is kept or set aside: the one that `CACHE` names, else the user's cache."""
+    named = os.environ.get(CACHE)
+    return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
 @contextmanager

@@ -71,7 +71,7 @@ def at_work(process, out, steps=10):
 def test_a_bootstrap_on_two_workers_is_the_same_to_the_last_bit(fitted, run, workers, tmp_path):
     found = {}
     for name, further in (("here", ()), ("there", ("--scheduler", workers.address))):
-        result = run("bootstrap", fitted / "fit", "--out", tmp_path / name, "--draws", 20, *further)
+        result = run("bootstrap", fitted / "fit", "--out", tmp_path / name, "--draws", 8, *further)
         assert result.exit_code == 0, result.stderr
         found[name] = (tmp_path / name / "bootstrap.csv").read_bytes()
     assert found["here"] == found["there"]

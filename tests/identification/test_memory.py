@@ -18,7 +18,8 @@ pytestmark = [
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads the peak from /proc"),
 ]
 
-BYTES_A_SAMPLE = 32
+BYTES_A_SAMPLE = 8
+"""Of its step edges, which are in memory, and of what a process takes for reading by blocks."""
 DEMO_BYTES = 450e6
 IDENTIFY = """
 import sys
@@ -71,12 +72,13 @@ def bench_of(tmp_path):
     return make
 
 
-def test_a_longer_record_adds_no_more_than_itself(bench_of):
-    """Truth: the promise, 32 bytes a sample; the sweep of 600 s against that of 60 s, kernels compiled before."""
+def test_a_longer_record_adds_no_more_than_its_step_edges(bench_of):
+    """Truth: the promise, 8 bytes a sample; the sweep of 600 s against that of 60 s, kernels compiled before."""
     peak_bytes(bench_of(6.0))
     short, long = (peak_bytes(bench_of(seconds)) for seconds in (60.0, 600.0))
     added = (long - short) / (540.0 * RATE_HZ)
-    assert 0.0 < added <= BYTES_A_SAMPLE, f"{added:.1f} bytes a sample, from {short / 1e6:.0f} to {long / 1e6:.0f} MB"
+    assert short > 200e6, "the process itself takes more"
+    assert added <= BYTES_A_SAMPLE, f"{added:.1f} bytes a sample, from {short / 1e6:.0f} to {long / 1e6:.0f} MB"
 
 
 def test_the_demo_stays_below_450_megabytes(tmp_path):

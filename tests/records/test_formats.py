@@ -335,7 +335,7 @@ def test_empty_cells_of_parquet_are_missing(tmp_path):
     assert "sample 5" in refused(tmp_path / "run.parquet")
 
 
-def test_a_file_larger_than_memory_is_refused_and_a_part_of_it_read(tmp_path):
+def test_a_file_larger_than_the_disk_is_refused_and_a_part_of_it_read(tmp_path):
     """2^40 samples that were never written take no room in an HDF5 file."""
     import h5py
 
@@ -343,7 +343,7 @@ def test_a_file_larger_than_memory_is_refused_and_a_part_of_it_read(tmp_path):
         huge = file.create_dataset("torque", (2**40,), "f8", chunks=(2**14,))
         huge[5000:5064] = TORQUE
     message = refused(tmp_path / "run.h5", sample_rate_hz=RATE)
-    assert "GiB of memory" in message
+    assert "GiB of disk while they are read" in message
     assert message.endswith("read a part with window_s")
     how = Conditioning(window_s=(5.0, 5.063))
     np.testing.assert_array_equal(
@@ -351,7 +351,19 @@ def test_a_file_larger_than_memory_is_refused_and_a_part_of_it_read(tmp_path):
     )
 
 
-@pytest.mark.parametrize("name", ["csv", "mat 5", "uff 58", "uff 58b"])
+def test_a_text_file_whose_numbers_the_disk_cannot_hold_is_refused(tmp_path):
+    """Truth: 8 TiB that were never written take no room on the disk; their numbers would."""
+    path = tmp_path / FORMATS["csv"].name
+    FORMATS["csv"].write(path)
+    with path.open("r+b") as file:
+        try:
+            file.truncate(2**43)
+        except OSError:
+            pytest.skip("this file system has no files of 8 TiB")
+    assert "GiB of disk while they are read" in refused(path, torque(FORMATS["csv"].torque))
+
+
+@pytest.mark.parametrize("name", ["mat 5", "uff 58", "uff 58b"])
 def test_a_file_larger_than_memory_that_is_read_whole_is_refused(name, tmp_path):
     """Truth: 8 TiB that were never written take no room on the disk."""
     path = tmp_path / FORMATS[name].name
@@ -366,14 +378,14 @@ def test_a_file_larger_than_memory_that_is_read_whole_is_refused(name, tmp_path)
     assert "is read whole: save it as HDF5 or Parquet" in message
 
 
-def test_a_mapped_file_larger_than_memory_is_refused(tmp_path):
+def test_a_mapped_file_larger_than_the_disk_is_refused(tmp_path):
     """Truth: 2^40 samples by its head, all but 64 of them never written."""
     path = tmp_path / "run.npy"
     try:
         np.lib.format.open_memmap(path, mode="w+", dtype=np.float64, shape=(2**40,))[5000:5064] = TORQUE
     except OSError:
         pytest.skip("this file system has no files of 8 TiB")
-    assert "GiB of memory" in refused(path, torque(0), sample_rate_hz=RATE)
+    assert "GiB of disk while they are read" in refused(path, torque(0), sample_rate_hz=RATE)
 
 
 def test_only_the_chosen_rows_of_a_long_channel_are_in_memory(tmp_path):

@@ -8,9 +8,12 @@ import pytest
 
 from browser import chromium, faults, printed_to_pdf, requests, shown, waited
 from mechid.analysis.prediction import predict
+from mechid.report import outline
 from mechid.report.curves import record_curves
+from mechid.report.outline import decoded
 from mechid.report.trace import decode
-from mechid.signal import envelope
+from mechid.report.writing import write_report
+from mechid.signal import envelope, stored
 
 LABELS = {
     "torque": {"time, s", "torque, N m", "residual, N m"},
@@ -174,3 +177,39 @@ def test_the_dot_of_a_rate_stands_over_its_letter_and_the_index_below(opened):
         assert dot[3] <= letter[3]
         assert index[0] >= letter[1] - 1.0
         assert index[3] > letter[3]
+
+
+@pytest.fixture(scope="module")
+def long_page(reported, tmp_path_factory):
+    """Return the curves and the page of the same records where 5000 samples are a long record."""
+    with pytest.MonkeyPatch.context() as changes:
+        changes.setattr(stored, "IN_MEMORY", 5000)
+        changes.setattr(outline, "COLUMNS", 500)
+        changes.setattr(outline, "DETAIL_S", 0.2)
+        (curves,) = record_curves(reported.campaign, reported.fit, reported.validation["sweep"])
+        folder = tmp_path_factory.mktemp("long")
+        write_report(reported.data, reported.campaign, reported.fit, reported.validation, folder)
+    return curves, folder / "report.html"
+
+
+def test_a_long_record_shows_its_outline_and_every_sample_of_named_stretches(browser, long_page):
+    """Truth: the Python twins, of 20 001 samples taken for a long record."""
+    curves, page = long_page
+    shown(browser, page, 1400)
+    assert faults(browser) == []
+    source = SOURCE.replace("torque-full_46", "torque-sweep")
+    for name in ("measured", "modelled", "residual"):
+        x, y = waited(browser, source + f"return source('{name}')")
+        times, values = decoded(curves.trace, name)
+        np.testing.assert_allclose(x, times, rtol=1e-12)
+        np.testing.assert_allclose(y, values, rtol=1e-12)
+    assert set(curves.trace.stretches) == {"start", "largest", "least followed"}
+    trace = curves.trace.stretches["largest"]
+    from_s, to_s = trace.start_s + 0.1, trace.start_s + 0.101
+    zoom = f"mechid.zoomed(shown, {from_s}, {to_s}); await frame(); return source('measured')"
+    x, y = waited(browser, source + zoom)
+    inside = [value for time, value in zip(x, y, strict=True) if from_s - 1e-9 <= time <= to_s + 1e-9]
+    assert inside == decode(trace)[0][1000:1011].tolist()
+    buttons = browser.find_elements("css selector", "button[data-figure='torque-sweep']")
+    assert [b.text for b in buttons][-1] == "least followed"
+    assert "every 0.004 s" in browser.find_element("css selector", "#record-sweep").text

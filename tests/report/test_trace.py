@@ -3,14 +3,20 @@
 import numpy as np
 import pytest
 
+from little_memory import little_memory  # noqa: F401
 from mechid.analysis.prediction import Prediction
+from mechid.report import outline
+from mechid.report.outline import decoded, outline_of
 from mechid.report.packing import pack_floats, pack_integers, unpack
 from mechid.report.trace import decode, trace_of
+from mechid.signal import envelope
+from mechid.signal.stored import room_of
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 
 RNG = np.random.default_rng(4)
 NOISE = 0.002
+COLUMNS, DETAIL_S = 40, 0.05
 
 
 def prediction(n, *, noise=NOISE, failed_from=None):
@@ -64,3 +70,47 @@ def test_integers_of_31_bits_and_floats_come_back():
     floats = RNG.normal(size=100).astype(np.float32).astype(float)
     assert unpack(pack_floats(floats)).tolist() == floats.tolist()
     assert unpack(pack_integers(np.array([], dtype=np.int64))).size == 0
+
+
+@pytest.fixture
+def drawn(little_memory, monkeypatch):  # noqa: F811
+    """Return a function that outlines a prediction whose samples are in files."""
+    monkeypatch.setattr(outline, "COLUMNS", COLUMNS)
+    monkeypatch.setattr(outline, "DETAIL_S", DETAIL_S)
+
+    def draw(p, around):
+        object.__setattr__(p, "measured", room_of(p.measured))
+        object.__setattr__(p, "modelled", room_of(p.modelled))
+        return outline_of(p, NOISE, around)
+
+    return draw
+
+
+@pytest.mark.parametrize("failed_from", [None, 3000])
+def test_it_has_the_extremes_of_every_column(drawn, failed_from):
+    p = prediction(6001, failed_from=failed_from)
+    found = drawn(p, {})
+    reached = failed_from or 6001
+    truth = {
+        "measured": p.level[:],
+        "modelled": p.modelled[:reached],
+        "residual": (p.level[:] - p.modelled[:])[:reached],
+    }
+    for name, y in truth.items():
+        times, values = decoded(found, name)
+        kept = envelope(y, COLUMNS)
+        np.testing.assert_allclose(times, 0.5 + kept / 1e4, rtol=1e-12)
+        assert np.abs(values - y[kept]).max() <= 0.0501 * NOISE
+    assert found.column_s == pytest.approx(0.6001 / COLUMNS)
+
+
+@pytest.mark.parametrize(("middle_s", "first_s"), [(0.5, 0.5), (0.8, 0.775), (1.1, 1.0501), (9.0, 1.0501)])
+def test_a_stretch_has_every_sample_around_its_middle_within_the_record(drawn, middle_s, first_s):
+    p = prediction(6001)
+    trace = drawn(p, {"here": middle_s}).stretches["here"]
+    first = round((first_s - 0.5) * 1e4)
+    assert (trace.samples, trace.start_s) == (500, pytest.approx(first_s))
+    measured, modelled = decode(trace)
+    back = measured + trace.offset + trace.drift * np.arange(500)
+    assert np.abs(back - p.measured[first : first + 500]).max() <= 0.0501 * NOISE
+    assert np.abs(modelled - p.modelled[first : first + 500]).max() <= 0.0501 * NOISE

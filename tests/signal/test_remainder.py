@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mechid.signal.remainder import Remainder
-from mechid.signal.series import BLOCK, Beginning, counting, is_finite, mean_of
+from mechid.signal.series import BLOCK, Stretch, counting, is_finite, mean_of
 from mechid.signal.trend import Line, fit_line
 
 RNG = np.random.default_rng(23)
@@ -21,7 +21,7 @@ REMAINDER = Remainder(SERIES, Line(1.0, 2e-6), MODEL, REJECTED)
 )
 def test_a_slice_is_that_of_the_array(part):
     np.testing.assert_allclose(REMAINDER[part], LEFT[part], rtol=0.0, atol=1e-14)
-    np.testing.assert_array_equal(Beginning(REMAINDER, BLOCK + 3)[part], REMAINDER[: BLOCK + 3][part])
+    np.testing.assert_array_equal(Stretch(REMAINDER, 0, BLOCK + 3)[part], REMAINDER[: BLOCK + 3][part])
 
 
 def test_mean_and_finiteness_are_those_of_the_array():

@@ -24,10 +24,14 @@ from mechid.signal.clipping import clipped_runs
 from mechid.signal.density import rms_below
 from mechid.signal.lines import Line, Prominence, prominence, spectral_lines
 from mechid.signal.mains import mains_lines
+from mechid.signal.moments import mean, root_mean_square
 from mechid.signal.quiet import QuietStretch, quiet_stretches
+from mechid.signal.remainder import Remainder
 from mechid.signal.runs import Runs, runs_of
+from mechid.signal.series import Series
 from mechid.signal.spectrogram import WINDOWS, usual_window_s
 from mechid.signal.spikes import isolated_spikes
+from mechid.signal.trend import Line as Trend
 from mechid.signal.trend import fit_line
 from mechid.simulation.simulator import TimeBase
 
@@ -181,21 +185,21 @@ def _channel(
     channel: Channel, spectrum: Prominence, lines: Sequence[Line], travel: Travel | None, base: TimeBase, steps: int
 ) -> ChannelLook:  # fmt: skip
     line, fs = fit_line(channel.data, 2), base.sample_rate_hz
-    y = channel.data - channel.data.mean()
+    middle = mean(channel.data)
+    y = Remainder(channel.data, Trend(middle))
     frequency, density = power_density(y, fs)
     bands = third_octaves(frequency, density)
     quiet = quiet_stretches(channel.data, fs)
     noise = noise_evidence(channel, fs, [one for one in quiet if _at_rest(one, travel, steps)])
     constant = _constant_rate(travel)
-    level = channel.data.copy()
-    line.take_from(level)
+    level = Remainder(channel.data, line)
     orders = (*MORE_ORDERS, float(steps)) if steps > max(MORE_ORDERS) else MORE_ORDERS
     tracked = tuple(order_lines((level,), travel, fs, orders)) if travel else ()
     mains = mains_lines(spectrum)
     return ChannelLook(
         channel=channel,
-        mean=float(channel.data.mean()),
-        rms=float(np.sqrt(np.mean(y**2))),
+        mean=middle,
+        rms=root_mean_square(y),
         drift=line.slope * fs,
         gaps=runs_of(channel.bridged),
         clipped=clipped_runs(channel.data),
@@ -230,7 +234,7 @@ def _at_rest(stretch: QuietStretch, travel: Travel | None, steps: int) -> bool:
     return bool(ends[-1] - ends[0] < 1.0 / steps)
 
 
-def _waterfall(level: FloatArray, base: TimeBase, travel: Travel | None) -> Waterfall:
+def _waterfall(level: Series, base: TimeBase, travel: Travel | None) -> Waterfall:
     window_s = usual_window_s(base.samples / base.sample_rate_hz)
     time, frequency, amplitude = spectrogram(level, base.sample_rate_hz, window_s, WINDOWS)
     rate = rate_at(travel, time + base.start_s) if travel else np.full(time.size, np.nan)

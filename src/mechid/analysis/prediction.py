@@ -53,11 +53,11 @@ class Prediction:
 
     Attributes
     ----------
-    measured : (N,)
+    measured : Series of N samples
         As it was read, in its quantity's SI unit.
     removed : Line
         Offset and drift between it and the model; none where the campaign keeps them.
-    modelled : (N,)
+    modelled : Series of N samples
         NaN from where the simulation failed, and `removed` is NaN then too.
     travel : Series
         Full steps that the command has travelled, N.
@@ -67,9 +67,9 @@ class Prediction:
         Samples that do not count.
     """
 
-    measured: FloatArray
+    measured: Series
     removed: Line
-    modelled: FloatArray
+    modelled: Series
     travel: Series
     base: TimeBase
     quantity: str = "torque"
@@ -133,7 +133,7 @@ def _as_counted(channel: TargetChannel, fit: Fit, record: str) -> TargetChannel:
     return replace(channel, rejected=np.union1d(channel.rejected, samples_of(runs))) if runs else channel
 
 
-def _beside(channel: TargetChannel, modelled: FloatArray, travel: Travel, base: TimeBase) -> Prediction:
+def _beside(channel: TargetChannel, modelled: Series, travel: Travel, base: TimeBase) -> Prediction:
     removed = Line(math.nan, math.nan)
     if is_finite(modelled):
         removed = channel.line(Remainder(channel.measured, model=modelled), channel.rejected)

@@ -137,8 +137,9 @@ def _written_campaign(folder: Path, records: tuple[BenchRecord, ...]) -> Campaig
 def _write_record(folder: Path, record: BenchRecord, campaign: Campaign, rng: np.random.Generator) -> None:
     trajectory = simulate(campaign, record.name, sample_rate_hz=SAMPLE_RATE_HZ, duration_s=record.duration_s)
     refuse_lost({record.name: trajectory})
-    torque = trajectory.torque + _disturbance(rng, trajectory.time)
-    rows = record_rows(trajectory.time, torque, time_format="%.6f", torque_format="%.9e")
+    time = trajectory.time[:]
+    torque = trajectory.torque + _disturbance(rng, time)
+    rows = record_rows(time, torque, time_format="%.6f", torque_format="%.9e")
     write_whole(folder / f"{record.name}.csv", rows)
 
 

@@ -57,7 +57,7 @@ def with_inputs(record: CampaignRecord, data: Record, mechanism: Mechanism) -> C
         return record
     held = {channel.quantity for channel in record.spec.channels if channel.held}
     channels = tuple(
-        InputChannel(quantity=q, held=q in held, samples=next(c.data for c in data.inputs if c.quantity == q))
+        InputChannel(quantity=q, held=q in held, samples=next(c.data[:] for c in data.inputs if c.quantity == q))
         for q in measured_quantities(mechanism.plant.inputs)
     )
     return replace(record, command=record.command.driven_by(channels, data.sample_rate_hz, data.time_start_s))

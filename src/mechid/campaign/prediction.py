@@ -61,9 +61,16 @@ def simulate(
     >>> trajectory = simulate(load_campaign("bench"), "full_46")  # doctest: +SKIP
     """
     chosen = campaign.record(record) if record is not None else _only_record(campaign)
+    return _simulated(chosen, campaign, (sample_rate_hz, duration_s), substeps).in_memory
+
+
+def _simulated(
+    chosen: CampaignRecord, campaign: Campaign, asked: tuple[float | None, float | None], substeps: int | None = None
+) -> Trajectory:
+    """Return a record simulated as `simulate` does, a long one in files; `asked` are sample rate and duration."""
     if isinstance(chosen.command, MeasuredCommand):
         chosen = _driven(chosen, campaign)
-    base = time_base(chosen, campaign, sample_rate_hz, duration_s)
+    base = time_base(chosen, campaign, *asked)
     timing, end_s = chosen.timing, base.start_s + base.samples * base.interval_s
     latest_s = abs(timing.offset_s) + abs(timing.command_s(end_s) + timing.offset_s - end_s)
     start = Start({key_in_record(q.name): q.value for q in chosen.start})
@@ -83,14 +90,12 @@ def simulate(
 def simulate_all(
     campaign: Campaign, *, sample_rate_hz: float | None = None, duration_s: float | None = None
 ) -> dict[str, Trajectory]:
-    """Simulate every record as `simulate` does, by name.
+    """Simulate every record as `simulate` does, by name; what is long stays in files, which are read piece by piece.
 
     A record with a file keeps that file's time base; `sample_rate_hz` and `duration_s` are for those without.
     """
     return {
-        r.name: simulate(campaign, r.name)
-        if r.file
-        else simulate(campaign, r.name, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
+        r.name: _simulated(r, campaign, (None, None) if r.file else (sample_rate_hz, duration_s))
         for r in campaign.records
     }
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from mechid.campaign.campaign import CampaignRecord
 from mechid.campaign.place import Place
 from mechid.command import MeasuredCommand
 from mechid.errors import UsageError
 from mechid.records import Record, Role
+from mechid.signal.moments import standard_deviation
 
 FAR_OFF = 1e6
 """Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
@@ -68,7 +67,7 @@ def _noise_levels(record: CampaignRecord, data: Record, place: Place) -> Iterato
         if match.noise_sigma is None:
             continue
         channel = data.channel(match.quantity)
-        spread = float(np.std(channel.data)) / abs(channel.scale)
+        spread = standard_deviation(channel.data) / abs(channel.scale)
         said = f"found {match.noise_sigma:.4g}, where the channel's own standard deviation is {spread:.4g}"
         if match.noise_sigma > FAR_OFF * spread:
             index = [c.quantity for c in record.spec.channels].index(match.quantity)

@@ -20,6 +20,8 @@ from mechid.campaign.start_entry import KEY as START_STATE
 from mechid.command import MeasuredCommand
 from mechid.parameter import Parameter
 from mechid.records import Record
+from mechid.signal.series import Series, stretch_of
+from mechid.signal.stored import is_long
 
 KEY = "stretch_s"
 LEAST = 64
@@ -91,7 +93,7 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
     name = f"{record.name}_{k + 1}"
     channels = tuple(
         replace(
-            c, data=np.ascontiguousarray(c.data[first:stop]),
+            c, data=_part(c.data, first, stop),
             bridged=c.bridged[(c.bridged >= first) & (c.bridged < stop)] - first,
         )
         for c in data.channels
@@ -100,7 +102,7 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
     part = replace(data, name=name, time_start_s=start_s, channels=channels, warnings=data.warnings if k == 0 else ())
     command = record.command if k == 0 else replace(record.command, start=ESTIMATED)
     if isinstance(command, MeasuredCommand):
-        own = {c.quantity: c.data for c in part.inputs}
+        own = {c.quantity: c.data[:] for c in part.inputs}
         inputs = tuple(replace(c, samples=own[c.quantity]) for c in command.channels)
         command = command.driven_by(inputs, data.sample_rate_hz, start_s)
     return replace(
@@ -111,6 +113,12 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
         burn_in_s=record.burn_in_s if k == 0 else 0.0,
         parameters=tuple(_renamed(q, name) for q in record.parameters),
     )
+
+
+def _part(series: Series, first: int, stop: int) -> Series:
+    """Return a stretch of a series: in memory where it is short enough for that."""
+    part = stretch_of(series, first, stop)
+    return part if is_long(part.size) else np.ascontiguousarray(part[:])
 
 
 def _renamed(parameter: Parameter, record: str) -> Parameter:

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from mechid.errors import FitError, UsageError
+from mechid.signal.series import Series
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 from mechid.units import SI_UNIT
 from mechid.writing import write_together
@@ -59,7 +57,9 @@ def refuse_measured(files: Iterable[Path], names: Iterable[str], folder: Path | 
 
 def _rows(trajectory: Trajectory) -> Iterator[str]:
     others = {quantity: y for quantity, y in trajectory.values.items() if quantity != trajectory.quantity}
-    return record_rows(trajectory.time, trajectory.measured, quantity=trajectory.quantity, others=others)
+    return record_rows(
+        trajectory.time, trajectory.values[trajectory.quantity], quantity=trajectory.quantity, others=others
+    )
 
 
 def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
@@ -71,15 +71,15 @@ def refuse_lost(trajectories: Mapping[str, Trajectory]) -> None:
 
 
 def record_rows(
-    time: NDArray[np.float64],
-    measured: NDArray[np.float64],
+    time: Series,
+    measured: Series,
     *,
     quantity: str = "torque",
-    others: Mapping[str, NDArray[np.float64]] | None = None,
+    others: Mapping[str, Series] | None = None,
     time_format: str = TIME_FORMAT,
     torque_format: str = TORQUE_FORMAT,
 ) -> Iterator[str]:
-    """Yield a record as text, piece by piece: a header line, then time in s and one or more quantities in SI, (n,)."""
+    """Yield a record as text, piece by piece: a header line, then time in s and one or more quantities in SI."""
     columns = {quantity: measured, **(others or {})}
     row = ",".join([time_format, *(torque_format for _ in columns)]) + "\n"
     names = [f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}" for name in columns]

@@ -186,7 +186,7 @@ def refitted(
     problem = replace(problem, targets=(*problem.targets[:there], *new))
     windows = problem.whole() | dict(model.setting.windows)
     q = solve(problem, lifted(model.problem, model.q, problem), windows, steps=STEPS, tolerance=TOLERANCE).q
-    left = [t.leading.measured - problem.model.predict(t, q, t.samples)[0] for t in new]
+    left = [t.leading.measured[:] - problem.model.predict(t, q, t.samples)[0] for t in new]
     return problem.total_norm(q, windows) ** 2, [np.asarray(detrend(e), dtype=np.float64) for e in left]
 
 

@@ -75,7 +75,7 @@ def _reference(handover: Handover, trial: Trial) -> Reference:
     simulator = Simulator(mechanism.plant, trial.command, trial.base)
     run = simulator.run(mechanism.kernel_values(), substeps=substeps(handover), events=trial.base.samples)
     done = simulate_run(run)
-    return Reference(trial.name, trial, np.column_stack(list(done.values.values())), done.switching)
+    return Reference(trial.name, trial, np.column_stack([y[:] for y in done.values.values()]), done.switching)
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import os
 import sys
 import tempfile
 import time
@@ -17,22 +16,17 @@ from threading import Lock, Thread
 from types import ModuleType
 
 import numpy as np
-import platformdirs
 from numpy.typing import NDArray
 
 from mechid.errors import UsageError
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
+from mechid.writing import CACHE, cache_folder
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
 _ONE_AT_A_TIME = Lock()
 """A second thread that needs a module waits until the first has it compiled."""
-CACHE = "MECHID_CACHE"
-"""Variable of the environment that names another folder for kernels."""
-
-_ONE_AT_A_TIME = Lock()
-"""Of several threads that want a module, the others wait until it is whole."""
 
 
 @dataclass(frozen=True)
@@ -59,12 +53,6 @@ class Kernel:
     def text(self) -> str:
         """Source of the kernel."""
         return self.path.read_text(encoding="utf-8")
-
-
-def cache_folder() -> Path:
-    """Return the folder of generated kernels (``MECHID_CACHE`` overrides the user's cache folder)."""
-    named = os.environ.get(CACHE)
-    return Path(named) if named else Path(platformdirs.user_cache_dir("mechid"))
 
 
 def version_folder() -> Path:

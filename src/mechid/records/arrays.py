@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from mechid.errors import RecordError
 from mechid.records.foreign import parsing
 from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
+from mechid.signal.series import blocks
 
 Index = tuple[int | slice, ...]
 Load = Callable[[Index], Any]
 MOST_SERIES = 256
 """So many series may stand side by side in one array; more is a matrix and no record."""
 LARGEST_EXACT = 2**53
+AT_ONCE = 2**20
+"""Samples of a column that are read together: what writers of Parquet make a row group, as a rule."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,11 +56,21 @@ class ArrayTable:
     """How each column is loaded: the array, the axis of its samples, and the index of its first sample."""
     metadata: Metadata
     is_ordered: bool = False
+    is_sliced: bool = False
     warnings: tuple[str, ...] = ()
 
     def read(self, wanted: Sequence[int], rows: slice = ALL) -> list[FloatArray]:
         """Return `rows` of the `wanted` columns, each of shape (N,), in the file's own units."""
         return [self._one(index, rows) for index in wanted]
+
+    def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
+        """Yield the same block after block; at once where the file can only be read whole."""
+        if not self.is_sliced:
+            yield self.read(wanted, rows)
+            return
+        start, stop, _ = rows.indices(self.columns[wanted[0]].samples or 0)
+        for part in blocks(max(stop - start, 0), AT_ONCE):
+            yield self.read(wanted, slice(start + part.start, start + part.stop))
 
     def error(self, message: str, row: int | None = None) -> RecordError:
         """Make the error that says file, sample (from 0) and `message`."""
@@ -94,9 +107,10 @@ def array_table(
     metadata: Metadata,
     *,
     is_ordered: bool = False,
+    is_sliced: bool = False,
     warnings: tuple[str, ...] = (),
 ) -> ArrayTable:
-    """Return the table of all series in `items`.
+    """Return the table of all series in `items`; `is_sliced` where each loads a part without the rest in memory.
 
     Raises
     ------
@@ -114,6 +128,7 @@ def array_table(
         series=series,
         metadata=metadata,
         is_ordered=is_ordered,
+        is_sliced=is_sliced,
         warnings=warnings,
     )
 

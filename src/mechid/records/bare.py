@@ -20,6 +20,7 @@ from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import ChannelSpec, Conditioning, RecordSpec, TimeStamps
 from mechid.records.table import Clock, Table, column_label
+from mechid.signal.moments import extremes
 from mechid.signal.series import no_samples
 from mechid.units import SI_UNIT, si_unit, to_si_factor
 
@@ -208,12 +209,17 @@ def _record(path: Path, table: Table, group: _Group, hints: Hints, refused: list
     if samples.data[0].size < MINIMUM_SAMPLES:
         raise table.error(f"{samples.data[0].size} samples; a record needs {MINIMUM_SAMPLES} at least")
     channels = [_channel(table, group, k, samples) for k in range(len(group.units))]
-    wild = [channel for channel in channels if float(np.abs(channel.data).max()) > LARGEST]
+    limits = {channel.quantity: extremes(channel.data) for channel in channels}
+    wild = [channel for channel in channels if max(map(abs, limits[channel.quantity])) > LARGEST]
     if wild:
         raise table.error(f'"{wild[0].column}": numbers beyond {LARGEST:g} are no measurement')
-    dead = [channel for channel in channels if np.ptp(channel.data) == 0.0]
+    dead = [channel for channel in channels if len(set(limits[channel.quantity])) == 1]
     said = [
-        str(table.error(f'"{c.column}": constant at {c.data[0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"))
+        str(
+            table.error(
+                f'"{c.column}": constant at {limits[c.quantity][0]:.9g} {c.unit}'.rstrip() + ": the channel is dead"
+            )
+        )
         for c in dead
     ]
     if len(dead) == len(channels):

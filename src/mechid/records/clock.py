@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.records.table import Clock, FloatArray, Table
+from mechid.signal.series import Series
 
 JITTER = 1e-3
 """How far a time stamp may be off the regular clock, in sample intervals."""
@@ -16,16 +17,18 @@ JITTER_OF_ROUNDED = 0.25
 WHOLE_RATE = 1e-6
 """Relative distance at which a rate is taken for a whole number of hertz."""
 BLOCK = 65536
+MOST_STAMPS = 2**21
+"""First stamps that the usual step is told from, where a message says it."""
 
 
-def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None, first: int = 0) -> Clock:
+def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: int = 0) -> Clock:
     """Return the clock that the time stamps follow.
 
     Parameters
     ----------
     table : Table
         Where the stamps come from, for messages.
-    time : ndarray, shape (N,)
+    time : Series of N samples
         Time stamps in s, N at least 2, finite.
     rate_hz : float or None
         Rate that the campaign states; the stamps have to agree with it to half an interval.
@@ -40,24 +43,34 @@ def read_clock(table: Table, time: FloatArray, rate_hz: float | None = None, fir
     _refuse_back(table, time, first)
     if rate_hz is not None:
         _refuse_contradiction(table, time, rate_hz, first)
-        return Clock(float(time[0]), rate_hz)
+        return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)
-    interval = float(time[-1] - time[0]) / (time.size - 1)
+    interval = _span(time) / (time.size - 1)
     unresolved = max(_printed_rounding(time, interval), _binary_rounding(time))
     allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
     _refuse_jitter(table, time, interval, allowed, first)
-    return Clock(float(time[0]), _mean_rate(time, allowed))
+    return Clock(sample_at(time, 0), _mean_rate(time, allowed))
 
 
-def refuse_not_increasing(table: Table, time: FloatArray, first: int = 0) -> None:
+def sample_at(series: Series, number: int) -> float:
+    """Return one sample."""
+    return float(series[number : number + 1][0])
+
+
+def _span(time: Series) -> float:
+    """Return the time from the first stamp to the last, s."""
+    return sample_at(time, time.size - 1) - sample_at(time, 0)
+
+
+def refuse_not_increasing(table: Table, time: Series, first: int = 0) -> None:
     """Raise RecordError where the clock goes back or repeats; `first` is the row of the first stamp."""
     _refuse_back(table, time, first)
     _refuse_repeated(table, time, first)
 
 
-def _mean_rate(time: FloatArray, allowed: float) -> float:
+def _mean_rate(time: Series, allowed: float) -> float:
     """Return the mean rate, or the whole number of hertz that is all but the same."""
-    span = float(time[-1] - time[0])
+    span = _span(time)
     near = max(min(WHOLE_RATE, allowed / span), _binary_rounding(time) / span)
     return whole_rate((time.size - 1) / span, near)
 
@@ -68,62 +81,69 @@ def whole_rate(rate_hz: float, near: float = WHOLE_RATE) -> float:
     return float(whole) if whole > 0 and abs(rate_hz / whole - 1.0) <= near else rate_hz
 
 
-def _refuse_back(table: Table, time: FloatArray, first: int) -> None:
+def _refuse_back(table: Table, time: Series, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
     if row is not None:
-        raise table.error(f"the clock goes back, from {time[row]:.9g} s to {time[row + 1]:.9g} s", first + row + 1)
+        raise table.error(
+            f"the clock goes back, from {sample_at(time, row):.9g} s to {sample_at(time, row + 1):.9g} s",
+            first + row + 1,
+        )
 
 
-def _refuse_repeated(table: Table, time: FloatArray, first: int) -> None:
+def _refuse_repeated(table: Table, time: Series, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) == 0.0)
     if row is not None:
         raise table.error(
-            f"the time stamp {time[row]:.9g} s is repeated; if the stamps have too few digits, "
+            f"the time stamp {sample_at(time, row):.9g} s is repeated; if the stamps have too few digits, "
             "give sample_rate_hz and name the channels",
             first + row + 1,
         )
 
 
-def _refuse_jitter(table: Table, time: FloatArray, interval: float, allowed: float, first: int) -> None:
+def _refuse_jitter(table: Table, time: Series, interval: float, allowed: float, first: int) -> None:
     """Name the oddest step: with a gap the mean interval is wrong, so every stamp is off."""
     if _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed) is None:
         return
-    steps = np.diff(time)
-    usual = float(np.median(steps))
-    odd = np.abs(steps - usual)
-    row = int(np.argmax(odd > 0.99 * odd.max())) + 1
+    usual = float(np.median(np.diff(time[:MOST_STAMPS])))
+
+    def odd(start: int, stop: int) -> FloatArray:
+        return np.abs(np.diff(time[start : stop + 1]) - usual)
+
+    most = max(float(odd(start, start + BLOCK).max()) for start in range(0, time.size - 1, BLOCK))
+    row = (_first_row(time, lambda start, stop: odd(start, stop) > 0.99 * most) or 0) + 1
+    step = sample_at(time, row) - sample_at(time, row - 1)
     raise table.error(
-        f"irregular time: {time[row]:.9g} s comes {steps[row - 1]:.6g} s after the stamp before it, mostly "
+        f"irregular time: {sample_at(time, row):.9g} s comes {step:.6g} s after the stamp before it, mostly "
         f"it is {usual:.6g} s; declare time_stamps or window_s in its conditioning; if the stamps have too few digits, "
         "give sample_rate_hz and name the channels",
         first + row,
     )
 
 
-def _refuse_contradiction(table: Table, time: FloatArray, rate_hz: float, first: int) -> None:
+def _refuse_contradiction(table: Table, time: Series, rate_hz: float, first: int) -> None:
     interval = 1.0 / rate_hz
     allowed = max(0.5 * interval, _printed_rounding(time, interval))
     row = _first_row(time, lambda start, stop: _off(time, interval, start, stop) > allowed)
     if row is not None:
         raise table.error(
-            f"sample_rate_hz = {rate_hz:.9g} contradicts the time column: {time[row]:.9g} s "
-            f"where it gives {time[0] + row * interval:.9g} s",
+            f"sample_rate_hz = {rate_hz:.9g} contradicts the time column: {sample_at(time, row):.9g} s "
+            f"where it gives {sample_at(time, 0) + row * interval:.9g} s",
             first + row,
         )
 
 
-def _off(time: FloatArray, interval: float, start: int, stop: int) -> FloatArray:
+def _off(time: Series, interval: float, start: int, stop: int) -> FloatArray:
     """Return |t_k - (t_0 + k h)| in s for k from `start` to `stop`, shape (stop - start,)."""
-    regular = time[0] + interval * np.arange(start, stop)
+    regular = sample_at(time, 0) + interval * np.arange(start, stop)
     return np.asarray(np.abs(time[start:stop] - regular), dtype=np.float64)
 
 
-def _binary_rounding(time: FloatArray) -> float:
+def _binary_rounding(time: Series) -> float:
     """Return how far in s rounding to floating point may move stamps: much, for a calendar's seconds."""
-    return 4.0 * float(np.spacing(np.abs(time[[0, -1]])).max())
+    return 4.0 * float(np.spacing([abs(sample_at(time, 0)), abs(sample_at(time, time.size - 1))]).max())
 
 
-def _printed_rounding(time: FloatArray, interval: float) -> float:
+def _printed_rounding(time: Series, interval: float) -> float:
     """Return how far in s rounding to the printed digits moves stamps of this interval.
 
     None where the interval is a multiple of the last digit, from the first stamp to the last.
@@ -133,9 +153,9 @@ def _printed_rounding(time: FloatArray, interval: float) -> float:
     return 0.0 if abs(multiple - round(multiple)) * time.size < 1e-3 else 1.001 * digit
 
 
-def _last_digit(time: FloatArray) -> float:
+def _last_digit(time: Series) -> float:
     """Return the power of ten in s that the stamps are multiples of, 0 where it is below 1 ns."""
-    some = np.concatenate((time[:1000], time[-1000:])) - time[0]
+    some = np.concatenate((time[:1000], time[max(time.size - 1000, 0) :])) - sample_at(time, 0)
     for digits in range(10):
         scaled = some * 10.0**digits
         if np.all(np.abs(scaled - np.rint(scaled)) < 1e-3):
@@ -143,7 +163,7 @@ def _last_digit(time: FloatArray) -> float:
     return 0.0
 
 
-def _first_row(time: FloatArray, bad: Callable[[int, int], NDArray[np.bool_]]) -> int | None:
+def _first_row(time: Series, bad: Callable[[int, int], NDArray[np.bool_]]) -> int | None:
     """Return the first row where `bad(start, stop)` is true, looked for block by block."""
     for start in range(0, time.size, BLOCK):
         rows = np.flatnonzero(bad(start, min(start + BLOCK, time.size)))

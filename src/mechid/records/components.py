@@ -13,6 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.records.record import Channel, Record
+from mechid.records.table import FloatArray
+from mechid.signal.stored import changed
 
 AXES = ("x", "y", "z")
 FORCES = tuple(f"force_{axis}" for axis in AXES)
@@ -92,8 +94,13 @@ def about_mounting_point(record: Record, mounting: Mounting) -> Record:
 
 def _moved(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:
     """Return a moment less what each force adds to it by its part of the lever arm."""
-    data, bridged = moment.data.copy(), moment.bridged
-    for factor, force in forces:
-        data -= factor * force.data
+    bridged = moment.bridged
+    for _, force in forces:
         bridged = np.union1d(bridged, force.bridged)
-    return replace(moment, data=data, bridged=bridged)
+
+    def less_forces(values: FloatArray, part: slice) -> FloatArray:
+        for factor, force in forces:
+            values = values - factor * force.data[part]
+        return values
+
+    return replace(moment, data=changed(moment.data, less_forces), bridged=bridged)

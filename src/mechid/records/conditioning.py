@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from mechid.records.columns import Layout
-from mechid.records.gaps import bridge, missing_runs
+from mechid.records.gaps import bridge, missing_runs, missing_samples
 from mechid.records.spec import Conditioning
 from mechid.records.table import Clock, FloatArray, IntArray, Table, column_label
 from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
+from mechid.signal.stored import Room, change_in_place, pieces_of, stretch_in_place
 
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
@@ -29,15 +31,15 @@ class Samples:
     Parameters
     ----------
     clock : Clock
-    data : tuple of ndarray
-        One of shape (N,) for each channel of the layout, in SI.
+    data : tuple of Room
+        N samples of each channel of the layout, in SI: arrays, or files of long ones.
     treatments : tuple of Treatment
     bridged : mapping of int to ndarray of int
         By place in `data`, ascending: the samples that stand for missing ones.
     """
 
     clock: Clock
-    data: tuple[FloatArray, ...]
+    data: tuple[Room, ...]
     treatments: tuple[Treatment, ...] = ()
     bridged: Mapping[int, IntArray] = field(default_factory=dict)
 
@@ -46,7 +48,7 @@ class Samples:
         first, last = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
         return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
 
-    def after(self, step: str, text: str, data: tuple[FloatArray, ...], **figures: object) -> Samples:
+    def after(self, step: str, text: str, data: tuple[Room, ...], **figures: object) -> Samples:
         """Return the samples after a treatment, with its record."""
         return replace(self, data=data, treatments=(*self.treatments, {"step": step, "text": text, **figures}))
 
@@ -68,21 +70,28 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
     return samples
 
 
-def limited(layout: Layout, how: Conditioning, data: Sequence[FloatArray]) -> list[Treatment]:
+def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Treatment]:
     """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
     told: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
         if column.quantity not in how.limits:
             continue
         low, high = how.limits[column.quantity]
-        beyond = (values <= low) | (values >= high)
-        count = int(np.count_nonzero(beyond))
-        values[beyond] = np.nan
+        count = sum(_made_missing(values, part, low, high) for part in pieces_of(values))
         text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} counted as missing"
         told.append(
             {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
         )
     return told
+
+
+def _made_missing(room: Room, part: slice, low: float, high: float) -> int:
+    """Make the samples of a piece that are on or beyond limits missing, and return how many they are."""
+    values = room[part]
+    beyond = (values <= low) | (values >= high)
+    values[beyond] = np.nan
+    room[part] = values
+    return int(np.count_nonzero(beyond))
 
 
 def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
@@ -92,7 +101,7 @@ def _cut_to_needed(table: Table, layout: Layout, how: Conditioning, samples: Sam
 
 def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Samples:
     rows = samples.times(start_s, stop_s)
-    data = tuple(np.ascontiguousarray(values[rows]) for values in samples.data)
+    data = tuple(stretch_in_place(values, rows.start, rows.stop) for values in samples.data)
     if data[0].size < 2:
         whole = samples.clock.start_s + (samples.data[0].size - 1) / samples.clock.rate_hz
         raise table.error(
@@ -110,10 +119,10 @@ def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Sampl
 def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
     """Bridge missing samples; refuse gaps that are too long, or at an end."""
     for k, (column, values) in enumerate(zip(layout.channels, samples.data, strict=True)):
-        runs = missing_runs(values)
-        if not runs.size:
+        missing = missing_samples(values)
+        if not missing.size:
             continue
-        missing = np.flatnonzero(~np.isfinite(values)).astype(np.int64)
+        runs = missing_runs(missing)
         label = column_label(table.columns, column.index)
         lengths = (runs[:, 1] - runs[:, 0]) / samples.clock.rate_hz
         starts = samples.clock.start_s + runs[:, 0] / samples.clock.rate_hz
@@ -128,7 +137,7 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             )
         if runs[0, 0] == 0 or runs[-1, 1] == values.size:
             raise table.error(f"{label}: begins or ends with missing samples; leave them out with window_s")
-        bridge(values)
+        bridge(values, missing)
         count = int(np.sum(runs[:, 1] - runs[:, 0]))
         text = (
             f"{column.quantity}: {count} missing samples in {len(runs)} gaps bridged by straight lines, the longest "
@@ -146,11 +155,22 @@ def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples
     """Replace increments, as an encoder's counter read and cleared at each sample gives them, by their running sum."""
     for column, values in zip(layout.channels, samples.data, strict=True):
         if column.quantity in how.cumulate:
-            np.cumsum(values, out=values)
+            _sum_up(values)
             text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
             samples = samples.after("cumulate", text, samples.data, channel=column.quantity,
                                     from_s=samples.clock.start_s)  # fmt: skip
     return samples
+
+
+def _sum_up(room: Room) -> None:
+    """Replace samples by their running sum, in place."""
+    so_far = 0.0
+    for part in pieces_of(room):
+        values = room[part]
+        if part.start:
+            values[0] += so_far
+        room[part] = np.cumsum(values)
+        so_far = float(room[part.stop - 1 : part.stop][0])
 
 
 def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:
@@ -160,12 +180,12 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
         if not stretches:
             continue
         parts = [samples.times(*stretch) for stretch in stretches]
-        time = np.concatenate([np.arange(values.size)[part] for part in parts]) / samples.clock.rate_hz
+        time = np.concatenate([np.arange(*part.indices(values.size)) for part in parts]) / samples.clock.rate_hz
         quiet = np.concatenate([values[part] for part in parts])
         if any(values[part].size < 2 for part in parts):
             raise table.error(f"{column.quantity}: a stretch of quiet_s lies outside the record")
         drift, offset = np.polyfit(time, quiet, 1) if len(parts) > 1 else (0.0, float(quiet.mean()))
-        np.subtract(values, offset + drift * np.arange(values.size) / samples.clock.rate_hz, out=values)
+        change_in_place(values, partial(_less_line, offset, drift, samples.clock.rate_hz))
         rms = _noise(np.concatenate([values[part] for part in parts]), how.decimate)
         at = f"{samples.clock.start_s:.9g} s"
         text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
@@ -177,10 +197,15 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
     return samples
 
 
+def _less_line(offset: float, drift: float, rate_hz: float, values: FloatArray, part: slice) -> FloatArray:
+    """Return samples less a line over the record's time since its first sample."""
+    return values - (offset + drift * np.arange(part.start, part.stop) / rate_hz)
+
+
 def _noise(quiet: FloatArray, factor: int) -> float:
     """Return the RMS that quiet samples have in the record, behind its decimation where they are enough for that."""
     if factor > 1 and quiet.size > anti_alias_filter(factor).size:
-        quiet = decimate(quiet, factor)
+        quiet = decimate(quiet, factor)[:]
     return float(np.sqrt(np.mean(quiet**2)))
 
 

@@ -7,18 +7,27 @@ of every row. Which cell it stumbled over is found by reading the lines once mor
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import sys
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
 from mechid.errors import RecordError
 from mechid.records.csv_dialect import Dialect, sniff
-from mechid.records.memory import refuse_larger_than_memory
+from mechid.records.memory import refuse_no_room
 from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
 
+Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
+LONG_CELL = 20
+"""Characters of a cell, its separator included, that is written with more digits than most."""
+WHOLE_BYTES = 1 << 26
+"""Size of a file up to which it is parsed at once."""
+AT_ONCE = 1 << 17
+"""Lines of a longer one that are parsed together."""
 TAIL = 1 << 15
 """Bytes at the end of a file that its last line is compared with."""
 SPARE_DECIMALS = 3
@@ -34,6 +43,7 @@ class CsvTable:
     dialect: Dialect
 
     is_ordered = True
+    is_sliced = True
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -66,25 +76,58 @@ class CsvTable:
             raise self._fault(wanted) or self.error(str(error)[:120]) from None
         return [parsed[f"c{index}"][rows] for index in wanted]
 
+    def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
+        """Yield the same block after block, a file that is no longer than one at once."""
+        if self.path.stat().st_size <= WHOLE_BYTES:
+            yield self.read(wanted, rows)
+            return
+        start, stop, _ = rows.indices(sys.maxsize)
+        first = 0
+        for parsed in self._parsed_blocks(wanted):
+            inside = slice(max(start - first, 0), max(stop - first, 0))
+            yield [parsed[f"c{index}"][inside] for index in wanted]
+            first += parsed.size
+            if first >= stop:
+                return
+
     def error(self, message: str, row: int | None = None) -> RecordError:
         """Make the error that says file, line of sample `row` and `message`."""
         place = "" if row is None else f" line {next(islice(self._lines(), row, None))[0]}:"
         return RecordError(f"{self.label}:{place} {message}")
 
-    def _parse(self, wanted: Sequence[int]) -> np.ndarray[tuple[int], np.dtype[np.void]]:
-        """Return all rows; of a column that is not wanted only the first letter is kept."""
-        fields = [(f"c{i}", "f8" if i in wanted else "U1") for i in range(len(self.columns))]
+    def _parse(self, wanted: Sequence[int]) -> Rows:
+        """Return all rows."""
         with self.path.open(encoding=self.dialect.encoding) as file:
-            return np.loadtxt(
-                (line.replace(",", ".") for line in file) if self.dialect.decimal_comma else self.path,
-                dtype=np.dtype(fields),
-                encoding=self.dialect.encoding,
-                delimiter=self.dialect.separator,
-                skiprows=self.dialect.head_lines,
-                comments=None,
-                quotechar='"',
-                ndmin=1,
-            )
+            lines = (line.replace(",", ".") for line in file) if self.dialect.decimal_comma else self.path
+            return self._parsed(lines, wanted, self.dialect.head_lines)
+
+    def _parsed_blocks(self, wanted: Sequence[int]) -> Iterator[Rows]:
+        """Yield all rows, so many lines together."""
+        with self.path.open(encoding=self.dialect.encoding) as file:
+            rest = islice(file, self.dialect.head_lines, None)
+            while lines := list(islice(rest, AT_ONCE)):
+                if self.dialect.decimal_comma:
+                    lines = [line.replace(",", ".") for line in lines]
+                if all(map(self.dialect.is_blank, lines)):
+                    continue
+                try:
+                    yield self._parsed(lines, wanted, 0)
+                except ValueError as error:
+                    raise self._fault(wanted) or self.error(str(error)[:120]) from None
+
+    def _parsed(self, lines: Path | Iterable[str], wanted: Sequence[int], head_lines: int) -> Rows:
+        """Return the rows of lines; of a column that is not wanted only the first letter is kept."""
+        fields = [(f"c{i}", "f8" if i in wanted else "U1") for i in range(len(self.columns))]
+        return np.loadtxt(
+            lines,
+            dtype=np.dtype(fields),
+            encoding=self.dialect.encoding,
+            delimiter=self.dialect.separator,
+            skiprows=head_lines,
+            comments=None,
+            quotechar='"',
+            ndmin=1,
+        )
 
     def _lines(self) -> Iterator[tuple[int, str]]:
         """Yield the samples' lines, each with its number from 1."""
@@ -113,7 +156,9 @@ class CsvTable:
 
 def open_csv(path: Path, label: str) -> CsvTable:
     """Read the head of the text file at `path`; `label` is what messages call it."""
-    refuse_larger_than_memory(path, label, "a text file")
+    size = path.stat().st_size
+    if size > WHOLE_BYTES:
+        refuse_no_room(lambda message: RecordError(f"{label}: {message}"), size // LONG_CELL, 1)
     return CsvTable(path, label, sniff(path, label))
 
 

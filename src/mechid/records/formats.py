@@ -7,8 +7,10 @@ suffixes in `READERS`; columns, units, clock, conditioning and checks are the sa
 from __future__ import annotations
 
 import hashlib
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from mechid.errors import RecordError, did_you_mean
@@ -22,10 +24,10 @@ from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
-from mechid.records.table import FloatArray, IntArray, Table
+from mechid.records.table import IntArray, Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
-from mechid.signal.series import no_samples
+from mechid.signal.series import Series, no_samples
 from mechid.units import si_unit
 
 MINIMUM_SAMPLES = 16
@@ -58,8 +60,10 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     RecordError
         The file is missing or cannot be used; one line with file, line and remedy.
     """
+    began = time.perf_counter()
     with readable(spec.path):
-        return _record(path, spec, open_table(path, spec.path))
+        record = _record(path, spec, open_table(path, spec.path))
+    return replace(record, reading_s=time.perf_counter() - began)
 
 
 def open_table(path: Path, label: str) -> Table:
@@ -126,7 +130,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     )
 
 
-def _channel(table: Table, chosen: ChosenColumn, data: FloatArray, bridged: IntArray) -> Channel:
+def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray) -> Channel:
     column = table.columns[chosen.index]
     return Channel(
         quantity=chosen.quantity,

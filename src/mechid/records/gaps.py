@@ -5,22 +5,28 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.records.table import FloatArray
+from mechid.signal.runs import runs_of
+from mechid.signal.series import IntArray, Series
+from mechid.signal.stored import Room, pieces_of, samples_at, write_at
 
 
-def missing_runs(data: FloatArray) -> NDArray[np.int64]:
-    """Return first and last-plus-one sample of each run of samples that are not finite, shape (runs, 2)."""
-    bad = np.zeros(data.size + 2, dtype=np.int8)
-    bad[1:-1] = ~np.isfinite(data)
-    steps = np.diff(bad)
-    return np.stack((np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)), axis=1)
+def missing_samples(series: Series) -> IntArray:
+    """Return the samples that are not finite, as numbers, ascending."""
+    found = [part.start + np.flatnonzero(~np.isfinite(series[part])) for part in pieces_of(series)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
-def bridge(data: FloatArray) -> None:
-    """Replace samples of shape (N,) that are not finite by the straight line between their neighbours, in place.
+def missing_runs(missing: IntArray) -> NDArray[np.int64]:
+    """Return first and last-plus-one sample of each run of missing samples, shape (runs, 2)."""
+    return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
+
+
+def bridge(room: Room, missing: IntArray) -> None:
+    """Replace missing samples, (M,) ascending, by the straight line between their neighbours, in place.
 
     At an end, where there is one neighbour only, its value is held.
     """
-    good = np.isfinite(data)
-    places = np.flatnonzero(~good)
-    data[places] = np.interp(places, np.flatnonzero(good), data[good])
+    runs = missing_runs(missing)
+    beside = np.unique(np.concatenate((runs[:, 0] - 1, runs[:, 1])))
+    beside = beside[(beside >= 0) & (beside < room.size)]
+    write_at(room, missing, np.interp(missing, beside, samples_at(room, beside)))

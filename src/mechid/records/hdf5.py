@@ -30,7 +30,7 @@ def open_hdf5(path: Path, label: str) -> ArrayTable:
     with parsing(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
         items = list(_items(h5py, path, file, "", metadata))
-    return array_table(label, KIND, items, metadata)
+    return array_table(label, KIND, items, metadata, is_sliced=True)
 
 
 def facts(attributes: Any) -> dict[str, Fact]:

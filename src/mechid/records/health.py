@@ -6,19 +6,24 @@ import numpy as np
 
 from mechid.records.record import Channel
 from mechid.records.spec import Role
-from mechid.records.table import FloatArray, Table
+from mechid.records.table import Table
 from mechid.signal.clipping import CLIPPED_RUN, clipped_runs
+from mechid.signal.moments import extremes
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
 
 ENCODED = ("rotor_angle", "output_angle", "position")
 CLIPPED_TIMES = 2
 """A single such stretch may be a mechanism at rest."""
 
 
-def refuse_not_finite(table: Table, data: FloatArray, label: str, first: int = 0) -> None:
-    """Raise RecordError at the first NaN or infinity of `data`, shape (N,), whose first row in the file is `first`."""
-    rows = np.flatnonzero(~np.isfinite(data))
-    if rows.size:
-        raise table.error(f"{label}: {data[rows[0]]} is not a finite number", first + int(rows[0]))
+def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0) -> None:
+    """Raise RecordError at the first NaN or infinity of a series whose first row in the file is `first`."""
+    for part in pieces_of(data):
+        values = data[part]
+        rows = np.flatnonzero(~np.isfinite(values))
+        if rows.size:
+            raise table.error(f"{label}: {values[rows[0]]} is not a finite number", first + part.start + int(rows[0]))
 
 
 def channel_warnings(table: Table, channel: Channel) -> list[str]:
@@ -29,8 +34,9 @@ def channel_warnings(table: Table, channel: Channel) -> list[str]:
     RecordError
         An output never changes.
     """
-    if np.ptp(channel.data) == 0.0:
-        message = f'"{channel.column}": {channel.quantity} is constant at {channel.data[0]:.9g} {channel.unit}'
+    low, high = extremes(channel.data)
+    if low == high:
+        message = f'"{channel.column}": {channel.quantity} is constant at {low:.9g} {channel.unit}'
         if channel.role is Role.OUTPUT:
             raise table.error(f"{message}: the channel is dead")
         return [str(table.error(message))]

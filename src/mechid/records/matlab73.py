@@ -46,7 +46,7 @@ def open_matlab73(path: Path, label: str) -> ArrayTable:
         reader = _Objects(h5py, path, file)
         items = [item for entry in entries for item in _items(reader, path, entry, metadata)]
         items = [*_over(items, [*logged_signals(h5py, path, file)])]
-    return array_table(label, KIND, items, metadata)
+    return array_table(label, KIND, items, metadata, is_sliced=True)
 
 
 def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:

@@ -1,11 +1,14 @@
-"""What cannot be in memory at once is refused before the machine stands still."""
+"""What cannot be in memory, or on the disk while it is read, is refused before the machine stands still."""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 from mechid.errors import RecordError
+from mechid.signal.stored import WORD, free_bytes
+from mechid.writing import cache_folder
 
 GIB = 2**30
 
@@ -13,6 +16,25 @@ GIB = 2**30
 def memory_bytes() -> int | None:
     """Return the machine's memory in bytes, None where the system does not tell."""
     return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else None
+
+
+def refuse_no_room(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
+    """Refuse samples that are to be kept in a temporary file, and for which there is no room on the disk.
+
+    `fault` makes the error that says which file they are in.
+
+    Raises
+    ------
+    RecordError
+        There is none.
+    """
+    needed, there = WORD * samples * columns, free_bytes()
+    if needed > there:
+        raise fault(
+            f"{samples} samples of {columns} columns need {needed / GIB:.3g} GiB of disk while they are read, "
+            f"{there / GIB:.3g} GiB are free in {cache_folder()}; make room, name another folder in MECHID_CACHE, or "
+            "read a part with window_s"
+        )
 
 
 def refuse_larger_than_memory(path: Path, label: str, kind: str) -> None:

@@ -21,9 +21,8 @@ def open_npy(path: Path, label: str) -> ArrayTable:
     """Read the head of the .npy file at `path`: one array, or one with a field for each channel."""
     with parsing(label, "an .npy file"):
         array = np.load(path, mmap_mode="r", allow_pickle=False)
-    names = array.dtype.names
-    items = [_item(name, array[name]) for name in names] if names else [_item("", array)]
-    return array_table(label, "an .npy file", items, {}, is_ordered=True)
+    items = [_mapped_item(path, name, array) for name in array.dtype.names or ("",)]
+    return array_table(label, "an .npy file", items, {}, is_ordered=True, is_sliced=True)
 
 
 def open_npz(path: Path, label: str) -> ArrayTable:
@@ -40,8 +39,15 @@ def open_npz(path: Path, label: str) -> ArrayTable:
     return array_table(label, "an .npz file", items, metadata)
 
 
-def _item(name: str, array: np.ndarray[Any, Any]) -> Item:
-    return Item(column=Column(name=name), shape=array.shape, dtype=array.dtype, load=array.__getitem__)
+def _mapped_item(path: Path, name: str, array: np.ndarray[Any, Any]) -> Item:
+    """Return the array, or the field of it that is called so, mapped anew for each part: what was read is let go."""
+
+    def load(index: Index) -> Any:
+        found = np.load(path, mmap_mode="r", allow_pickle=False)
+        return (found[name] if name else found)[index]
+
+    dtype = array.dtype[name] if name else array.dtype
+    return Item(column=Column(name=name), shape=array.shape, dtype=dtype, load=load)
 
 
 def _lazy_item(path: Path, name: str, shape: tuple[int, ...], dtype: np.dtype[Any]) -> Item:

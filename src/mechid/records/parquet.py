@@ -15,6 +15,10 @@ KIND = "a Parquet file"
 UNIT_KEYS = (b"unit", b"units")
 NOT_FOR_USERS = (b"pandas", b"ARROW:schema")
 DATE = "timestamp["
+BUFFER = 2**20
+"""Bytes read ahead: without it a column of a row group is in memory whole before it is decoded."""
+BATCH = 2**18
+"""Rows decoded together: a row group may be as long as the file."""
 
 
 def open_parquet(path: Path, label: str) -> ArrayTable:
@@ -25,7 +29,7 @@ def open_parquet(path: Path, label: str) -> ArrayTable:
         items = [_item(pq, path, field, samples) for field in schema]
         facts = {key.decode(): fact(value) for key, value in (schema.metadata or {}).items() if _is_told(key)}
     metadata: dict[str, Fact] = {key: value for key, value in facts.items() if value is not None}
-    return array_table(label, KIND, items, metadata, is_ordered=True)
+    return array_table(label, KIND, items, metadata, is_ordered=True, is_sliced=True)
 
 
 def _is_told(key: bytes) -> bool:
@@ -57,7 +61,7 @@ def _dtype(kind: Any) -> np.dtype[Any]:
 
 def _read(pq: Any, path: Path, name: str, rows: int | slice) -> Any:
     """Return rows of a column; empty cells are NaN."""
-    with pq.ParquetFile(path) as file:
+    with pq.ParquetFile(path, buffer_size=BUFFER, pre_buffer=False) as file:
         start, stop, _ = (rows if isinstance(rows, slice) else slice(rows, rows + 1)).indices(file.metadata.num_rows)
         parts = list(_parts(file, name, start, stop))
     found = np.concatenate(parts) if parts else np.empty(0)
@@ -70,6 +74,9 @@ def _parts(file: Any, name: str, start: int, stop: int) -> Any:
     for group in range(file.num_row_groups):
         last = first + file.metadata.row_group(group).num_rows
         if first < stop and last > start:
-            column = file.read_row_group(group, columns=[name]).column(0)
-            yield column.to_numpy()[max(start - first, 0) : stop - first]
+            for batch in file.iter_batches(BATCH, row_groups=[group], columns=[name]):
+                size = batch.num_rows
+                if first < stop and first + size > start:
+                    yield batch.column(0).to_numpy(zero_copy_only=False)[max(start - first, 0) : stop - first]
+                first += size
         first = last

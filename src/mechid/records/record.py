@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
-from mechid.signal.series import no_samples
+from mechid.signal.series import Series, no_samples
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,8 +25,9 @@ class Channel:
         One of the keys of `mechid.units.SI_UNIT`.
     unit : str
         The SI unit of `data`, e.g. ``"N*m"``.
-    data : ndarray, shape (N,)
-        The samples in `unit`, float64, contiguous, finite; conversion and gain are applied.
+    data : Series of N samples
+        In `unit`, float64, finite; conversion and gain are applied. An array, contiguous, or where it is long a series
+        that is read piece by piece; ``data[:]`` is all of it in memory.
     role : Role
         Output or input.
     column : str
@@ -41,7 +42,7 @@ class Channel:
 
     quantity: str
     unit: str
-    data: NDArray[np.float64]
+    data: Series
     role: Role
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
@@ -75,6 +76,8 @@ class Record:
         What else the file says of itself.
     treatments : tuple of Mapping
         What conditioning did to the samples, in order: ``step``, ``text``, and its figures.
+    reading_s : float
+        How long it took to read, s.
     """
 
     name: str
@@ -87,6 +90,7 @@ class Record:
     start_time: str | None = None
     metadata: Mapping[str, Any] = field(default_factory=dict)
     treatments: tuple[Mapping[str, Any], ...] = ()
+    reading_s: float = 0.0
 
     @property
     def provenance(self) -> dict[str, Any]:

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from mechid.errors import RecordError
-from mechid.records.clock import read_clock, refuse_not_increasing
+from mechid.records.clock import MOST_STAMPS, read_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
-from mechid.records.memory import GIB, memory_bytes
+from mechid.records.memory import GIB, memory_bytes, refuse_no_room
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
-from mechid.records.table import ALL, Clock, FloatArray, Table, column_label
+from mechid.records.table import ALL, Clock, Table, column_label
+from mechid.signal.series import Series
+from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long, pieces_of, room_of, stretch_in_place
 
 COPIES = 2
 """Times that a column is in memory while it is read."""
@@ -30,11 +33,10 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     """
     how = spec.conditioning
     rows = _rows(table, layout, spec)
-    _refuse_too_large(table, layout, rows)
-    arrays = table.read([column.index for column in layout.chosen], rows)
+    arrays = read_columns(table, [column.index for column in layout.chosen], rows)
     if rows == ALL and layout.time and how.needed_s:  # a text file, which is read whole
-        rows = _inside(arrays[0] * layout.time.scale, how.needed_s)
-        arrays = [values[rows] for values in arrays]
+        rows = _inside(arrays[0], layout.time.scale, how.needed_s)
+        arrays = [stretch_in_place(values, rows.start, rows.stop) for values in arrays]
     first = rows.start or 0
     _refuse_empty(table, arrays[0])
     channels = arrays[-len(layout.channels) :]
@@ -46,6 +48,16 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     samples = _clocked(table, layout, spec, arrays, data, first)
     samples = replace(samples, treatments=(*treatments, *samples.treatments))
     return condition(table, layout, how, samples)
+
+
+def read_columns(table: Table, wanted: Sequence[int], rows: slice = ALL) -> list[Room]:
+    """Read rows of columns, N samples each in the file's own unit, block by block: long ones into temporary files."""
+    _refuse_too_large(table, wanted, rows)
+    gathered = [Gathered() for _ in wanted]
+    for block in table.blocks(wanted, rows):
+        for one, part in zip(gathered, block, strict=True):
+            one.append(part)
+    return [one.series() for one in gathered]
 
 
 @dataclass(frozen=True)
@@ -96,7 +108,7 @@ def _clocked_by_itself(table: Table, index: int) -> Sampling:
     if column.fault:
         return Sampling(column.clock, column.samples)
     if column.samples is None:
-        return Sampling(column.clock, table.read([index])[0].size)
+        return Sampling(column.clock, sum(block[0].size for block in table.blocks([index])))
     try:
         table.read([index], slice(0, 1))
     except RecordError as error:
@@ -107,31 +119,35 @@ def _clocked_by_itself(table: Table, index: int) -> Sampling:
 def _stamped(table: Table, time: ChosenColumn) -> Sampling:
     samples, rate_hz = table.columns[time.index].samples, None
     try:
-        stamps = _scaled(table, time, table.read([time.index])[0], 0, finite=True)
+        stamps = _scaled(table, time, read_columns(table, [time.index])[0], 0, finite=True)
         samples, rate_hz = stamps.size, _median_rate(stamps)
         return Sampling(read_clock(table, stamps), samples)
     except RecordError as error:
         return Sampling(None, samples, rate_hz, str(error))
 
 
-def _median_rate(stamps: FloatArray) -> float | None:
-    interval = float(np.median(np.diff(stamps))) if stamps.size > 1 else 0.0
+def _median_rate(stamps: Series) -> float | None:
+    interval = float(np.median(np.diff(stamps[:MOST_STAMPS]))) if stamps.size > 1 else 0.0
     return 1.0 / interval if interval > 0.0 else None
 
 
-def _refuse_empty(table: Table, data: FloatArray) -> None:
+def _refuse_empty(table: Table, data: Series) -> None:
     if data.size < 2:
         raise table.error(f"{data.size} samples in it, or in its window_s; a record needs 16 at least")
 
 
-def _refuse_too_large(table: Table, layout: Layout, rows: slice) -> None:
-    """Refuse what cannot be in memory at once, before the machine stands still."""
-    samples = len(range(table.columns[layout.channels[0].index].samples or 0)[rows])
-    needed = 8 * COPIES * samples * len(layout.chosen)
+def _refuse_too_large(table: Table, wanted: Sequence[int], rows: slice) -> None:
+    """Refuse what has to be in memory or on the disk at once and cannot, before the machine stands still."""
+    samples = len(range(table.columns[wanted[0]].samples or 0)[rows])
+    if table.is_sliced:
+        if is_long(samples):
+            refuse_no_room(table.error, samples, len(wanted))
+        return
+    needed = WORD * COPIES * samples * len(wanted)
     there = memory_bytes()
     if there is not None and needed > there:
         raise table.error(
-            f"{samples} samples of {len(layout.chosen)} columns need {needed / GIB:.3g} GiB of memory, there are "
+            f"{samples} samples of {len(wanted)} columns need {needed / GIB:.3g} GiB of memory, there are "
             f"{there / GIB:.3g} GiB; read a part with window_s"
         )
 
@@ -147,27 +163,30 @@ def _rows(table: Table, layout: Layout, spec: RecordSpec) -> slice:
         return slice(rows.start, min(rows.stop, samples))
     if layout.time is None:
         return ALL
-    return _inside(table.read([layout.time.index])[0] * layout.time.scale, needed)
+    return _inside(read_columns(table, [layout.time.index])[0], layout.time.scale, needed)
 
 
-def _inside(time: FloatArray, needed_s: tuple[float, float]) -> slice:
-    """Return the rows from the first to the last stamp, in s, that is needed."""
-    inside = np.flatnonzero((time >= needed_s[0]) & (time <= needed_s[1]))
-    return slice(int(inside[0]), int(inside[-1]) + 1) if inside.size else slice(0, 0)
+def _inside(time: Series, scale: float, needed_s: tuple[float, float]) -> slice:
+    """Return the rows from the first to the last stamp that is needed; `scale` makes them seconds."""
+    ends: list[int] = []
+    for part in pieces_of(time):
+        seconds = time[part] * scale
+        inside = np.flatnonzero((seconds >= needed_s[0]) & (seconds <= needed_s[1]))
+        ends += [part.start + int(inside[0]), part.start + int(inside[-1]) + 1] if inside.size else []
+    return slice(ends[0], ends[-1]) if ends else slice(0, 0)
 
 
-def _scaled(table: Table, column: ChosenColumn, data: FloatArray, first: int, *, finite: bool) -> FloatArray:
-    """Return the column's samples in SI, shape (N,), contiguous."""
+def _scaled(table: Table, column: ChosenColumn, data: Room, first: int, *, finite: bool) -> Room:
+    """Return the column's samples in SI, changed in place."""
     if finite:
         refuse_not_finite(table, data, column_label(table.columns, column.index), first)
-    scaled = np.array(data, dtype=np.float64, order="C")
     if column.scale != 1.0:
-        scaled *= column.scale
-    return scaled
+        change_in_place(data, lambda values, part: values * column.scale)
+    return data
 
 
 def _clocked(
-    table: Table, layout: Layout, spec: RecordSpec, arrays: list[FloatArray], data: list[FloatArray], first: int
+    table: Table, layout: Layout, spec: RecordSpec, arrays: list[Room], data: list[Room], first: int
 ) -> Samples:
     """Put the samples on a regular clock."""
     rate_hz, stamps = spec.sample_rate_hz, spec.conditioning.time_stamps
@@ -179,20 +198,19 @@ def _clocked(
     refuse_not_increasing(table, time, first)
     if stamps is TimeStamps.REGULAR:
         return _on_nearest_clock(table, time, rate_hz, data, first)
-    clock, samples = resampled_clock(time, rate_hz)
-    steps = np.diff(time)
+    seconds = time[:]
+    clock, samples = resampled_clock(seconds, rate_hz)
+    steps = np.diff(seconds)
     text = (
         f"interpolated by cubic splines from samples {steps.min():.4g} s to {steps.max():.4g} s apart onto "
         f"{clock.rate_hz:.9g} Hz"
     )
-    spread = tuple(resampled(time, values, clock, samples) for values in data)
+    spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
     figures = {"shortest_s": float(steps.min()), "longest_s": float(steps.max()), "rate_hz": clock.rate_hz}
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)
 
 
-def _on_nearest_clock(
-    table: Table, time: FloatArray, rate_hz: float | None, data: list[FloatArray], first: int
-) -> Samples:
+def _on_nearest_clock(table: Table, time: Series, rate_hz: float | None, data: list[Room], first: int) -> Samples:
     found = placed(table, time, rate_hz, first)
     lost = found.samples - time.size
     text = (

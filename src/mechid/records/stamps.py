@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechid.records.clock import whole_rate
-from mechid.records.table import Clock, FloatArray, Table
+from mechid.records.clock import sample_at, whole_rate
+from mechid.records.table import Clock, FloatArray, IntArray, Table
+from mechid.signal.moments import mean
+from mechid.signal.series import Series, stretch_of
+from mechid.signal.stored import Room, pieces_of, room_for
 
 MOST_JITTER = 0.5
 """Sample intervals that a stamp may be off a regular clock: beyond, its sample cannot be told."""
@@ -23,6 +26,18 @@ GAP = 2.5
 MEND = "window_s cuts a part out"
 
 
+@dataclass(frozen=True)
+class Comb:
+    """Instants start + k interval, s."""
+
+    start_s: float
+    interval_s: float
+
+    def nearest(self, time: FloatArray) -> IntArray:
+        """Return the number of the instant nearest to each stamp, (n,)."""
+        return np.rint((time - self.start_s) / self.interval_s).astype(np.int64)
+
+
 @dataclass(frozen=True, eq=False)
 class Placement:
     """Where samples lie on a regular clock.
@@ -30,39 +45,51 @@ class Placement:
     Parameters
     ----------
     clock : Clock
-    index : ndarray of int, shape (N,)
-        Place of each sample of the file on it, increasing; missing places are missing samples.
+    time : Series of N samples
+        The stamps, s.
+    comb : Comb
+        The instants that they are nearest to.
     jitter_rms_s, jitter_max_s : float
         How far the stamps are off it.
     """
 
     clock: Clock
-    index: NDArray[np.int64]
+    time: Series
+    comb: Comb
     jitter_rms_s: float
     jitter_max_s: float
 
     @property
     def samples(self) -> int:
         """Number of instants, those without a sample included."""
-        return int(self.index[-1]) + 1
+        return int(self.places(slice(self.time.size - 1, self.time.size))[0]) + 1
 
-    def spread(self, data: FloatArray) -> FloatArray:
+    def places(self, part: slice) -> IntArray:
+        """Return the places of samples of the file, (n,) increasing; missing places are missing samples."""
+        return self.comb.nearest(self.time[part]) - self.comb.nearest(self.time[0:1])
+
+    def spread(self, data: Room) -> Room:
         """Return the samples at their places, NaN where there is none."""
         if self.samples == data.size:
             return data
-        spread = np.full(self.samples, np.nan)
-        spread[self.index] = data
-        return spread
+        out, done = room_for(self.samples), 0
+        for part in pieces_of(data):
+            index = self.places(part)
+            values = np.full(int(index[-1]) + 1 - done, np.nan)
+            values[index - done] = data[part]
+            out[done : done + values.size] = values
+            done += values.size
+        return out
 
 
-def placed(table: Table, time: FloatArray, rate_hz: float | None, first: int = 0) -> Placement:
+def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) -> Placement:
     """Return the regular clock nearest to jittered stamps, in the sense of least squares.
 
     Parameters
     ----------
     table : Table
         Where the stamps come from, for messages.
-    time : ndarray, shape (N,)
+    time : Series of N samples
         Stamps in s, increasing, N at least 2.
     rate_hz : float or None
         The rate where it is known; else it is fitted.
@@ -74,30 +101,54 @@ def placed(table: Table, time: FloatArray, rate_hz: float | None, first: int = 0
     RecordError
         A stamp is off by half an interval or more, so that its place cannot be told.
     """
-    start, interval = _comb(time[:FIRST_STAMPS], rate_hz)
+    comb = _comb(time[:FIRST_STAMPS], rate_hz)
     used = min(FIRST_STAMPS, time.size)
     while True:  # each line tells the places of some more stamps
         for _ in range(REFITS):
-            index = np.rint((time[:used] - start) / interval).astype(np.int64)
-            start, interval = _line(index, time[:used], None if rate_hz is None else interval)
+            comb = _line(comb, stretch_of(time, 0, used), held=rate_hz is not None)
         if used == time.size:
             break
         used = min(used + used // 4, time.size)
-    index = np.rint((time - start) / interval).astype(np.int64)
-    off = time - (start + interval * index)
-    worst = int(np.argmax(np.abs(off)))
-    repeated = np.flatnonzero(np.diff(index) < 1)
-    if abs(off[worst]) >= MOST_JITTER * interval or repeated.size:
-        row = int(repeated[0]) + 1 if repeated.size else worst
+    rms, row = _jitter(comb, time)
+    interval = comb.interval_s
+    off = float(_off(comb, time, slice(row, row + 1))[0])
+    if off >= MOST_JITTER * interval or _is_repeated(comb, time, row):
         raise table.error(
-            f"the stamp {time[row]:.9g} s is off the nearest regular clock, {1.0 / interval:.9g} Hz, by "
-            f"{abs(off[row]):.3g} s, too far to place its sample; if samples were recorded at irregular times, "
+            f"the stamp {sample_at(time, row):.9g} s is off the nearest regular clock, {1.0 / interval:.9g} Hz, by "
+            f"{off:.3g} s, too far to place its sample; if samples were recorded at irregular times, "
             f'write time_stamps = "resample"; {MEND}',
             first + row,
         )
-    clock = Clock(start + interval * float(index[0]), rate_hz or whole_rate(1.0 / interval))
-    rms = float(np.sqrt(np.mean(off**2)))
-    return Placement(clock, index - index[0], rms, float(abs(off[worst])))
+    begins = comb.start_s + interval * float(comb.nearest(time[0:1])[0])
+    return Placement(Clock(begins, rate_hz or whole_rate(1.0 / interval)), time, comb, rms, off)
+
+
+def _off(comb: Comb, time: Series, part: slice) -> FloatArray:
+    """Return how far stamps are off their instants, (n,) s."""
+    stamps = time[part]
+    return np.asarray(np.abs(stamps - (comb.start_s + comb.interval_s * comb.nearest(stamps))), dtype=np.float64)
+
+
+def _jitter(comb: Comb, time: Series) -> tuple[float, int]:
+    """Return the RMS distance of stamps from their instants, s, and the worst stamp: the first without a place."""
+    squares, worst, largest = 0.0, 0, -1.0
+    for part in pieces_of(time):
+        off = _off(comb, time, part)
+        squares += float(np.sum(off**2))
+        if off.max() > largest:
+            worst, largest = part.start + int(np.argmax(off)), float(off.max())
+    for part in pieces_of(time):
+        first = max(part.start, 1)
+        repeated = np.flatnonzero(np.diff(comb.nearest(time[first - 1 : part.stop])) < 1)
+        if repeated.size:
+            worst = first + int(repeated[0])
+            break
+    return math.sqrt(squares / time.size), worst
+
+
+def _is_repeated(comb: Comb, time: Series, row: int) -> bool:
+    """Tell whether a stamp has the place of the one before, or an earlier one."""
+    return bool(np.any(np.diff(comb.nearest(time[max(row - 1, 0) : row + 1])) < 1))
 
 
 def resampled_clock(time: FloatArray, rate_hz: float | None) -> tuple[Clock, int]:
@@ -128,20 +179,25 @@ def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) ->
     return out
 
 
-def _comb(time: FloatArray, rate_hz: float | None) -> tuple[float, float]:
-    """Return start and interval of the comb that the stamps fit best: the largest |sum exp(2 pi i t / h)|."""
+def _comb(time: FloatArray, rate_hz: float | None) -> Comb:
+    """Return the comb that the stamps fit best: the largest |sum exp(2 pi i t / h)|."""
     median = float(np.median(np.diff(time)))
     trials = np.array([1.0 / rate_hz]) if rate_hz else median * np.linspace(1.0 - RANGE, 1.0 + RANGE, TRIALS)
     resultants = np.exp(2j * np.pi * (time - time[0])[:, None] / trials).sum(axis=0)
     best = int(np.argmax(np.abs(resultants)))
     interval = float(trials[best])
-    return float(time[0]) + interval * float(np.angle(resultants[best])) / (2.0 * np.pi), interval
+    return Comb(float(time[0]) + interval * float(np.angle(resultants[best])) / (2.0 * np.pi), interval)
 
 
-def _line(index: NDArray[np.int64], time: FloatArray, interval: float | None) -> tuple[float, float]:
-    """Return start and interval of the least-squares line through the stamps."""
-    middle = float(index.mean())
-    if interval is None:
-        centred = index - middle
-        interval = float(centred @ (time - time.mean()) / (centred @ centred))
-    return float(time.mean()) - interval * middle, interval
+def _line(comb: Comb, time: Series, *, held: bool) -> Comb:
+    """Return the least-squares line through the stamps at their places on a comb, its interval `held` or fitted."""
+    middle = sum(float(comb.nearest(time[part]).sum()) for part in pieces_of(time)) / time.size
+    mean_s, interval = mean(time), comb.interval_s
+    if not held:
+        product = square = 0.0
+        for part in pieces_of(time):
+            centred = comb.nearest(time[part]) - middle
+            product += float(centred @ (time[part] - mean_s))
+            square += float(centred @ centred)
+        interval = product / square
+    return Comb(mean_s - interval * middle, interval)

@@ -19,7 +19,10 @@ from mechid.command import RateProfile
 from mechid.signal import spectrogram
 from mechid.signal.lines import Line, Prominence
 from mechid.signal.mains import mains_lines
+from mechid.signal.moments import mean
+from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
+from mechid.signal.trend import Line as Constant
 
 FloatArray = NDArray[np.float64]
 STRONGEST, LOWEST, PARTS = 12, 4, 8
@@ -128,12 +131,12 @@ def declared_rate(suggested: SuggestedRate, declared: float) -> RateReading | No
     return RateReading(rate=rate, sigma=sigma, repeats=nearest)
 
 
-def suggested_beside_hum(data: FloatArray, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
+def suggested_beside_hum(data: Series, found: Prominence, lines: Sequence[Line]) -> SuggestedRate | None:
     """Return the rate that samples suggest without mains hum, or with it where that has the lines of full steps.
 
     Parameters
     ----------
-    data : (N,)
+    data : Series of N samples
         In any unit.
     found : Prominence
         Of the same samples.
@@ -141,7 +144,7 @@ def suggested_beside_hum(data: FloatArray, found: Prominence, lines: Sequence[Li
         Of its spectrum.
     """
     hum = {round(one.line.frequency_hz / found.bin_hz) for one in mains_lines(found)}
-    y = data - data.mean()
+    y = Remainder(data, Constant(mean(data)))
     own = suggested_rate(y, found, [one for one in lines if round(one.frequency_hz / found.bin_hz) not in hum])
     if own or not hum:
         return own

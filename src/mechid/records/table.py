@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -92,6 +92,10 @@ class Table(Protocol):
         """Whether place means something: without other word the time is the first column, torque the second."""
 
     @property
+    def is_sliced(self) -> bool:
+        """Whether a part of the file can be read without the rest in memory."""
+
+    @property
     def metadata(self) -> Metadata:
         """What the file says of itself."""
 
@@ -106,6 +110,15 @@ class Table(Protocol):
         ------
         RecordError
             The file's rows are not what its head promises.
+        """
+
+    def blocks(self, wanted: Sequence[int], rows: slice = ALL) -> Iterator[list[FloatArray]]:
+        """Yield the same block after block: the file is read once, and where `is_sliced` no more than a block is held.
+
+        Raises
+        ------
+        RecordError
+            As `read`.
         """
 
     def error(self, message: str, row: int | None = None) -> RecordError:

@@ -42,7 +42,7 @@ def open_tdms(path: Path, label: str) -> ArrayTable:
         metadata = _facts(file.properties)
         for group in file.groups():
             metadata |= {f"{group.name}/{key}": value for key, value in _facts(group.properties).items()}
-    return array_table(label, KIND, items, metadata)
+    return array_table(label, KIND, items, metadata, is_sliced=True)
 
 
 def _refuse_cut(file: Any, path: Path, label: str) -> None:

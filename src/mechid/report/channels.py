@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from mechid.records import Channel, Column, Record, Sampling, open_table, samplings
@@ -17,6 +15,7 @@ from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column as Shown
 from mechid.report.text_table import print_tables
 from mechid.signal import noise_floor
+from mechid.signal.moments import extremes, mean, root_mean_square
 
 CHANNEL = Shown("channel", "quantity", words=True)
 ORIGIN = (Shown("column", "column", words=True), Shown("unit", "unit", words=True))
@@ -92,15 +91,16 @@ def print_file(data: Mapping[str, Any], console: Console) -> None:
 
 def _channel_row(record: Record, channel: Channel) -> dict[str, Any]:
     values = channel.data
+    low, high = extremes(values)
     numbers = {
         "samples": record.samples,
         "sample_rate_hz": record.sample_rate_hz,
         "start_s": record.time_start_s,
         "duration_s": record.duration_s,
-        "min": float(values.min()),
-        "max": float(values.max()),
-        "mean": float(values.mean()),
-        "rms": math.sqrt(float(np.mean(values**2))),
+        "min": low,
+        "max": high,
+        "mean": mean(values),
+        "rms": root_mean_square(values),
         "noise_sigma": noise_floor(values, record.sample_rate_hz),
     }
     exact = {key: plain(numbers[key], 9) for key in ("samples", "sample_rate_hz", "start_s", "duration_s")}

@@ -12,12 +12,14 @@ from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
 from mechid.campaign import Campaign, CampaignRecord
-from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit import ChannelFit, Fit
+from mechid.report.outline import Outline, outline_of
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
 from mechid.signal import autocorrelation, envelope, peak_spectrum, spectrogram
-from mechid.signal.series import Beginning, IntArray, Series, blocks, mean_of
+from mechid.signal.series import IntArray, Series, blocks, mean_of, stretch_of
 from mechid.signal.spectrogram import WINDOWS, usual_window_s
+from mechid.signal.stored import is_long
 from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
@@ -27,6 +29,8 @@ LAGS = 100
 COLUMNS = 800
 """Of a curve over time on paper; each holds its least and its largest sample."""
 START_S = 0.3
+WORST = "least followed"
+"""The stretch of a long record that the model follows least."""
 """Of a record's start that is drawn by itself."""
 HIGHEST_BINS = 500
 """Of a spectrogram, kept at most."""
@@ -65,8 +69,8 @@ class Curves:
         Measured less offset and drift, modelled, and what is left; for figures on paper.
     largest_s : float
         Record time of the measured sample furthest from the mean.
-    trace : Trace
-        Every sample, for the page.
+    trace : Trace or Outline
+        Every sample, for the page; of a long record the outline, and every sample of some stretches.
     spectrum_hz, measured, modelled, residual : (M,)
         Amplitude spectra over the record, N m, the peak of each group of bins; offset and drift removed.
     density_hz, residual_density : (D,)
@@ -90,7 +94,7 @@ class Curves:
     whole: Lines
     start: Lines
     largest_s: float
-    trace: Trace
+    trace: Trace | Outline
     spectrum_hz: FloatArray
     measured: FloatArray
     modelled: FloatArray
@@ -139,7 +143,7 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
             whole=_lines(p, p.base.samples),
             start=_lines(p, start),
             largest_s=p.base.start_s + _largest(p.measured) / rate_hz,
-            trace=trace_of(p, noise),
+            trace=_trace(p, noise, fit.records[record.name].channels[channel.quantity]),
             spectrum_hz=frequency,
             measured=measured,
             modelled=peak_spectrum(p.modelled, rate_hz, GROUPS)[1],
@@ -152,6 +156,14 @@ def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidat
             rate=rate,
             spectrogram=_spectrogram(p) if len(rate) > 1 else None,
         )
+
+
+def _trace(p: Prediction, noise: float, fitted: ChannelFit) -> Trace | Outline:
+    """Return the samples of a record for the page; what of a long one is shown in every sample."""
+    if not is_long(p.base.samples):
+        return trace_of(p, noise)
+    largest_s = p.base.start_s + _largest(p.measured) / p.base.sample_rate_hz
+    return outline_of(p, noise, {"start": p.base.start_s, "largest": largest_s, WORST: fitted.worst_at_s})
 
 
 def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
@@ -174,15 +186,15 @@ def _within(kept: IntArray, part: slice) -> IntArray:
 def _lines(p: Prediction, samples: int) -> Lines:
     """Return what draws the first samples."""
     series = (p.level, p.modelled, p.residual)
-    measured, modelled, residual = (drawn(Beginning(y, samples), p.base) for y in series)
+    measured, modelled, residual = (drawn(stretch_of(y, 0, samples), p.base) for y in series)
     return Lines(measured=measured, modelled=modelled, residual=residual)
 
 
-def _largest(y: FloatArray) -> int:
+def _largest(y: Series) -> int:
     """Return the sample furthest from the mean."""
     mean = mean_of(y)
     furthest = [int(part.start + np.argmax(np.abs(y[part] - mean))) for part in blocks(y.size)]
-    return max(furthest, key=lambda k: float(abs(y[k] - mean)))
+    return max(furthest, key=lambda k: float(abs(y[k : k + 1][0] - mean)))
 
 
 def _spectrogram(p: Prediction) -> Spectrogram:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from mechid.campaign import Campaign, CampaignRecord
@@ -21,6 +19,8 @@ from mechid.report.digits import digits, plain
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.signal import noise_floor
+from mechid.signal.moments import extremes, root_mean_square
+from mechid.signal.stored import is_long
 from mechid.units import unit_words
 
 STEPPING_WORDS = {"full": "full stepping", "half": "half stepping", "micro": "microstepping"}
@@ -90,6 +90,7 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
     print_lines(console, "warning", data["warnings"], "yellow")
 
 
+LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"
 START_WORDS = {"equilibrium": "start at equilibrium", "estimated": "start estimated"}
 
 
@@ -141,9 +142,11 @@ def _record(record: CampaignRecord, campaign: Campaign) -> dict[str, Any]:
 
 def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
     torque = data.channel(record.leading).data
+    low, high = extremes(torque)
     end = max(data.time_start_s + data.duration_s - record.time_offset.value - record.command.begun_s, 0.0)
     return {
         "samples": data.samples,
+        "reading_s": data.reading_s if is_long(data.samples) else None,
         "sample_rate_hz": data.sample_rate_hz,
         "start_s": data.time_start_s,
         "duration_s": data.duration_s,
@@ -151,9 +154,9 @@ def _measured(data: Record, record: CampaignRecord) -> dict[str, Any]:
         "stepped": not isinstance(record.command, MeasuredCommand),
         "quantity": record.leading,
         "unit": unit_words(record.leading),
-        "torque_min": float(torque.min()),
-        "torque_max": float(torque.max()),
-        "torque_rms": math.sqrt(float(np.mean(torque**2))),
+        "torque_min": low,
+        "torque_max": high,
+        "torque_rms": root_mean_square(torque),
         "noise_sigma": noise_floor(torque, data.sample_rate_hz),
         "start_time": data.start_time,
         "conditioning": [treatment["text"] for treatment in data.treatments],
@@ -202,6 +205,7 @@ def _lines(data: Mapping[str, Any]) -> list[str]:
         *lines,
         f"{data['samples']} samples at {data['sample_rate_hz']:.9g} Hz, {span}",
         f"{data['quantity']} {low} to {high} {unit}, RMS {rms} {unit}, noise floor {noise} {unit}",
+        *([LONG.format(data["reading_s"])] if data["reading_s"] is not None else []),
         *([f"recorded on {data['start_time']}"] if data["start_time"] else []),
         *(f"conditioned: {line}" for line in data["conditioning"]),
     ]

@@ -15,12 +15,17 @@ from markupsafe import Markup
 from mechid.kernel.equation_text import Section
 from mechid.report.curves import Curves
 from mechid.report.embedded import embedded
+from mechid.report.outline import DETAIL_S, Outline
 from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.payload import payload
 from mechid.report.quantities import quantity_words
 from mechid.report.side import SIDE_COLUMNS, SIDE_SAID, SIDE_TITLE
 from mechid.units import unit_words
 
+OUTLINED = (
+    "A long record: the figure shows the least and the largest sample of every {column:.3g} s of it, and every sample "
+    "of {detail:.3g} s around what the buttons name."
+)
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
 
@@ -67,6 +72,7 @@ def _shown(one: Curves) -> dict[str, str]:
         "key": one.name, "trace": one.trace_name, "record": one.record,
         "leading": one.record if one.name == one.record else "",
         "quantity": one.quantity, "words": quantity_words(one.quantity), "unit": unit_words(one.quantity),
+        "said": OUTLINED.format(column=one.trace.column_s, detail=DETAIL_S) if isinstance(one.trace, Outline) else "",
     }  # fmt: skip
 
 

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 
 from mechid.analysis.order_tracking import ORDERS
-from mechid.report.curves import START_S, Curves, Spectrogram
+from mechid.report.curves import START_S, WORST, Curves, Spectrogram
+from mechid.report.outline import Outline
 from mechid.report.packing import pack_floats, pack_integers
 from mechid.report.quantities import axis_labels, quantity_words
+from mechid.report.trace import Trace
 from mechid.units import unit_words
 
 AROUND_S, SAMPLES = 0.15, 60
@@ -24,16 +26,13 @@ ORDER_WORDS = {0.5: "½"}
 
 def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return what the script draws of one channel of a record; JSON can hold it."""
-    trace, constant = curves.trace, len(curves.rate) == 1
+    constant = len(curves.rate) == 1
     return {
         "name": curves.name,
         "quantity": quantity_words(curves.quantity),
         "unit": unit_words(curves.quantity),
         "labels": axis_labels(curves.quantity),
-        "trace": {
-            "samples": trace.samples, "start_s": trace.start_s, "sample_rate_hz": trace.sample_rate_hz,
-            "step": trace.step, "model": trace.model, "difference": trace.difference,
-        },
+        "trace": _samples(curves.trace) if isinstance(curves.trace, Trace) else _outline(curves.trace),
         "spectrum": {
             "hz": pack_floats(curves.spectrum_hz),
             **{key: pack_floats(getattr(curves, key)) for key in ("measured", "modelled", "residual")},
@@ -50,6 +49,22 @@ def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str
         "rate": curves.rate.tolist(),
         "zooms": zooms(curves),
         "spectrogram": _image(curves.spectrogram) if curves.spectrogram else None,
+    }  # fmt: skip
+
+
+def _samples(trace: Trace) -> dict[str, Any]:
+    return {
+        "samples": trace.samples, "start_s": trace.start_s, "sample_rate_hz": trace.sample_rate_hz,
+        "step": trace.step, "model": trace.model, "difference": trace.difference,
+    }  # fmt: skip
+
+
+def _outline(outline: Outline) -> dict[str, Any]:
+    return {
+        "samples": outline.samples, "start_s": outline.start_s, "sample_rate_hz": outline.sample_rate_hz,
+        "step": outline.step,
+        "outline": {name: {"numbers": one.numbers, "steps": one.steps} for name, one in outline.curves.items()},
+        "stretches": [_samples(trace) for trace in outline.stretches.values()],
     }  # fmt: skip
 
 
@@ -80,6 +95,10 @@ def zooms(curves: Curves) -> list[dict[str, Any]]:
         f"largest {quantity_words(curves.quantity)}": (peak - around, peak + around),
         "single samples": (peak - few, peak + few),
     }
+    if isinstance(curves.trace, Outline):
+        worst = curves.trace.stretches[WORST]
+        middle = worst.start_s + 0.5 * (worst.samples - 1) / worst.sample_rate_hz
+        stretches |= {WORST: (middle - around, middle + around)}
     return [{"label": k, "from": max(a, first), "to": min(b, last)} for k, (a, b) in stretches.items()]
 
 

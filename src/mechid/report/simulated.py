@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from rich.console import Console
 
 from mechid.report.digits import digits
 from mechid.report.terminal import print_lines
 from mechid.report.text_table import Column, print_table
+from mechid.signal.moments import extremes, root_mean_square
 from mechid.simulation.accuracy import PROMISE
 from mechid.simulation.trajectory import Trajectory
 from mechid.units import SI_UNIT
@@ -50,8 +49,8 @@ def print_simulated(data: Mapping[str, Any], console: Console) -> None:
 
 
 def _row(name: str, trajectory: Trajectory) -> dict[str, Any]:
-    rms = math.sqrt(float(np.mean(trajectory.measured**2)))
-    peak = float(np.max(np.abs(trajectory.measured)))
+    measured = trajectory.values[trajectory.quantity]
+    rms, peak = root_mean_square(measured), max(map(abs, extremes(measured)))
     return {
         "name": name,
         "samples": trajectory.time.size,

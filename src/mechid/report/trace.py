@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction
 from mechid.report.packing import Packed, pack_integer_blocks, unpack
-from mechid.signal.series import IntArray, Series, blocks
+from mechid.signal.series import IntArray, Series, blocks, stretch_of
 
 FloatArray = NDArray[np.float64]
 SHARE_OF_NOISE = 0.1
+ALL = slice(None)
 LARGEST = 2.0**27
 """Steps from zero to the largest sample at most; of its second differences zigzag needs three bits more."""
 
@@ -51,7 +52,7 @@ class Trace:
     difference: Packed
 
 
-def trace_of(prediction: Prediction, noise: float) -> Trace:
+def trace_of(prediction: Prediction, noise: float, part: slice = ALL) -> Trace:
     """Return a record and its prediction for a page.
 
     Parameters
@@ -59,24 +60,34 @@ def trace_of(prediction: Prediction, noise: float) -> Trace:
     prediction : Prediction
     noise : float
         Standard deviation of the record's noise, N m.
+    part : slice
+        Which samples of it; all by default.
     """
-    measured, line, n = prediction.level, prediction.level.line, prediction.measured.size
-    modelled = prediction.modelled[: _reached(prediction.modelled)]
-    largest = max(_largest(measured), _largest(modelled))
-    step = max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
+    base, line, step = prediction.base, prediction.level.line, step_of(prediction, noise, part)
+    first, stop, _ = part.indices(base.samples)
+    measured, modelled = (stretch_of(one, first, stop) for one in (prediction.level, prediction.modelled))
+    modelled = stretch_of(modelled, 0, reached_by(modelled))
     return Trace(
-        samples=n,
-        start_s=prediction.base.start_s,
-        sample_rate_hz=prediction.base.sample_rate_hz,
+        samples=stop - first,
+        start_s=base.start_s + first / base.sample_rate_hz,
+        sample_rate_hz=base.sample_rate_hz,
         step=step,
-        offset=line.offset,
+        offset=line.offset + line.slope * first,
         drift=line.slope,
         model=pack_integer_blocks(modelled.size, _second_differences(modelled, step)),
-        difference=pack_integer_blocks(n, _differences(measured, modelled, step)),
+        difference=pack_integer_blocks(stop - first, _differences(measured, modelled, step)),
     )
 
 
-def _reached(modelled: FloatArray) -> int:
+def step_of(prediction: Prediction, noise: float, part: slice = ALL) -> float:
+    """Return what one whole number stands for, N m: a tenth of the noise, or more where samples are very large."""
+    series = (stretch_of(one, *part.indices(one.size)[:2]) for one in (prediction.level, prediction.modelled))
+    measured, modelled = series
+    largest = max(_largest(measured), _largest(stretch_of(modelled, 0, reached_by(modelled))))
+    return max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
+
+
+def reached_by(modelled: Series) -> int:
     """Return up to which sample a prediction is finite."""
     for part in blocks(modelled.size):
         lost = np.flatnonzero(~np.isfinite(modelled[part]))
@@ -93,7 +104,7 @@ def _steps(y: FloatArray, step: float) -> IntArray:
     return np.rint(y / step).astype(np.int64)
 
 
-def _second_differences(y: FloatArray, step: float) -> Iterator[IntArray]:
+def _second_differences(y: Series, step: float) -> Iterator[IntArray]:
     """Yield those of the whole steps of samples, zeros before the first, block by block."""
     for part in blocks(y.size):
         two = _steps(y[max(part.start - 2, 0) : part.start], step)
@@ -101,7 +112,7 @@ def _second_differences(y: FloatArray, step: float) -> Iterator[IntArray]:
         yield np.diff(_steps(y[part], step), n=2, prepend=before)
 
 
-def _differences(measured: Series, modelled: FloatArray, step: float) -> Iterator[IntArray]:
+def _differences(measured: Series, modelled: Series, step: float) -> Iterator[IntArray]:
     """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
     for part in blocks(measured.size):
         steps, model = _steps(measured[part], step), _steps(modelled[part], step)

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.signal.moments import total
 from mechid.signal.remainder import Remainder
-from mechid.signal.series import BLOCK, IntArray, Series, mean_of
+from mechid.signal.series import BLOCK, IntArray, Series, mean_of, stretch_of
+from mechid.signal.stored import pieces_of
 from mechid.signal.trend import Line
 
 FloatArray = NDArray[np.float64]
@@ -71,7 +73,7 @@ def _pairs(samples: int, rejected: IntArray, lag: int) -> int:
     return samples - lag - one + np.intersect1d(rejected, rejected + lag, assume_unique=True).size
 
 
-def fit_autoregression(series: FloatArray, most: int = 40, rejected: IntArray | None = None) -> Autoregression:
+def fit_autoregression(series: Series, most: int = 40, rejected: IntArray | None = None) -> Autoregression:
     """Return the model by Burg's method whose order, up to `most`, minimises the Bayesian criterion.
 
     Burg's recursion on the products of lagged samples (covariance lattice: Makhoul 1977), so the series is read once
@@ -80,7 +82,7 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: IntArray | 
 
     Parameters
     ----------
-    series : (n,)
+    series : Series of n samples
         Residual without offset and drift.
     most : int
         Highest order tried.
@@ -97,9 +99,9 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: IntArray | 
     if rejected is not None and rejected.size:
         stretches = _between(series, rejected)
         most = min(most, int(np.median([x.size for x in stretches])) // 2) if stretches else 0
-    mean = sum(float(x.sum()) for x in stretches) / max(sum(x.size for x in stretches), 1)
+    mean = sum(map(total, stretches)) / max(sum(x.size for x in stretches), 1)
     stretches = [x for x in stretches if x.size > most]
-    if not any(np.any(x != mean) for x in stretches):
+    if not any(np.any(x[part] != mean) for x in stretches for part in pieces_of(x)):
         return Autoregression(np.ones(1), 0.0)
     n = sum(x.size - most for x in stretches)
     first, *others = (_lagged_products(x, most, mean) for x in stretches)
@@ -107,14 +109,14 @@ def fit_autoregression(series: FloatArray, most: int = 40, rejected: IntArray | 
     return min(models, key=lambda m: n * np.log(max(m.sigma, 1e-300) ** 2) + np.log(n) * m.order)
 
 
-def _between(series: FloatArray, rejected: IntArray) -> list[FloatArray]:
+def _between(series: Series, rejected: IntArray) -> list[Series]:
     """Return the stretches between rejected samples, as views."""
     stops = np.append(rejected, series.size)
     starts = np.insert(rejected + 1, 0, 0)
-    return [series[a:b] for a, b in zip(starts.tolist(), stops.tolist(), strict=True) if b > a]
+    return [stretch_of(series, a, b) for a, b in zip(starts.tolist(), stops.tolist(), strict=True) if b > a]
 
 
-def _lagged_products(x: FloatArray, most: int, mean: float = 0.0) -> FloatArray:
+def _lagged_products(x: Series, most: int, mean: float = 0.0) -> FloatArray:
     """Return phi_ij, the sum of x_(k-i) x_(k-j) about `mean`, k from `most` to the end, (most + 1, most + 1)."""
     n = x.size
     phi = np.zeros((most + 1, most + 1))

@@ -5,35 +5,50 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
 
 FloatArray = NDArray[np.float64]
 CLIPPED_RUN = 8
 """So many equal samples at an extreme are a clipped peak."""
 
 
-def clipped_runs(y: FloatArray) -> Runs:
+def clipped_runs(y: Series) -> Runs:
     """Return the runs of `CLIPPED_RUN` equal samples or more at the least or the largest of a series, in their order.
 
     Zero is rest, not a limit.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
+    y : Series of N samples
 
     Examples
     --------
     >>> clipped_runs(np.array([0.5, *[2.0] * 9, 1.0, *[-2.0] * 3]))
     ((1, 10),)
     """
-    limits = {float(y.min()), float(y.max())} - {0.0}
+    limits = {*extremes(y)} - {0.0}
     return tuple(sorted(run for limit in limits for run in _runs_at(y, limit)))
 
 
-def _runs_at(y: FloatArray, limit: float) -> list[tuple[int, int]]:
+def _runs_at(y: Series, limit: float) -> list[tuple[int, int]]:
+    found: list[tuple[int, int]] = []
+    for part in pieces_of(y):
+        for start, stop in _runs_within(y[part], limit):
+            first = part.start + start
+            if found and found[-1][1] == first:  # the run goes on from the piece before
+                first = found.pop()[0]
+            found.append((first, part.start + stop))
+    return [(start, stop) for start, stop in found if stop - start >= CLIPPED_RUN]
+
+
+def _runs_within(y: FloatArray, limit: float) -> list[tuple[int, int]]:
+    """Return the runs in a piece of a series that are long enough, or may go on beyond it."""
     at_limit = np.zeros(y.size + 2, dtype=np.int8)
     at_limit[1:-1] = y == limit
     steps = np.diff(at_limit)
     starts, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
-    long = ends - starts >= CLIPPED_RUN
-    return list(zip(starts[long].tolist(), ends[long].tolist(), strict=True))
+    kept = (ends - starts >= CLIPPED_RUN) | (starts == 0) | (ends == y.size)
+    return list(zip(starts[kept].tolist(), ends[kept].tolist(), strict=True))

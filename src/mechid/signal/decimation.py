@@ -5,8 +5,13 @@ The filter is a Kaiser-windowed sinc, Oppenheim and Schafer, Discrete-Time Signa
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
+
+from mechid.signal.series import Series, blocks
+from mechid.signal.stored import AT_ONCE, Room, is_long, pieces_of, room_for
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -27,12 +32,12 @@ def anti_alias_filter(factor: int) -> FloatArray:
     return np.asarray(firwin(taps | 1, 1.0 / factor, window=("kaiser", beta)), dtype=np.float64)
 
 
-def decimate(data: FloatArray, factor: int) -> FloatArray:
+def decimate(data: Series, factor: int) -> Room:
     """Return samples 0, factor, 2 factor, ... of the low-passed `data`, each at its own instant.
 
     Parameters
     ----------
-    data : ndarray, shape (N,)
+    data : Series of N samples
         In any unit, N above half the filter's length. Beyond its ends it is taken as its point
         reflection there, so a constant and a straight line pass unchanged.
     factor : int
@@ -40,20 +45,38 @@ def decimate(data: FloatArray, factor: int) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (ceil(N / factor),)
+    Room of ceil(N / factor) samples
     """
-    taps = anti_alias_filter(factor)
-    padded = np.pad(data, taps.size // 2, mode="reflect", reflect_type="odd")
-    return _every(padded, taps, data.size, factor)
+
+    def around(start: int, stop: int) -> FloatArray:
+        inside = data[max(start, 0) : min(stop, data.size)]
+        beyond = (max(-start, 0), max(stop - data.size, 0))
+        return np.pad(inside, beyond, mode="reflect", reflect_type="odd")
+
+    return _filtered(around, data.size, anti_alias_filter(factor), factor)
 
 
 def spoilt_by(missing: IntArray, samples: int, factor: int) -> IntArray:
     """Return the samples behind `decimate` of which missing ones, ascending, have more than `SPOILT` of the weight."""
     taps = np.abs(anti_alias_filter(factor))
-    there = np.zeros(samples)
-    there[missing] = 1.0
-    weight = _every(np.pad(there, taps.size // 2), taps, samples, factor) / taps.sum()
-    return np.flatnonzero(weight > SPOILT).astype(np.int64)
+
+    def around(start: int, stop: int) -> FloatArray:
+        there = np.zeros(stop - start)
+        there[missing[slice(*np.searchsorted(missing, (start, stop)))] - start] = 1.0
+        return there
+
+    weight = _filtered(around, samples, taps, factor)
+    found = [part.start + np.flatnonzero(weight[part] / taps.sum() > SPOILT) for part in pieces_of(weight)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def _filtered(around: Callable[[int, int], FloatArray], samples: int, taps: FloatArray, factor: int) -> Room:
+    """Return every so manieth of what the taps make of samples, piece by piece; `around` gives those of a stretch."""
+    out, half = room_for(-(-samples // factor)), taps.size // 2
+    for part in blocks(out.size, max(AT_ONCE // factor, 1)) if is_long(samples) else [slice(0, out.size)]:
+        first, stop = part.start * factor, min(part.stop * factor, samples)
+        out[part] = _every(around(first - half, stop + half), taps, stop - first, factor)
+    return out
 
 
 def _every(padded: FloatArray, taps: FloatArray, samples: int, factor: int) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,7 +49,7 @@ class Following:
 
 
 def following(
-    measured: Series, residual: FloatArray, sample_rate_hz: float, *, noise: float = 0.0, chance: float = 1.0
+    measured: Series, residual: Series, sample_rate_hz: float, *, noise: float = 0.0, chance: float = 1.0
 ) -> Following:
     """Return how far a model follows a series.
 
@@ -63,7 +64,7 @@ def following(
     ----------
     measured : Series of N samples
         Less what is projected out; 0 where a sample does not count.
-    residual : (N,)
+    residual : Series of N samples
         Of the same samples; 0 where a sample does not count, NaN where the simulation failed.
     sample_rate_hz : float
     noise : float
@@ -98,7 +99,7 @@ def following(
     )
 
 
-def out_of_step(residual: FloatArray, sample_rate_hz: float, full_step: float) -> int | None:
+def out_of_step(residual: Series, sample_rate_hz: float, full_step: float) -> int | None:
     """Return the first sample of the first window in which an angle has left the one modelled by two full steps.
 
     A motor that falls out of step comes to rest four full steps away, or a multiple; an offset is projected out, so
@@ -106,15 +107,16 @@ def out_of_step(residual: FloatArray, sample_rate_hz: float, full_step: float) -
 
     Parameters
     ----------
-    residual : (N,)
+    residual : Series of N samples
         Of an angle, rad.
     sample_rate_hz : float
     full_step : float
         In rad at the same shaft.
     """
     starts = _starts(residual.size, max(round(WINDOW_S * sample_rate_hz), 4))
-    sums = np.add.reduceat(residual, starts)
-    means = sums / np.diff(np.append(starts, residual.size))
+    ends = np.append(starts[1:], residual.size)
+    sums = np.concatenate([np.add.reduceat(residual[part], inside) for part, _, inside in _some(starts, ends)])
+    means = sums / (ends - starts)
     lost = np.flatnonzero(~(np.abs(means - means[0]) < 2.0 * full_step))
     return int(starts[lost[0]]) if lost.size else None
 
@@ -124,15 +126,20 @@ def _starts(samples: int, window: int) -> IntArray:
     return np.arange(max(samples // window, 1), dtype=np.int64) * window
 
 
+def _some(starts: IntArray, ends: IntArray) -> Iterator[tuple[slice, slice, IntArray]]:
+    """Yield the samples of some windows, which windows these are, and where they begin within the samples."""
+    for k in range(0, starts.size, BLOCK_WINDOWS):
+        some = slice(k, min(k + BLOCK_WINDOWS, starts.size))
+        first = int(starts[k])
+        yield slice(first, int(ends[some][-1])), some, starts[some] - first
+
+
 def _mean_squares(
-    measured: Series, residual: FloatArray, starts: IntArray, ends: IntArray
+    measured: Series, residual: Series, starts: IntArray, ends: IntArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the mean squares of both in each window, (w,) each, block by block."""
     there, left = np.empty(starts.size), np.empty(starts.size)
-    for k in range(0, starts.size, BLOCK_WINDOWS):
-        some = slice(k, min(k + BLOCK_WINDOWS, starts.size))
-        part = slice(int(starts[k]), int(ends[some][-1]))
-        inside = starts[some] - part.start
+    for part, some, inside in _some(starts, ends):
         there[some] = np.add.reduceat(measured[part] ** 2, inside)
         left[some] = np.add.reduceat(residual[part] ** 2, inside)
     sizes = ends - starts

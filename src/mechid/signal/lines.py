@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 from scipy.ndimage import median_filter
 
+from mechid.signal import stored
+from mechid.signal.series import Series
 from mechid.signal.spectrum import amplitude_spectrum
 
 FloatArray = NDArray[np.float64]
@@ -89,17 +91,19 @@ class Prominence:
         )
 
 
-def prominence(y: FloatArray, sample_rate: float) -> Prominence:
+def prominence(y: Series, sample_rate: float) -> Prominence:
     """Return the spectrum of a series beside its surroundings; the last few samples are left out.
+
+    Of a long series it is that of its beginning, `stored.IN_MEMORY` samples: a bin is then some mHz wide.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
+    y : Series of N samples
         In any unit.
     sample_rate : float
         In Hz.
     """
-    series = y[: int(prev_fast_len(y.size, real=True))]
+    series = y[: int(prev_fast_len(min(y.size, stored.IN_MEMORY), real=True))]
     amplitude = amplitude_spectrum(series - series.mean(), sample_rate, "hann")[1]
     width = min(NEIGHBOURS, amplitude.size)
     level = median_filter(amplitude**2, width, mode="mirror")

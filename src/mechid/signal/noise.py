@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import RecordError
+from mechid.signal import stored
+from mechid.signal.series import Series
 
 FloatArray = NDArray[np.float64]
 
@@ -54,7 +56,7 @@ class Floor:
 
 
 def noise_floor(
-    y: FloatArray, sample_rate: float, *, above: float | None = None, rejected: NDArray[np.int64] | None = None
+    y: Series, sample_rate: float, *, above: float | None = None, rejected: NDArray[np.int64] | None = None
 ) -> float:
     """Return the standard deviation of the white noise in `y`.
 
@@ -63,8 +65,9 @@ def noise_floor(
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
-        Samples of noise and signal in any unit, N at least 16.
+    y : Series of N samples
+        Noise and signal in any unit, N at least 16. Of a series that is long segments are looked at that lie
+        evenly over it, as many as make up half as many samples again: they tell the floor to a thousandth.
     sample_rate : float
         In Hz.
     above : float or None
@@ -86,21 +89,22 @@ def noise_floor(
     lowest = LOWEST if above is None else 2.0 * above / sample_rate
     if y.size < MINIMUM_SAMPLES or lowest > HIGHEST - 0.25:
         raise RecordError(f"no noise floor from {y.size} samples above {lowest:.2f} of the Nyquist frequency")
-    floors = list(_floors(np.asarray(y, dtype=np.float64), lowest, rejected))
+    floors = list(_floors(y, lowest, rejected))
     lower = [floor for floor in floors[1:] if floor.ceiling < floors[0].power]
     return math.sqrt(min(lower or floors[:1], key=lambda floor: floor.ceiling).power)
 
 
-def _floors(y: FloatArray, lowest: float, rejected: NDArray[np.int64] | None) -> Iterator[Floor]:
+def _floors(y: Series, lowest: float, rejected: NDArray[np.int64] | None) -> Iterator[Floor]:
     """Yield the floors of all segment lengths and parts of the band, the one to start from first."""
     lengths = [length for length in SEGMENTS if 4 * length <= y.size] or [min(y.size, SEGMENTS[1])]
     for length in _with_enough_whole(lengths, y.size, rejected):
         share = np.arange(length // 2 + 1) * 2.0 / length
         band = (share >= lowest) & (share < HIGHEST)
-        segments = _segments(y, length)
-        kept = _whole(len(segments), length, rejected)
-        power = _power(segments, kept, band)
-        worth = y.size * len(kept) / len(segments)
+        hop = max(length // 2, 1)
+        segments = (y.size - length) // hop + 1
+        kept = _thinned(_whole(segments, length, rejected), hop)
+        power = _power(y, kept * hop, length, band)
+        worth = y.size * len(kept) / segments
         for parts in PARTS:
             width = (HIGHEST - lowest) / parts
             for columns in np.array_split(power, parts, axis=1):
@@ -116,9 +120,10 @@ def _with_enough_whole(lengths: list[int], samples: int, rejected: NDArray[np.in
     return [n for n in (*lengths, *BETWEEN_GAPS) if np.sum(counted[counted >= n] // n) >= ENOUGH] or lengths
 
 
-def _segments(y: FloatArray, length: int) -> FloatArray:
-    """Return half-overlapping segments, shape (segments, length), as a view."""
-    return np.lib.stride_tricks.sliding_window_view(y, length)[:: max(length // 2, 1)]
+def _thinned(kept: NDArray[np.int64], hop: int) -> NDArray[np.int64]:
+    """Return segments that lie evenly, of more than a series in memory has as many as that."""
+    most = max(stored.IN_MEMORY // hop, 1)
+    return kept[np.linspace(0, kept.size - 1, most).astype(np.int64)] if kept.size > most else kept
 
 
 def _whole(segments: int, length: int, rejected: NDArray[np.int64] | None) -> NDArray[np.int64]:
@@ -131,18 +136,18 @@ def _whole(segments: int, length: int, rejected: NDArray[np.int64] | None) -> ND
     return numbers[whole] if whole.any() else numbers
 
 
-def _power(segments: FloatArray, kept: NDArray[np.int64], band: NDArray[np.bool_]) -> FloatArray:
-    """Return the power in the `band` of segments under a Hann window, shape (segments, bins).
+def _power(y: Series, starts: NDArray[np.int64], length: int, band: NDArray[np.bool_]) -> FloatArray:
+    """Return the power in the `band` of segments from `starts` on under a Hann window, shape (segments, bins).
 
     White noise of standard deviation s gives s^2 on average in every bin.
     """
-    length = segments.shape[1]
     window = np.hanning(length + 1)[:-1]
     window /= math.sqrt(float(np.sum(window**2)))
-    power = np.empty((len(kept), np.count_nonzero(band)))
-    for start in range(0, len(kept), BLOCK):
+    power = np.empty((len(starts), np.count_nonzero(band)))
+    for start in range(0, len(starts), BLOCK):
         part = slice(start, start + BLOCK)
-        power[part] = _block_power(segments[kept[part]], window, band)
+        segments = np.stack([y[first : first + length] for first in starts[part].tolist()])
+        power[part] = _block_power(segments, window, band)
     return power
 
 

@@ -7,11 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.signal.moments import standard_deviation
 from mechid.signal.runs import runs_of
+from mechid.signal.series import Series, blocks, stretch_of
+from mechid.signal.stored import AT_ONCE
 
-FloatArray = NDArray[np.float64]
 WINDOW_S, LEAST_SAMPLES = 0.02, 16
 """A stretch is looked at in windows of this length."""
 LEAST_WINDOWS = 3
@@ -34,12 +35,12 @@ class QuietStretch:
     rms: float
 
 
-def quiet_stretches(y: FloatArray, sample_rate: float) -> tuple[QuietStretch, ...]:
+def quiet_stretches(y: Series, sample_rate: float) -> tuple[QuietStretch, ...]:
     """Return the stretches in which nothing moves, in their order; none where no window stands out as quiet.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
+    y : Series of N samples
         In any unit.
     sample_rate : float
         In Hz.
@@ -47,15 +48,15 @@ def quiet_stretches(y: FloatArray, sample_rate: float) -> tuple[QuietStretch, ..
     n = max(round(WINDOW_S * sample_rate), LEAST_SAMPLES)
     if y.size < 2 * LEAST_WINDOWS * n:
         return ()
-    windows = y[: y.size // n * n].reshape(-1, n)
-    rms = windows.std(axis=1)
-    least = float(rms.min())
-    if least > FAR_BELOW * float(y.std()):
+    windows = blocks(y.size // n, max(AT_ONCE // n, 1))
+    rms = np.concatenate([y[some.start * n : some.stop * n].reshape(-1, n).std(axis=1) for some in windows])
+    least, whole = float(rms.min()), standard_deviation(y)
+    if least > FAR_BELOW * whole:
         return ()
     found = runs_of(np.flatnonzero(rms <= ALIKE * least))
     long = ((a * n, b * n) for a, b in found if b - a >= LEAST_WINDOWS)
-    stretches = (QuietStretch(first=a, stop=b, rms=float(y[a:b].std())) for a, b in long)
-    return tuple(one for one in stretches if one.rms <= FAR_BELOW * float(y.std()))  # a ramp is none
+    stretches = (QuietStretch(first=a, stop=b, rms=standard_deviation(stretch_of(y, a, b))) for a, b in long)
+    return tuple(one for one in stretches if one.rms <= FAR_BELOW * whole)  # a ramp is none
 
 
 def quiet_rms(stretches: Sequence[QuietStretch]) -> float | None:

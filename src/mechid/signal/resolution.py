@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
+
 WHOLE = 1e-3
 """Of a step: how far a sample may be off a whole number of them."""
 REPEATED = 4
@@ -14,12 +15,12 @@ ROUNDING = 1e-12
 """Of the largest sample: levels nearer to one another than this are one."""
 
 
-def resolution(y: FloatArray) -> float:
+def resolution(y: Series) -> float:
     """Return the step that all samples are whole multiples of, apart from a constant; 0 where there is none.
 
     Parameters
     ----------
-    y : ndarray, shape (N,)
+    y : Series of N samples
         In any unit.
 
     Examples
@@ -27,10 +28,14 @@ def resolution(y: FloatArray) -> float:
     >>> resolution(np.round(np.sin(np.arange(1000.0)), 2))
     0.01
     """
-    levels = np.unique(y)
+    levels = np.zeros(0)
+    for part in pieces_of(y):
+        levels = np.union1d(levels, y[part])
+        if REPEATED * levels.size > y.size:
+            return 0.0
     apart = np.diff(levels)
     apart = apart[apart > ROUNDING * float(np.abs(levels[[0, -1]]).max())]
-    if not apart.size or REPEATED * levels.size > y.size:
+    if not apart.size:
         return 0.0
     step = float(apart.min())
     steps = (levels - levels[0]) / step

@@ -27,15 +27,28 @@ class Series(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Beginning:
-    """The first samples of a series."""
+class Stretch:
+    """The samples of a series from `first` to before `stop`."""
 
     series: Series
-    size: int
+    first: int
+    stop: int
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return max(self.stop - self.first, 0)
 
     def __getitem__(self, part: slice, /) -> FloatArray:
         """Return the samples of a slice with a positive step."""
-        return self.series[slice(*part.indices(self.size))]
+        start, stop, step = part.indices(self.size)
+        return self.series[self.first + start : self.first + stop : step]
+
+
+def stretch_of(series: Series, first: int, stop: int) -> Series:
+    """Return the samples of a series from `first` to before `stop`, or its end: a view of an array."""
+    first, stop, _ = slice(first, stop).indices(series.size)
+    return series[first:stop] if isinstance(series, np.ndarray) else Stretch(series, first, max(stop, first))
 
 
 def blocks(samples: int, size: int = BLOCK) -> Iterator[slice]:

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from mechid.signal.series import IntArray, blocks
+from mechid.signal import stored
+from mechid.signal.series import IntArray, Series, blocks
 
 FloatArray = NDArray[np.float64]
 NEIGHBOURHOOD = 51
@@ -17,14 +18,14 @@ SHARP = 8.0
 """How many times larger than its neighbourhood's a bend must be to be none of the signal's."""
 
 
-def isolated_spikes(series: FloatArray, sigma: float) -> IntArray:
+def isolated_spikes(series: Series, sigma: float) -> IntArray:
     """Return the samples that stand alone off a smooth signal in noise, as numbers, ascending.
 
     A spike of height d bends a series by -2 d, and by d at both neighbours; a step or a line bends it otherwise.
 
     Parameters
     ----------
-    series : (n,)
+    series : Series of n samples
     sigma : float
         Standard deviation of its noise.
     """
@@ -49,17 +50,22 @@ def _isolated(series: FloatArray, sigma: float) -> IntArray:
     return np.flatnonzero(sharp & alike).astype(np.int64)
 
 
-def outliers(residual: FloatArray, limit: float) -> IntArray:
+def outliers(residual: Series, limit: float) -> IntArray:
     """Return the samples more than `limit` robust standard deviations off, as numbers, ascending.
 
     Parameters
     ----------
-    residual : (n,)
-        About zero.
+    residual : Series of n samples
+        About zero. The median magnitude of one in a file is that of samples that lie evenly over it.
     limit : float
         In standard deviations as the median magnitude tells them for Gaussian noise.
     """
-    size = np.abs(residual)
-    least = limit * 1.4826 * float(np.median(size, overwrite_input=True)) + np.finfo(float).tiny
+    least = limit * 1.4826 * _median_magnitude(residual) + np.finfo(float).tiny
     far = [part.start + np.flatnonzero(np.abs(residual[part]) > least) for part in blocks(residual.size)]
     return np.concatenate(far).astype(np.int64)
+
+
+def _median_magnitude(series: Series) -> float:
+    step = max(-(-series.size // stored.IN_MEMORY), 1)
+    some = [series[part.start + -part.start % step : part.stop : step] for part in blocks(series.size)]
+    return float(np.median(np.abs(np.concatenate(some)), overwrite_input=True))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.signal.series import IntArray, Series, blocks, counting, mean_of, no_samples
+from mechid.signal.stored import Room
 
 FloatArray = NDArray[np.float64]
 TOLD_APART = 1e-10
@@ -48,10 +49,10 @@ class Line:
     def __neg__(self) -> Line:
         return Line(-self.offset, -self.slope, tuple(Wave(w.turns, -w.cosine, -w.sine) for w in self.waves))
 
-    def take_from(self, series: FloatArray) -> None:
-        """Subtract it from a series, (n,), in place."""
+    def take_from(self, series: Room) -> None:
+        """Subtract it from a series in place."""
         for part in blocks(series.size):
-            series[part] -= self.at(part.start, part.stop)
+            series[part] = series[part] - self.at(part.start, part.stop)
 
 
 def waves_at(turns: Sequence[float], k: NDArray[np.int64]) -> Iterator[tuple[FloatArray, FloatArray]]:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.signal.stored import Room, room_for
 from mechid.simulation.simulator import Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
 
@@ -42,15 +44,15 @@ def simulate_accurately(
 
 def accurate_outputs(
     simulator: Simulator, p: FloatArray, *, time_offset_s: float = 0.0, clock_ppm: float = 0.0
-) -> tuple[FloatArray, Run, float | None]:
-    """Return the plant's outputs alone, (n_y, n), as `simulate_accurately` chooses them, their run, and its difference.
+) -> tuple[tuple[Room, ...], Run, float | None]:
+    """Return the plant's outputs alone, n samples each, as `simulate_accurately` chooses them.
 
-    Each run is written over the one with half as many steps: all outputs are in memory once.
+    Also their run, and its difference. Each run is written over the one with half as many steps: outputs are kept once.
     """
-    y, none = np.zeros((len(simulator.plant.outputs), simulator.base.samples)), np.zeros((p.size, 0))
+    y, none = tuple(room_for(simulator.base.samples) for _ in simulator.plant.outputs), np.zeros((p.size, 0))
     begun = partial(simulator.run, p, time_offset_s=time_offset_s, clock_ppm=clock_ppm, directions=none)
     run = begun(substeps=SUBSTEPS[0])
-    _written_over(y, run)
+    _written(y, run)
     for substeps in SUBSTEPS:
         coarse = run
         run = begun(substeps=2 * substeps)
@@ -61,13 +63,22 @@ def accurate_outputs(
     return y, run, difference
 
 
-def _written_over(y: FloatArray, run: Run) -> float:
-    """Write a run's outputs over earlier ones, (n_y, n), and return the relative RMS change of the worst of them."""
+def _written(y: Sequence[Room], run: Run) -> None:
+    """Write a run's outputs, n samples each."""
+    for block in run.blocks():
+        for one, values in zip(y, block.y.T, strict=True):
+            one[block.start : block.stop] = values
+
+
+def _written_over(y: Sequence[Room], run: Run) -> float:
+    """Write a run's outputs over earlier ones, n samples each, and return the relative RMS change of the worst."""
     size, change = np.zeros(len(y)), np.zeros(len(y))
     for block in run.blocks():
-        fine, before = block.y.T, y[:, block.start : block.stop]
+        part = slice(block.start, block.stop)
+        fine, before = block.y.T, np.stack([one[part] for one in y])
         with np.errstate(all="ignore"):  # where a run fails there is no change
             size += np.sum(fine**2, axis=1)
             change += np.sum((fine - before) ** 2, axis=1)
-        before[:] = fine
+        for one, values in zip(y, fine, strict=True):
+            one[part] = values
     return float(np.sqrt(np.divide(change, size, out=np.zeros(len(y)), where=size > 0.0)).max(initial=0.0))

@@ -14,6 +14,8 @@ from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
+from mechid.signal.series import Series
+from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
@@ -342,17 +344,17 @@ def simulate_run(run: Run) -> Trajectory:
         if m:
             rate[rows], J[rows] = block.rate, block.jacobian[:, :, :m]
     return replace(
-        trajectory_of(run, y),
+        trajectory_of(run, list(y)).in_memory,
         jacobian={q: J[:, j] for j, q in enumerate(quantities)} if m else {},
         rate={q: rate[:, j] for j, q in enumerate(quantities)} if m else {},
         parameters=tuple(str(simulator.plant.parameters[i[0]]) for i in simulator.sensitive),
     )
 
 
-def trajectory_of(run: Run, y: FloatArray) -> Trajectory:
-    """Return what a run that is consumed gave as a trajectory without sensitivities; `y`, (n_y, n), are its outputs."""
+def trajectory_of(run: Run, y: Sequence[Series]) -> Trajectory:
+    """Return what a run that is consumed gave as a trajectory without sensitivities; `y` are its outputs."""
     return Trajectory(
-        time=run.base.times,
+        time=instants(run.base.start_s, run.base.sample_rate_hz, run.base.samples),
         values=dict(zip(run.simulator.plant.outputs, y, strict=True)),
         jacobian={},
         rate={},

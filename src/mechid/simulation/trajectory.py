@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
+
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -55,6 +58,7 @@ class Trajectory:
     time : (n,) s of record time
     values : mapping of quantity to (n,)
         In SI units, e.g. ``values["torque"]`` in N m; NaN from the sample on at which it diverged.
+        Both are arrays; of a long record that is only written to a file, series that are read piece by piece.
     jacobian : mapping of quantity to (n, m), or empty
         Derivatives to the kernel's parameters `parameters`.
     rate : mapping of quantity to (n,), or empty
@@ -68,8 +72,8 @@ class Trajectory:
         RMS difference to half as many steps, relative to the RMS torque, where that was looked at.
     """
 
-    time: FloatArray
-    values: Mapping[str, FloatArray]
+    time: Series
+    values: Mapping[str, Series]
     jacobian: Mapping[str, FloatArray]
     rate: Mapping[str, FloatArray]
     parameters: tuple[str, ...]
@@ -81,8 +85,17 @@ class Trajectory:
     @property
     def lost_from_s(self) -> float | None:
         """Record time in s of the first sample that is lost, None where there is none."""
-        lost = np.flatnonzero(~np.isfinite(next(iter(self.values.values()))))
-        return float(self.time[lost[0]]) if lost.size else None
+        y = next(iter(self.values.values()))
+        for part in pieces_of(y):
+            lost = part.start + np.flatnonzero(~np.isfinite(y[part]))
+            if lost.size:
+                return float(self.time[lost[0] : lost[0] + 1][0])
+        return None
+
+    @property
+    def in_memory(self) -> Trajectory:
+        """The same with time and values as arrays."""
+        return replace(self, time=self.time[:], values={quantity: y[:] for quantity, y in self.values.items()})
 
     @property
     def quantity(self) -> str:
@@ -92,21 +105,21 @@ class Trajectory:
     @property
     def measured(self) -> FloatArray:
         """Samples of `quantity`, (n,) in its SI unit."""
-        return self.values[self.quantity]
+        return self.values[self.quantity][:]
 
     @property
     def torque(self) -> FloatArray:
         """Measured torque, (n,) in N m."""
-        return self.values["torque"]
+        return self.values["torque"][:]
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the samples as a DataFrame indexed by time (needs the extra ``dataframes``)."""
         import pandas as pd
 
-        return pd.DataFrame(dict(self.values), index=pd.Index(self.time, name="time_s"))
+        return pd.DataFrame({k: v[:] for k, v in self.values.items()}, index=pd.Index(self.time[:], name="time_s"))
 
     def to_xarray(self) -> xr.Dataset:
         """Return the samples as a Dataset over time (needs the extra ``dataframes``)."""
         import xarray as xr
 
-        return xr.Dataset({k: ("time_s", v) for k, v in self.values.items()}, coords={"time_s": self.time})
+        return xr.Dataset({k: ("time_s", v[:]) for k, v in self.values.items()}, coords={"time_s": self.time[:]})

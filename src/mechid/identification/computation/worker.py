@@ -25,7 +25,7 @@ import llvmlite.binding
 
 from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import on_one_core
-from mechid.kernel.compiled import CACHE, cache_folder
+from mechid.writing import CACHE, cache_folder
 
 DONE, LACKING, REFUSED = "done", "lacking", "refused"
 KEPT = 4

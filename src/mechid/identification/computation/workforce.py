@@ -2,10 +2,9 @@
 
 The function, with the problem in it, is pickled once and known by its digest. It goes with as many batches as there
 are workers; the others name it by its digest, and where a worker does not know it, it answers so at once and the batch
-is sent again with it. To Dask it goes as a value of the cluster's
-own, which the workers hand on to one another. Batches are so large that one takes about a second, as the tasks done so
-far say, and no more of them are under way than keep all workers busy. Results come in the order of the tasks, whatever
-the order in which they were worked out.
+is sent again with it. To Dask it goes as a value of the cluster's own, which the workers hand on to one another.
+Batches are so large that one takes about a second, as the tasks say that have ended, and no more of them are under way
+than keep all workers busy. Results come in the order of the tasks, whatever the order in which they were worked out.
 """
 
 from __future__ import annotations
@@ -207,13 +206,18 @@ class _Course:
         self.running[future] = batch
 
     def _take(self, ready: Iterable[Future[Answer]]) -> None:
-        """Take what has come back of all batches that are ready, also where one of them has failed."""
+        """Take what has come back of all batches that are ready, and raise then what one of them has raised."""
         done: list[Done[Any]] = []
-        try:
-            for future in ready:
-                done += self._of(future, self.running.pop(future))
-        finally:
+        faults: list[Exception] = []
+        for future in ready:
+            try:
+                done.extend(self._of(future, self.running.pop(future)))
+            except Exception as error:
+                faults.append(error)
+        if done:
             self.ended(done)
+        if faults:
+            raise faults[0]
 
     def _of(self, future: Future[Answer], batch: list[int]) -> Iterator[Done[Any]]:
         """Yield what has come back of a batch; nothing where it is to be sent again."""

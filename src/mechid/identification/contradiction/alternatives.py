@@ -200,6 +200,6 @@ def _best_shift(problem: Problem, q: FloatArray, target: Target, reach: int) -> 
     longer = replace(target, base=replace(target.base, samples=target.samples + reach))
     y = replace(problem, targets=(longer,)).model.predict(longer, q, longer.samples)[0]
     y = np.concatenate([np.zeros(reach), np.nan_to_num(y, nan=1e6)])
-    n, measured = target.samples, target.leading.measured
+    n, measured = target.samples, target.leading.measured[:]
     spread = [float(np.var(residual(y[reach - k : reach - k + n], measured))) for k in range(-reach, reach + 1)]
     return int(np.argmin(spread)) - reach

@@ -79,7 +79,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     """Return at which multiple of the step rate the misfit is largest, and whose that may be, or nothing."""
     reach = round(STRETCH_STEPS / rate * target.base.sample_rate_hz)
     window = max(horizon - reach, 0), min(horizon + reach, target.samples)
-    r = misfit_series(problem.model, target, q, window)[0]
+    r = misfit_series(problem.model, target, q, window)[0][:]
     if r.size < 2 or not np.all(np.isfinite(r)):
         return ""
     fit_line(r, 2).take_from(r)

@@ -63,7 +63,7 @@ class RecordSight:
     @cached_property
     def power(self) -> FloatArray:
         """Measured power over frequency in each piece, (pieces, F)."""
-        return power_over_time(self.target.leading.measured, self.pieces)[:, : self.bins]
+        return power_over_time(self.target.leading.measured[:], self.pieces)[:, : self.bins]
 
     @cached_property
     def noise(self) -> float:

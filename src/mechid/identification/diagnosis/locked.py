@@ -73,7 +73,7 @@ def _varies(target: Target) -> bool:
 def _of(model: Model, target: Target) -> Iterator[Locked]:
     """Yield what a residual goes with most, and what is left without that goes with else."""
     window = model.setting.windows[target.name]
-    residual = misfit_series(model.problem.model, target, model.q, window)[0]
+    residual = misfit_series(model.problem.model, target, model.q, window)[0][:]
     if not np.all(np.isfinite(residual)):
         return
     time = target.base.start_s + np.arange(residual.size) / target.base.sample_rate_hz - target.time_offset.value

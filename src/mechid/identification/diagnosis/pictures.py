@@ -191,7 +191,7 @@ def _remainders(model: Model, record: str) -> list[Remainder]:
     """Return what a model leaves of each channel of a record, offset, drift and lines removed."""
     target = next(t for t in model.problem.targets if t.name == record)
     series = misfit_series(model.problem.model, target, model.q, model.setting.windows[record])
-    return [_remainder(channel, -r) for channel, r in zip(target.channels, series, strict=True)]
+    return [_remainder(channel, -r[:]) for channel, r in zip(target.channels, series, strict=True)]
 
 
 def _remainder(channel: TargetChannel, left: FloatArray) -> Remainder:

@@ -14,6 +14,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.signal.lines import prominence
 from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lines
+from mechid.signal.series import is_finite
 
 FloatArray = NDArray[np.float64]
 FEWEST = 64
@@ -40,7 +41,7 @@ def mains(problem: Problem, q: FloatArray | None = None, declared_hz: float | No
     """
     longest = max(problem.targets, key=lambda t: (_varies(t), t.base.duration_s))
     series = longest.leading.measured if q is None else misfit_series(problem.model, longest, q, _whole(longest))[0]
-    if not np.all(np.isfinite(series)) or series.size < FEWEST:
+    if not is_finite(series) or series.size < FEWEST:
         return None
     found = prominence(series, longest.base.sample_rate_hz)
     seen = [one for one in mains_lines(found) if _varies(longest) or not _is_of_steps(one, longest, found.bin_hz)]

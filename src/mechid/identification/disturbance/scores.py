@@ -18,6 +18,8 @@ from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import combined
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.signal.moments import norm
+from mechid.signal.stored import Room, write_at
 from mechid.signal.whiteness import effective_samples
 
 FloatArray = NDArray[np.float64]
@@ -167,11 +169,11 @@ def by_own_residuals(problem: Problem, q: FloatArray, windows: Windows) -> tuple
     return replace(problem, targets=tuple(map(one, problem.targets))), total
 
 
-def _by_own_residual(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> tuple[TargetChannel, float]:
+def _by_own_residual(channel: TargetChannel, r: Room, window: tuple[int, int]) -> tuple[TargetChannel, float]:
     rejected = channel.rejected_within(window)
     channel.line(r, rejected).take_from(r)
-    r[rejected] = 0.0
+    write_at(r, rejected, 0.0)
     counted = max(r.size - rejected.size, 1)
-    rms = float(np.linalg.norm(r)) / math.sqrt(counted)
+    rms = norm(r) / math.sqrt(counted)
     worth = effective_samples(r) * counted / r.size if rms > 0.0 else float(counted)
     return replace(channel, prefilter=None, sigma=rms * math.sqrt(counted / worth)), worth

@@ -12,6 +12,8 @@ from mechid.command.stepping import Stepping
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.parameter import Parameter, Status
+from mechid.signal.series import Series
+from mechid.signal.stored import changed
 from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")
@@ -164,8 +166,12 @@ def _multiplied(channel: TargetChannel, factor: float) -> TargetChannel:
         return channel
     size = abs(factor)
     return replace(
-        channel, measured=factor * channel.measured, sigma=size * channel.sigma, rounding=size * channel.rounding
+        channel, measured=_times(factor, channel.measured), sigma=size * channel.sigma, rounding=size * channel.rounding
     )
+
+
+def _times(factor: float, series: Series) -> Series:
+    return changed(series, lambda values, part: factor * values)
 
 
 def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
@@ -177,7 +183,9 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
     if taken.factor != 1.0 and record.data is not None:
         channels = tuple(
-            replace(c, data=taken.factor * c.data, scale=taken.factor * c.scale) if c.quantity == record.leading else c
+            replace(c, data=_times(taken.factor, c.data), scale=taken.factor * c.scale)
+            if c.quantity == record.leading
+            else c
             for c in record.data.channels
         )
         record = replace(record, data=replace(record.data, channels=channels))

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+from typing import Any
 
 import numpy as np
 
 from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
+from mechid.signal.stored import pieces_of
 
 
 def identity(problem: Problem) -> list[object]:
@@ -25,9 +27,10 @@ def target_digest(target: Target) -> str:
     """Return a digest of samples, their clock and weight, the step edges, offset, drift and what is its own."""
     total = hashlib.sha256()
     edges = target.excitation
-    samples = [array for c in target.channels for array in (c.measured, c.rejected)]
-    for array in (*samples, edges.initial, edges.times, edges.values):
-        total.update(np.ascontiguousarray(array, dtype=np.float64).tobytes())
+    samples: list[Any] = [series for c in target.channels for series in (c.measured, c.rejected)]
+    for series in (*samples, edges.initial, edges.times, edges.values.ravel()):
+        for part in pieces_of(series):
+            total.update(np.ascontiguousarray(series[part], dtype=np.float64).tobytes())
     base = target.base
     command = [target.command.start_angle_deg, target.command.start, target.command.begun_s]
     channels = list(map(_weight, target.channels))

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
+from mechid.signal.stored import Room, room_for
 from mechid.simulation.batch import Batch, OfBatch
 from mechid.simulation.simulator import Block, Run
 from mechid.simulation.trajectory import SimulationOutcome
@@ -90,24 +91,24 @@ def side_by_side(model: Model, pairs: Sequence[tuple[Target, FloatArray]], windo
         yield [Misfit(model, *pair, window, run=run) for pair, run in zip(group, runs, strict=True)]
 
 
-def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[FloatArray, ...]:
-    """Return r of each channel over a window, (n,); NaN from where the simulation failed."""
+def misfit_series(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[Room, ...]:
+    """Return r of each channel over a window, n samples; NaN from where the simulation failed."""
     return misfit_series_of(model, target, [q], window)[0]
 
 
 def misfit_series_of(
     model: Model, target: Target, points: Sequence[FloatArray], window: Window
-) -> list[tuple[FloatArray, ...]]:
+) -> list[tuple[Room, ...]]:
     """Return the same at several points."""
     first, stop = window[0], min(window[1], target.samples)
-    found = [tuple(np.empty(max(stop - first, 0)) for _ in target.channels) for _ in points]
+    found = [tuple(room_for(max(stop - first, 0)) for _ in target.channels) for _ in points]
     waiting = iter(found)
     for group in side_by_side(model, [(target, q) for q in points], window):
         own = [next(waiting) for _ in group]
         for pieces in zip(*group, strict=True):
             for piece, series in zip(pieces, own, strict=True):
                 for k, r in enumerate(series):
-                    piece.write_residual(k, r[piece.first - first : piece.stop - first])
+                    r[piece.first - first : piece.stop - first] = piece.residual(k)
     return found
 
 
@@ -137,10 +138,10 @@ class Piece:
         """How many there are, n."""
         return self.block.stop - self.first
 
-    def write_residual(self, k: int, out: FloatArray) -> None:
-        """Write r of channel k, (n,)."""
+    def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
+        """Return r of channel k, (n,)."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
-        residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+        return residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n)."""

@@ -6,10 +6,9 @@ import math
 from dataclasses import dataclass
 from enum import StrEnum
 
-import numpy as np
-
 from mechid.campaign import CampaignRecord, Match
 from mechid.signal import noise_floor
+from mechid.signal.moments import standard_deviation
 
 LEAST_SHARE = 1e-6
 """Of a channel's standard deviation: a level below it is none that arithmetic on the channel keeps."""
@@ -45,7 +44,7 @@ def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
     channel = record.data.channel(match.quantity)
     told, resolution = _told(record, match), rounding(record, match)
     source = NoiseSource.RESOLUTION if resolution > told.sigma else told.rests_on
-    least = max(LEAST_SHARE * float(np.std(channel.data)), resolution, SMALLEST)
+    least = max(LEAST_SHARE * standard_deviation(channel.data), resolution, SMALLEST)
     return NoiseLevel(min(max(told.sigma, least), LARGEST), source)
 
 

@@ -17,7 +17,7 @@ from mechid.command.timing import PPM
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise, rounding
 from mechid.parameter import Parameter, Status
 from mechid.signal.autoregression import Autoregression
-from mechid.signal.series import Series, no_samples
+from mechid.signal.series import Series, no_samples, stretch_of
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.simulator import TimeBase, excitation_over
 
@@ -33,7 +33,7 @@ class TargetChannel:
     ----------
     quantity : str
         One of those that the plant measures.
-    measured : (n,)
+    measured : Series of n samples
         In the quantity's SI unit.
     sigma : float
         Standard deviation of its noise.
@@ -56,7 +56,7 @@ class TargetChannel:
     """
 
     quantity: str
-    measured: FloatArray
+    measured: Series
     sigma: float
     linear: int = 2
     prefilter: Autoregression | None = None
@@ -98,7 +98,7 @@ class TargetChannel:
     def first(self, samples: int) -> TargetChannel:
         """Return the first samples alone."""
         rejected, bridged = (some[some < samples] for some in (self.rejected, self.bridged))
-        return replace(self, measured=self.measured[:samples], rejected=rejected, bridged=bridged)
+        return replace(self, measured=stretch_of(self.measured, 0, samples), rejected=rejected, bridged=bridged)
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,7 +49,7 @@ class WeightedRows:
         """Write the samples of a piece as rows."""
         n, channel = piece.samples, self.misfit.target.channels[k]
         write_removed(rows, channel, self.window, piece.first, n)
-        piece.write_residual(k, rows[channel.removed, :n])
+        piece.residual(k, rows[channel.removed, :n])
         if self.misfit.width:
             piece.write_slopes(k, rows[channel.removed + 1 :])
 

@@ -13,7 +13,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import partial
-from itertools import chain
+from itertools import chain, islice
 from typing import Any
 
 import numpy as np
@@ -129,15 +129,15 @@ def bootstrap(
     world = _world(optimum)
     at, windows = optimum.q, optimum.windows
 
-    def ended(task: tuple[int, int, int], found: Sequence[Mapping[str, Any]]) -> None:
-        for number, one in enumerate(found, task[1]):
+    def ended(task: tuple[int, int], found: Sequence[Mapping[str, Any]]) -> None:
+        for number, one in enumerate(found[: draws - task[1]], task[1]):
             told(_draw(number, one))
 
     work = partial(_refitted, world, at, windows)
-    tasks = [(seed, first, min(first + SETS, draws)) for first in range(0, draws, SETS)]
+    tasks = [(seed, first) for first in range(0, draws, SETS)]
     with working_on(executor):
         found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
-    done = tuple(_draw(number, one) for number, one in enumerate(chain(*found)))
+    done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
     return Bootstrap(done, _spreads(optimum, done), noise)
 
@@ -180,10 +180,13 @@ def _noises(problem: Problem, target: Target, q: FloatArray, window: tuple[int, 
     )
 
 
-def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int, int]) -> list[dict[str, object]]:
-    """Return the refits of some draws, by seed and numbers, from the estimate `at`."""
-    seed, first, stop = task
-    draws = [_problem(world, at, np.random.default_rng((seed, number))) for number in range(first, stop)]
+def _refitted(world: _World, at: FloatArray, windows: Windows, task: tuple[int, int]) -> list[dict[str, object]]:
+    """Return the refits of as many draws as go side by side, by seed and first number, from the estimate `at`.
+
+    Always of as many: to the last bit each is what it is in this company.
+    """
+    seed, first = task
+    draws = [_problem(world, at, np.random.default_rng((seed, number))) for number in range(first, first + SETS)]
     near = arrived(world.chord, draws, at, windows) if world.chord else [None] * len(draws)
     return [
         _near(world, at, draw, end) if end else _solved(world, at, windows, draw)

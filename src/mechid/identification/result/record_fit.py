@@ -19,9 +19,11 @@ from mechid.identification.result.channel_noise import ChannelNoise, channel_noi
 from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.search.gates import chance_of, followed
 from mechid.signal.following import WINDOW_S, following, out_of_step
+from mechid.signal.moments import norm
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import runs_of
-from mechid.signal.series import blocks, counting, mean_of
+from mechid.signal.series import Series, blocks, counting, is_finite, mean_of, stretch_of
+from mechid.signal.stored import Room, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
@@ -72,13 +74,13 @@ def _channels(
 
 
 def _channel(
-    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: FloatArray,
+    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: Room,
     window: tuple[int, int], full_step: float | None,
 ) -> ChannelFit:  # fmt: skip
     first, stop = window
     rejected = channel.rejected_within(window)
     rms, line = _residual(channel, r, rejected)
-    spread = _spread(channel.measured[first:stop], line, rejected)
+    spread = _spread(stretch_of(channel.measured, first, stop), line, rejected)
     return ChannelFit(
         **_followed(channel, r, line, target.base, window, noise.known.sigma, full_step),
         unit=SI_UNIT[channel.quantity],
@@ -116,13 +118,13 @@ def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
 
 
 def _followed(
-    channel: TargetChannel, r: FloatArray, line: Line | None, base: TimeBase, window: tuple[int, int], noise: float,
+    channel: TargetChannel, r: Series, line: Line | None, base: TimeBase, window: tuple[int, int], noise: float,
     full_step: float | None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return how far a channel is followed, by the names that a ChannelFit has for it."""
     first, stop = window
     rate, rejected = base.sample_rate_hz, channel.rejected_within(window)
-    measured = Remainder(channel.measured[first:stop], line or Line(), rejected=rejected)
+    measured = Remainder(stretch_of(channel.measured, first, stop), line or Line(), rejected=rejected)
     if channel.linear:
         mean = Line(mean_of(measured) * measured.size / max(measured.size - rejected.size, 1))
         measured = replace(measured, line=replace(measured.line, offset=measured.line.offset + mean.offset))
@@ -142,17 +144,17 @@ def _followed(
     }
 
 
-def _residual(channel: TargetChannel, r: FloatArray, rejected: Samples) -> tuple[float, Line | None]:
+def _residual(channel: TargetChannel, r: Room, rejected: Samples) -> tuple[float, Line | None]:
     """Return the RMS of the misfit, and offset and drift of measured over model; NaN, None for a failed run."""
-    if not np.all(np.isfinite(r)):
+    if not is_finite(r):
         return math.nan, None
     line = channel.line(r, rejected)
     line.take_from(r)
-    r[rejected] = 0.0
-    return float(np.linalg.norm(r)) / math.sqrt(max(r.size - rejected.size, 1)), -line
+    write_at(r, rejected, 0.0)
+    return norm(r) / math.sqrt(max(r.size - rejected.size, 1)), -line
 
 
-def _spread(measured: FloatArray, line: Line | None, rejected: Samples) -> float:
+def _spread(measured: Series, line: Line | None, rejected: Samples) -> float:
     """Return the RMS of measured - line - mean."""
     rest, n = Remainder(measured, line or Line(), rejected=rejected), max(measured.size - rejected.size, 1)
     mean = mean_of(rest) * rest.size / n

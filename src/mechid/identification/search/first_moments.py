@@ -37,7 +37,8 @@ def first_residuals(problem: Problem, target: Target, points: Sequence[FloatArra
     """Return the same at several points."""
     window = first_window(target)
     found = []
-    for series in misfit_series_of(problem.model, target, points, window):
+    for rooms in misfit_series_of(problem.model, target, points, window):
+        series = [r[:] for r in rooms]
         for channel, r in zip(target.channels, series, strict=True):
             np.divide(r, channel.sigma, out=r)
             if channel.linear:

@@ -24,6 +24,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.moving_starts import Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.solve import Solution, solve
+from mechid.signal.series import stretch_of
+from mechid.signal.stored import Room, room_for
 from mechid.signal.trend import Line, fit_line
 
 FloatArray = NDArray[np.float64]
@@ -94,12 +96,12 @@ def horizon(
     a drift, and with the drift, which a misfit within a short gate throws off. The longer one counts.
     """
     window = gate_window(target)
-    traces = [_Trace(channel, np.empty(target.samples), most) for channel in target.channels]
+    traces = [_Trace(channel, room_for(target.samples), most) for channel in target.channels]
     tested = 0
     for piece in Misfit(problem.model, target, q, (0, target.samples), block=SHORT):
         for k, trace in enumerate(traces):
             trace.take(piece, k)
-        if not all(np.isfinite(trace.residual[piece.stop - 1]) for trace in traces):
+        if not all(np.isfinite(trace.residual[piece.stop - 1 : piece.stop][0]) for trace in traces):
             break
         if piece.stop < gate and piece.stop < target.samples:
             continue
@@ -118,24 +120,22 @@ def horizon(
 
 @dataclass
 class _Trace:
-    """Residual of a channel on its way, (n,) in sigmas, and what may be projected out of it."""
+    """Residual of a channel on its way, n samples in sigmas, and what may be projected out of it."""
 
     channel: TargetChannel
-    residual: FloatArray
+    residual: Room
     most: float
     lines: list[Line] = field(default_factory=list)
 
     def take(self, piece: Piece, k: int) -> None:
         """Add what is left of the channel, which is the k-th, over a piece."""
-        here = self.residual[piece.first : piece.stop]
-        piece.write_residual(k, here)
-        here /= self.channel.sigma
+        self.residual[piece.first : piece.stop] = piece.residual(k) / self.channel.sigma
 
     def begin(self, samples: int) -> None:
         """Fit what is projected out, without drift and with it where that may be."""
         rejected = self.channel.rejected_within((0, samples))
         terms = range(1, self.channel.linear + 1)
-        begun, turns = self.residual[:samples], self.channel.turns
+        begun, turns = stretch_of(self.residual, 0, samples), self.channel.turns
         self.lines = [fit_line(begun, n, rejected) for n in terms] or [Line()]
         self.lines += [fit_line(begun, n, rejected, turns) for n in terms or [0]] if turns else []
 

@@ -174,7 +174,7 @@ def _first_rows(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     for piece in Misfit(problem.model, target, q, window, jacobian=True):
         here = slice(piece.first - window[0], piece.stop - window[0])
         for k, rows in enumerate(parts):
-            piece.write_residual(k, rows[0, here])
+            piece.residual(k, rows[0, here])
             piece.write_slopes(k, rows[1:, here])
     for channel, rows in zip(target.channels, parts, strict=True):
         np.divide(rows, channel.sigma, out=rows)

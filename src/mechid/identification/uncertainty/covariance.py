@@ -24,7 +24,8 @@ from mechid.identification.search.solve import covariance
 from mechid.identification.uncertainty.parts import PartsOfRecord, RecordParts
 from mechid.identification.uncertainty.visits import Visits
 from mechid.signal.autoregression import Autoregression, fit_autoregression
-from mechid.signal.series import blocks
+from mechid.signal.series import blocks, stretch_of
+from mechid.signal.stored import Room, write_at
 
 FloatArray = NDArray[np.float64]
 MOSTLY_ROUNDING = 0.5
@@ -85,13 +86,13 @@ def covariances(triangle: Triangle, variance: FloatArray, seen: NDArray[np.bool_
     return Uncertainty(inverse, inverse @ variance @ inverse)
 
 
-def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[FloatArray, ...]:
-    """Return the misfit of each channel less offset and drift, (n,) over a window; 0 at rejected samples."""
+def residual(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> tuple[Room, ...]:
+    """Return the misfit of each channel less offset and drift over a window, n samples; 0 at rejected samples."""
     series = misfit_series(problem.model, target, q, window)
     for channel, r in zip(target.channels, series, strict=True):
         rejected = channel.rejected_within(window)
         channel.line(r, rejected).take_from(r)
-        r[rejected] = 0.0
+        write_at(r, rejected, 0.0)
     return series
 
 
@@ -104,13 +105,13 @@ def _colours(problem: Problem, target: Target, q: FloatArray, window: tuple[int,
     )
 
 
-def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[FloatArray]:
-    """Return the residuals behind the channels' prefilters, (n,); 0 where their memory is not of the residual."""
+def _whitened(problem: Problem, target: Target, q: FloatArray, window: tuple[int, int]) -> list[Room]:
+    """Return the residuals behind the channels' prefilters, n samples; 0 where their memory is not of the residual."""
     series = residual(problem, target, q, window)
     return [_white(channel, r, window) for channel, r in zip(target.channels, series, strict=True)]
 
 
-def _white(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> FloatArray:
+def _white(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
     """Return a residual behind its channel's prefilter, written over it."""
     if channel.prefilter is None:
         return r
@@ -120,8 +121,8 @@ def _white(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> Fl
         r[part], memory = lfilter(channel.prefilter.coefficients, [1.0], r[part], zi=memory)
     r[:order] = 0.0
     spoilt = channel.rejected_within((window[0] - order, window[1])) - order
-    spoilt = (spoilt[:, np.newaxis] + np.arange(order + 1)).ravel()
-    r[spoilt[(spoilt >= 0) & (spoilt < r.size)]] = 0.0
+    spoilt = np.unique(spoilt[:, np.newaxis] + np.arange(order + 1))
+    write_at(r, spoilt[(spoilt >= 0) & (spoilt < r.size)], 0.0)
     return r
 
 
@@ -155,7 +156,7 @@ class _Coloured:
         self._channel, self._own = channel, own
         self._memory = np.zeros((width, own.order))
         self._total = np.zeros((width, width))
-        self._visits = Visits(channel.measured[slice(*window)], width) if channel.rounded else None
+        self._visits = Visits(stretch_of(channel.measured, *window), width) if channel.rounded else None
 
     def add(self, rows: FloatArray) -> None:
         """Add the next samples, (width, m)."""

@@ -16,7 +16,10 @@ from mechid.identification.search.gates import chance_of, gate_window
 from mechid.identification.uncertainty.covariance import MOSTLY_ROUNDING, residual
 from mechid.signal import effective_samples
 from mechid.signal.autoregression import fit_autoregression
+from mechid.signal.moments import norm
+from mechid.signal.series import Series, is_finite
 from mechid.signal.spikes import isolated_spikes, outliers
+from mechid.signal.stored import changed, samples_at, write_at
 from mechid.units import unit_words
 
 FloatArray = NDArray[np.float64]
@@ -53,10 +56,10 @@ def released(
     return replace(problem, targets=targets), tuple(said)
 
 
-def _rms(channel: TargetChannel, r: FloatArray, window: tuple[int, int]) -> float:
+def _rms(channel: TargetChannel, r: Series, window: tuple[int, int]) -> float:
     """Return the RMS of a residual over the samples that count."""
     rejected = channel.rejected_within(window).size
-    return float(np.linalg.norm(r)) / math.sqrt(float(max(r.size - rejected, 1)))
+    return norm(r) / math.sqrt(float(max(r.size - rejected, 1)))
 
 
 def _misfit_line(target: Target, channel: TargetChannel, rms: float) -> str:
@@ -72,9 +75,7 @@ def _misfit_line(target: Target, channel: TargetChannel, rms: float) -> str:
     )
 
 
-def _released(
-    channel: TargetChannel, r: FloatArray, window: tuple[int, int], options: IdentifyOptions
-) -> TargetChannel:
+def _released(channel: TargetChannel, r: Series, window: tuple[int, int], options: IdentifyOptions) -> TargetChannel:
     """Return a channel with the level, and as the options want it the colour, of its residual as its noise."""
     rms = _rms(channel, r, window)
     fits = _is_noise(channel, rms)
@@ -136,10 +137,10 @@ def _by_own_residual(problem: Problem, target: Target, q: FloatArray) -> Target:
     return target.each(lambda channel: _channel_by_own_residual(channel, series[channel.quantity], window))
 
 
-def _channel_by_own_residual(channel: TargetChannel, r: FloatArray, window: int) -> TargetChannel:
-    if not np.all(np.isfinite(r)):
+def _channel_by_own_residual(channel: TargetChannel, r: Series, window: int) -> TargetChannel:
+    if not is_finite(r):
         return channel
-    rms = float(np.linalg.norm(r)) / math.sqrt(max(r.size - channel.rejected.size, 1))
+    rms = norm(r) / math.sqrt(max(r.size - channel.rejected.size, 1))
     if rms <= MISFIT * channel.sigma and channel.prefilter is None and not channel.raised:
         return channel
     worth = max(window * effective_samples(r) / r.size, 1.0)
@@ -153,7 +154,7 @@ def at_least_their_residuals(problem: Problem, target: Target, q: FloatArray) ->
     def own(channel: TargetChannel) -> TargetChannel:
         r = series[channel.quantity]
         counted = max(r.size - channel.rejected.size, 1)
-        return replace(channel, sigma=max(channel.sigma, float(np.linalg.norm(r)) / math.sqrt(counted)))
+        return replace(channel, sigma=max(channel.sigma, norm(r) / math.sqrt(counted)))
 
     return target.each(own)
 
@@ -167,10 +168,10 @@ def _without_spikes(channel: TargetChannel) -> TargetChannel:
     spikes = isolated_spikes(channel.measured, channel.sigma)
     if not spikes.size:
         return channel
-    measured = channel.measured.copy()
+    measured = changed(channel.measured, lambda values, part: values.copy())
     beside = np.setdiff1d(np.concatenate((spikes - 1, spikes + 1)), spikes)
     beside = beside[(beside >= 0) & (beside < measured.size)]
-    measured[spikes] = np.interp(spikes, beside, measured[beside])
+    write_at(measured, spikes, np.interp(spikes, beside, samples_at(measured, beside)))
     return replace(channel, measured=measured, rejected=np.union1d(channel.rejected, spikes))
 
 

@@ -20,6 +20,8 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.identification.search.gates import Growth, followed
 from mechid.identification.uncertainty.covariance import residual
+from mechid.signal.moments import standard_deviation
+from mechid.signal.remainder import Remainder
 from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
@@ -85,7 +87,7 @@ def explained_mostly(problem: Problem, q: FloatArray) -> bool:
 
     def share(target: Target) -> float:
         series = residual(problem, target, q, (0, target.samples))
-        return max(float(np.std(r)) / max(moved(c), 1e-300) for c, r in zip(target.channels, series, strict=True))
+        return max(standard_deviation(r) / max(moved(c), 1e-300) for c, r in zip(target.channels, series, strict=True))
 
     return max(map(share, problem.targets)) < MOSTLY
 
@@ -93,8 +95,7 @@ def explained_mostly(problem: Problem, q: FloatArray) -> bool:
 def moved(channel: TargetChannel) -> float:
     """Return the standard deviation of a channel, offset and drift removed where the channel's zero is free."""
     line = fit_line(channel.measured, 2 if channel.linear else 1, channel.rejected)
-    rest = channel.measured - line.at(0, channel.measured.size)
-    return float(np.std(np.delete(rest, channel.rejected)))
+    return standard_deviation(Remainder(channel.measured, line), channel.rejected)
 
 
 def raised_words(problem: Problem, growth: Growth) -> str:

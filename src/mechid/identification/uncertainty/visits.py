@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.signal.series import Series
+from mechid.signal.stored import pieces_of
+
 FloatArray = NDArray[np.float64]
 
 
@@ -13,14 +16,17 @@ class Visits:
 
     Parameters
     ----------
-    measured : (N,)
+    measured : Series of N samples
         A visit lasts while it does not change.
     size : int
         Columns of the rows.
     """
 
-    def __init__(self, measured: FloatArray, size: int) -> None:
-        self._begins = np.concatenate([[True], np.diff(measured) != 0.0])
+    def __init__(self, measured: Series, size: int) -> None:
+        self._begins = np.ones(measured.size, dtype=bool)
+        for part in pieces_of(measured):
+            first = max(part.start, 1)
+            self._begins[first : part.stop] = np.diff(measured[first - 1 : part.stop]) != 0.0
         self._done = 0
         self._open = np.zeros(size)
         self._closed = np.zeros((size, size))

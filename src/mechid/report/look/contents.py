@@ -25,6 +25,7 @@ from mechid.report.look.words import (
     unit_text,
 )
 from mechid.report.overview import command_words
+from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
@@ -127,9 +128,10 @@ def _suggested(found: SuggestedRate) -> dict[str, Any]:
 
 def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
     channel, start, fs = look.channel, record.base.start_s, record.base.sample_rate_hz
+    low, high = extremes(channel.data)
     numbers = {
-        "min": float(channel.data.min()),
-        "max": float(channel.data.max()),
+        "min": low,
+        "max": high,
         "mean": look.mean,
         "rms": look.rms,
         "drift": look.drift,

@@ -1,7 +1,7 @@
 "use strict";
 // Unpacks the records, draws a figure when it comes into view, and fills it anew with each zoom:
 // the least and the largest sample of every column of the picture, or every sample where there is room.
-// The Python twins are mechid.report.packing, mechid.report.trace and mechid.signal.envelope.
+// The Python twins are mechid.report.packing, mechid.report.trace, mechid.report.outline and mechid.signal.envelope.
 
 const text = (id) => document.getElementById(id).textContent;
 const kinds = JSON.parse(text("figure-kinds"));
@@ -38,22 +38,57 @@ const library = once(async () => {
   Bokeh.set_log_level("error");
 });
 
-for (const record of records.values()) {
-  record.samples = once(async () => {
-    const { model, difference, samples, step } = record.trace;
-    const [second, apart] = await Promise.all([unpacked(model), unpacked(difference)]);
-    const measured = new Float64Array(samples), modelled = new Float64Array(second.length);
-    let rise = 0, level = 0;
-    for (let i = 0; i < samples; i++) {
-      if (i < second.length) {
-        rise += second[i];
-        level += rise;
-        modelled[i] = level * step;
-      }
-      measured[i] = ((i < second.length ? level : 0) + apart[i]) * step;
+async function allSamples({ model, difference, samples, step }) {
+  const [second, apart] = await Promise.all([unpacked(model), unpacked(difference)]);
+  const measured = new Float64Array(samples), modelled = new Float64Array(second.length);
+  let rise = 0, level = 0;
+  for (let i = 0; i < samples; i++) {
+    if (i < second.length) {
+      rise += second[i];
+      level += rise;
+      modelled[i] = level * step;
     }
-    return { measured, modelled, residual: modelled.map((value, i) => measured[i] - value) };
-  });
+    measured[i] = ((i < second.length ? level : 0) + apart[i]) * step;
+  }
+  return { measured, modelled, residual: modelled.map((value, i) => measured[i] - value) };
+}
+
+const summed = (differences, step) => {
+  let sum = 0;
+  return Float64Array.from(differences, (each) => (sum += each) * step);
+};
+
+// The extremes of every column of a long record: numbers of samples, and their values.
+async function outlined({ outline, step }) {
+  const curves = {};
+  for (const [name, { numbers, steps }] of Object.entries(outline)) {
+    curves[name] = { at: summed(await unpacked(numbers), 1), y: summed(await unpacked(steps), step) };
+  }
+  return curves;
+}
+
+// A layer is a stretch of time whose samples the page has, each curve with the numbers of its samples, or all of them.
+async function stretchOf(trace) {
+  const { start_s, sample_rate_hz, samples } = trace;
+  const all = trace.outline ? {} : await allSamples(trace), curves = trace.outline ? await outlined(trace) : {};
+  for (const [name, y] of Object.entries(all)) curves[name] = { at: null, y };
+  return { start_s, sample_rate_hz, end_s: start_s + (samples - 1) / sample_rate_hz, curves };
+}
+
+for (const record of records.values()) {
+  record.samples = once(() => allSamples(record.trace));
+  record.layers = once(() => Promise.all([record.trace, ...(record.trace.stretches || [])].map(stretchOf)));
+}
+
+// The first place in ascending numbers that is not below one.
+function placeOf(numbers, number) {
+  let from = 0, to = numbers.length;
+  while (from < to) {
+    const middle = (from + to) >> 1;
+    if (numbers[middle] < number) from = middle + 1;
+    else to = middle;
+  }
+  return from;
 }
 
 function envelope(y, from, to, columns) {
@@ -76,16 +111,18 @@ function envelope(y, from, to, columns) {
 }
 
 function refilled(shown) {
-  const { record, model, curves, width } = shown;
-  const { start_s, sample_rate_hz } = record.trace;
-  const time = model("time"), margin = 0.02 * (time.end - time.start);
-  for (const [name, y] of Object.entries(curves)) {
-    const from = Math.max(Math.floor((time.start - margin - start_s) * sample_rate_hz), 0);
-    const to = Math.min(Math.ceil((time.end + margin - start_s) * sample_rate_hz) + 1, y.length);
-    const kept = envelope(y, from, Math.max(to, from), width());
-    model(`${name} data`).data = { x: kept.map((i) => start_s + i / sample_rate_hz), y: kept.map((i) => y[i]) };
+  const { model, layers, width } = shown, time = model("time"), margin = 0.02 * (time.end - time.start);
+  const inside = layers.filter((one) => one.start_s <= time.start && time.end <= one.end_s);
+  const { start_s, sample_rate_hz, curves } = inside[inside.length - 1] || layers[0];
+  for (const [name, { at, y }] of Object.entries(curves)) {
+    const first = Math.floor((time.start - margin - start_s) * sample_rate_hz);
+    const last = Math.ceil((time.end + margin - start_s) * sample_rate_hz) + 1;
+    const from = at ? Math.max(placeOf(at, first) - 1, 0) : Math.max(first, 0);
+    const to = Math.min(at ? placeOf(at, last) + 1 : last, y.length);
+    const kept = envelope(y, from, Math.max(to, from), width()), number = (i) => (at ? at[i] : i);
+    model(`${name} data`).data = { x: kept.map((i) => start_s + number(i) / sample_rate_hz), y: kept.map((i) => y[i]) };
     const samples = model(`${name} samples`);
-    if (samples) samples.visible = kept.length > 0 && kept.length * ROOM_A_SAMPLE < width();
+    if (samples) samples.visible = !at && kept.length > 0 && kept.length * ROOM_A_SAMPLE < width();
   }
 }
 
@@ -96,7 +133,7 @@ function zoomed(shown, from, to) {
 const fill = {
   async torque(shown) {
     const { record, model } = shown, time = model("time");
-    shown.curves = await record.samples();
+    shown.layers = await record.layers();
     shown.width = () => Math.max(Math.round(shown.target.clientWidth || WIDTH), 100);
     const { from, to } = record.zooms[0];
     time.setv({ start: from, end: to, reset_start: from, reset_end: to });

@@ -1,0 +1,33 @@
+"""The sample instants of a run: of a long one worked out where they are looked at."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.signal.series import Series
+from mechid.signal.stored import is_long
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Instants:
+    """start_s + k / sample_rate_hz, k < size, in s."""
+
+    start_s: float
+    sample_rate_hz: float
+    size: int
+
+    def __getitem__(self, part: slice, /) -> FloatArray:
+        """Return those of a slice."""
+        numbers = np.arange(*part.indices(self.size))
+        return np.asarray(self.start_s + numbers / self.sample_rate_hz, dtype=np.float64)
+
+
+def instants(start_s: float, sample_rate_hz: float, samples: int) -> Series:
+    """Return the sample instants of a run in s: an array, unless they are many."""
+    found = Instants(start_s, sample_rate_hz, samples)
+    return found if is_long(samples) else found[:]
