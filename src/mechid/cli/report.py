@@ -23,6 +23,7 @@ def report(
     from mechid.identification.result.fit_file import read_fit
     from mechid.identification.result.journal_file import identified_campaign
     from mechid.report import read_truth, report_data
+    from mechid.report.pens import Pens
     from mechid.report.results import write_components, write_residual
     from mechid.report.terminal import console_on, print_lines
     from mechid.report.writing import write_report
@@ -32,8 +33,10 @@ def report(
     loaded = load_campaign(path, mechanism_file=completed_file(folder))
     fit = read_fit(folder / FILE_NAME, loaded)
     prepare_kernels(loaded)
-    validation = validate(loaded, fit)
-    data = report_data(fit, truth, synthetic=synthetic, validation=validation)
-    files = [*write_report(data, loaded, fit, validation, folder), write_residual(fit, validation, folder)]
+    with Pens() as pens:
+        validation = validate(loaded, fit)
+        data = report_data(fit, truth, synthetic=synthetic, validation=validation)
+        files = write_report(data, loaded, fit, validation, folder, pens)
+    files += [write_residual(fit, validation, folder)]
     files += write_components(fit, validation, folder)
     print_lines(console_on(), "written", [str(path) for path in files])

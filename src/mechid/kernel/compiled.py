@@ -55,6 +55,11 @@ class Kernel:
         return self.path.read_text(encoding="utf-8")
 
 
+def version_folder() -> Path:
+    """Return the folder within the cache of what this version of mechid has made."""
+    return cache_folder() / f"v{version('mechid')}"
+
+
 def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
     """Return the compiled kernel of a plant, from the cache where it has been compiled before.
 
@@ -98,7 +103,7 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     UsageError
         The cache cannot be written to.
     """
-    path = _folder() / f"{name}.py"
+    path = version_folder() / f"{name}.py"
     try:
         with _ONE_AT_A_TIME:
             if not path.exists():
@@ -111,12 +116,8 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     return module
 
 
-def _folder() -> Path:
-    return cache_folder() / f"v{version('mechid')}"
-
-
 def _path(plant: Plant, lanes: int) -> Path:
-    return _folder() / f"kernel_{fingerprint(plant, lanes)}.py"
+    return version_folder() / f"kernel_{fingerprint(plant, lanes)}.py"
 
 
 def _has_machine_code(path: Path) -> bool:

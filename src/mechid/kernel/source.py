@@ -21,6 +21,7 @@ GENERATOR = (
     "switching.py",
     "places.py",
     "pointers.py",
+    "compiler.py",
     "tangents.py",
     "program.py",
     "expressions.py",
@@ -98,9 +99,8 @@ def _header(plant: Plant, lanes: int, body: str) -> str:
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'
         f"structure {plant.digest}\n{listing}\n    {operations} additions and products in the text\n"
         '"""\n\nfrom __future__ import annotations\n\nimport math\n\nimport numpy as np\nfrom numba import njit\n\n'
-        "from mechid.kernel.pointers import numbers\n\n"
+        "from mechid.kernel.compiler import ENTRY, INNER\nfrom mechid.kernel.pointers import numbers\n\n"
         'FAST = {"contract", "arcp", "nsz"}\n'
-        'INNER = {"error_model": "numpy", "no_cpython_wrapper": True, "no_cfunc_wrapper": True}\n'
     )
 
 
@@ -138,9 +138,10 @@ def _work_parts(n: dict[str, int], guards: int) -> dict[str, int]:
 def _size_lines(numbers: dict[str, int], parts: dict[str, int]) -> list[str]:
     """Return the assignments of all sizes, and of begin and end of each part of the workspace.
 
-    Places are NumPy integers: Numba would compile a function anew for each plain one it is called with.
+    Places, and what stands for none, are NumPy integers: Numba would compile a function anew for each plain one it is
+    called with.
     """
-    first, lines = 0, [f"{name} = {value}" for name, value in numbers.items()]
+    first, lines = 0, [f"{name} = {value}" for name, value in numbers.items()] + ["NONE = np.int64(-1)"]
     for name, size in parts.items():
         lines.append(f"AT_{name}, END_{name} = np.int64({first}), np.int64({first + size})")
         first += size

@@ -1,14 +1,21 @@
 """What is shown of a campaign or a fit: every number in one plain dict, then ink.
 
 `report_data` and `campaign_data` make the dict, `print_report` and `print_campaign` the ink of a terminal.
-`mechid.report.writing` makes page and figures; it is imported where it is used, for its libraries take their time.
+`mechid.report.writing` makes page and figures. The names here load what they need when they are first used: the
+processes that draw figures import this package for their drawings alone.
 """
 
-from mechid.report.channels import file_data, print_file
-from mechid.report.overview import campaign_data, print_campaign
-from mechid.report.results import read_truth, write_results
-from mechid.report.tables import report_data
-from mechid.report.terminal import print_report
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mechid.report.channels import file_data, print_file
+    from mechid.report.overview import campaign_data, print_campaign
+    from mechid.report.results import read_truth, write_results
+    from mechid.report.tables import report_data
+    from mechid.report.terminal import print_report
 
 __all__ = [
     "campaign_data",
@@ -20,3 +27,23 @@ __all__ = [
     "report_data",
     "write_results",
 ]
+
+_HOMES = {
+    "campaign_data": "overview",
+    "file_data": "channels",
+    "print_campaign": "overview",
+    "print_file": "channels",
+    "print_report": "terminal",
+    "read_truth": "results",
+    "report_data": "tables",
+    "write_results": "results",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Return a public name, its home imported."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

@@ -16,9 +16,10 @@ from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.design_figures import design_figures
 from mechid.report.digits import plain
-from mechid.report.figures import FOLDER_NAME, write_figures
+from mechid.report.figures import write_figures
 from mechid.report.markdown import bullets, table
 from mechid.report.rivals import PAIRS, pair_rows, rival_lines
+from mechid.report.sheet import FOLDER_NAME
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table
 from mechid.writing import writable, write_together

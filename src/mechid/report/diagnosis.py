@@ -18,11 +18,12 @@ from mechid.identification.result.diagnosis_file import FORMAT, PROPOSED_NAME
 from mechid.identification.result.estimate_file import json_text
 from mechid.report.diagnosis_figures import STRETCH_NAME, diagnosis_figures, hertz, spectrum_name
 from mechid.report.evidence import evidence_lines
-from mechid.report.figures import FOLDER_NAME, write_figures
+from mechid.report.figures import write_figures
 from mechid.report.lacking import missing_data
 from mechid.report.markdown import bullets, cell, table
 from mechid.report.page import asset, environment
 from mechid.report.path import HEADER, MEANING, PATH_COLUMNS, cells, path_rows
+from mechid.report.sheet import FOLDER_NAME
 from mechid.report.terminal import print_lines, say
 from mechid.report.text_table import Column, print_table, print_tables
 from mechid.report.themed import themed

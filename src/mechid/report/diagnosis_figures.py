@@ -27,8 +27,7 @@ from mechid.report.figures import (
     made,
     over_time,
 )
-from mechid.report.plots import FREQUENCY, TIME
-from mechid.report.quantities import DENSITY, RESIDUAL, TORQUE, axis_labels
+from mechid.report.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
 from mechid.simulation.simulator import TimeBase
 
 SHARES = (MEASURED, MARK, "#E69F00", "#0072B2", "#B8A900", "#8C8C8C")

@@ -15,8 +15,6 @@ from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.mechanism_text import write_mechanism
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
-from mechid.identification.diagnosis.completion import identified_with
-from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
@@ -24,7 +22,7 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
-from mechid.report.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
+from mechid.report.pens import Pens
 from mechid.report.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 from mechid.report.tables import report_data
 
@@ -98,13 +96,14 @@ def identified_into(
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, audience, seed, workers)
     fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
-    validation = validate(campaign, fit)
-    is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
-    mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
-    fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
-    data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
-    files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-    files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told)]
+    with Pens() as pens:
+        validation = validate(campaign, fit)
+        is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
+        mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
+        fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
+        data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+        files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
+        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, pens)]
     return Identified(fit=fit, data=data, files=tuple(files))
 
 
@@ -138,6 +137,10 @@ def _completed(
     campaign: Campaign, fit: Fit, folder: Path, audience: Audience, seed: int, workers: int | None
 ) -> tuple[Campaign, Fit, list[Path]]:
     """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
+    from mechid.identification.diagnosis.completion import identified_with
+    from mechid.identification.diagnosis.diagnosis import diagnose
+    from mechid.report.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
+
     with audience.followed() as listener:
         found = diagnose(campaign, fit, workers=workers, listener=listener)
         files = write_diagnosis(found, diagnosis_data(found), folder)
@@ -157,13 +160,15 @@ def _report(
     validation: Mapping[str, RecordValidation],
     folder: Path,
     told: Callable[[str], None],
+    pens: Pens,
 ) -> list[Path]:
     """Write the report; where that fails say so, since the estimate is on disk already."""
     told("making the report ...")
     try:
         from mechid.report.writing import write_report
 
-        return [path for path in write_report(data, campaign, fit, validation, folder) if path.name != REPORT_NAME]
+        files = write_report(data, campaign, fit, validation, folder, pens)
+        return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         told(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
         raise

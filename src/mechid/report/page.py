@@ -14,11 +14,10 @@ from markupsafe import Markup
 
 from mechid.kernel.equation_text import Section
 from mechid.report.curves import Curves
+from mechid.report.embedded import embedded
 from mechid.report.outline import DETAIL_S, Outline
-from mechid.report.packing import pack_text
 from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS
 from mechid.report.payload import payload
-from mechid.report.plots import library, plot_items
 from mechid.report.quantities import quantity_words
 from mechid.report.side import SIDE_COLUMNS, SIDE_SAID, SIDE_TITLE
 from mechid.units import unit_words
@@ -56,8 +55,8 @@ def report_page(
         equations=[
             {"title": s.title, "lines": [(left, s.sign, right) for left, right in s.lines]} for s in equations
         ],
-        library=pack_text(library()),
-        kinds=plot_items(),
+        library=embedded().library,
+        kinds=embedded().kinds,
         completed_title=COMPLETED_TITLE,
         path=PATH_COLUMNS,
         side={"title": SIDE_TITLE, "said": SIDE_SAID, "columns": SIDE_COLUMNS},

@@ -20,12 +20,11 @@ from bokeh.models.annotations import ColorBar, Legend
 from bokeh.palettes import Cividis256
 from bokeh.plotting import figure
 
-from mechid.report.quantities import AMPLITUDE, DENSITY, RESIDUAL, TORQUE
+from mechid.report.quantities import AMPLITUDE, CORRELATION, DENSITY, FREQUENCY, LAG, RESIDUAL, TIME, TORQUE
 
 Item: TypeAlias = dict[str, Any]
 SCRIPTS = ("bokeh.min.js",)
 TORQUE_HEIGHT, RESIDUAL_HEIGHT, HEIGHT = 280, 170, 280
-TIME, FREQUENCY, LAG, CORRELATION = "time, s", "frequency, Hz", "lag, samples", "autocorrelation"
 FONT = "system-ui, sans-serif"
 
 

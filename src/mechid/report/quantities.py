@@ -9,6 +9,7 @@ from mechid.units import unit_words
 
 TORQUE, RESIDUAL = "torque, N m", "residual, N m"
 AMPLITUDE, DENSITY = "amplitude, N m", "residual density, N m/√Hz"
+TIME, FREQUENCY, LAG, CORRELATION = "time, s", "frequency, Hz", "lag, samples", "autocorrelation"
 
 
 def quantity_words(quantity: str) -> str:

@@ -17,8 +17,7 @@ from mechid.records import Channel, Record, Role
 from mechid.report.curves import drawn, rate_over
 from mechid.report.figures import MARK, MEASURED, MODELLED, STYLE, made, over_time, write_figures
 from mechid.report.look.figures import look_figures
-from mechid.report.plots import TIME
-from mechid.report.quantities import quantity_words
+from mechid.report.quantities import TIME, quantity_words
 from mechid.signal.runs import runs_of
 from mechid.simulation.simulator import TimeBase
 from mechid.units import unit_words

@@ -47,6 +47,7 @@ from mechid.kernel.loop.plant import (
     AT_X_NEW,
     AT_X_P,
     END_JUMP_LANES,
+    ENTRY,
     FAST,
     GUARD_FIRST,
     GUARD_TARGET,
@@ -54,6 +55,7 @@ from mechid.kernel.loop.plant import (
     MOST_GUARDS,
     NF,
     NL,
+    NONE,
     NP,
     NPF,
     NPOINT,
@@ -82,7 +84,7 @@ from mechid.kernel.loop.plant import (
 from mechid.kernel.loop.switches import add_jump, change_mode, log_event
 
 
-@njit(error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
+@njit(**ENTRY)
 def begin(
     p: Array, directions: Array, inputs: Array, theta_0: float, x_0: Array, x_p: Array, discrete: IntegerArray, w: Array
 ) -> None:
@@ -125,7 +127,7 @@ def lose(y: Numbers, row: int, rows: int) -> None:
         y[i] = np.nan
 
 
-@njit(fastmath=FAST, error_model="numpy", cache=True, nogil=True, no_cfunc_wrapper=True)
+@njit(**ENTRY, fastmath=FAST)
 def run(
     p: Array,
     directions: Array,
@@ -194,7 +196,7 @@ def run(
                 whole /= count
             elif whole < 1e-9 * reach:
                 count = 0
-            length, fired, guard, searched = whole, -1, -1, False
+            length, fired, guard, searched = whole, NONE, NONE, False
             while count > 0:
                 if discrete[STALE]:
                     refresh(w, discrete, sensitive)
@@ -229,7 +231,7 @@ def run(
                     jumped = True
                 old_mode = discrete[MODE + fired]
                 passed = 1.0 - (t_sample - w[AT_TIME]) / h
-                slope = change_mode(fired, guard, passed, h, w, discrete, sensitive, edge_last)
+                slope = change_mode(fired, guard, passed, h, w, discrete, sensitive, int(edge_last))
                 log_event(events, most, discrete, w, fired, old_mode, slope)
                 discrete[STALE], edge_last = 1, False
                 if GUARD_TARGET[GUARD_FIRST[fired, old_mode] + guard] >= 0:

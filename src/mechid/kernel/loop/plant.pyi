@@ -44,6 +44,7 @@ A = TypeVar("A")
 F = TypeVar("F", bound=Callable[..., Any])
 
 INNER: dict[str, Any]
+ENTRY: dict[str, Any]
 FAST: set[str]
 
 def numbers(array: A) -> A: ...
@@ -63,6 +64,7 @@ NS: int
 NPF: int
 NPOINT: int
 TERMS: int
+NONE: int  # no switch, no guard
 NG: int
 LANES_PER_GROUP: int
 GROUP_SIZE: int

@@ -66,7 +66,7 @@ from mechid.kernel.loop.plant import (
 
 
 @njit(**INNER)
-def saltation(w: Numbers, s: int, mode: int, i: int, slope: float, h: float, at_edge: bool) -> None:
+def saltation(w: Numbers, s: int, mode: int, i: int, slope: float, h: float, at_edge: int) -> None:
     """Write dtau/dp = -(g_x S + g_p)/(g_x f) of the instant at which guard i of a mode fires, into its row.
 
     A guard that was thrown below zero by a jump fires with that jump: at an edge, which no parameter moves, or with
@@ -120,7 +120,7 @@ def entered(s: int, mode: int, i: int, w: Numbers, h: float) -> int:
 
 @njit(**INNER)
 def change_mode(
-    s: int, i: int, share: float, h: float, w: Numbers, discrete: Integers, sensitive: int, at_edge: bool
+    s: int, i: int, share: float, h: float, w: Numbers, discrete: Integers, sensitive: int, at_edge: int
 ) -> float:
     """Guard i of switch s fires: new mode, jump of the sensitivities and of the outputs; return its slope.
 

@@ -10,7 +10,8 @@ from mechid.report.budget.contents import budget_contents
 from mechid.report.budget.figures import budget_figures
 from mechid.report.budget.markdown import budget_markdown
 from mechid.report.budget.page import budget_page
-from mechid.report.figures import FOLDER_NAME, write_figures
+from mechid.report.figures import write_figures
+from mechid.report.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME, TABLES_NAME = "budget.html", "budget.md"

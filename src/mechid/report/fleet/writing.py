@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.report.figures import FOLDER_NAME, write_figures
+from mechid.report.figures import write_figures
 from mechid.report.fleet.contents import fleet_contents
 from mechid.report.fleet.figures import fleet_figures
 from mechid.report.fleet.page import fleet_page
+from mechid.report.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME = "fleet.html"

@@ -32,8 +32,7 @@ from mechid.report.figures import (
 )
 from mechid.report.look.contents import channel_keys
 from mechid.report.look.words import order_of, unit_text
-from mechid.report.plots import FREQUENCY, TIME
-from mechid.report.quantities import quantity_words
+from mechid.report.quantities import FREQUENCY, TIME, quantity_words
 from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows

@@ -8,10 +8,11 @@ from typing import Any
 
 from mechid.analysis.look import RecordLook
 from mechid.identification.result.estimate_file import json_text
-from mechid.report.figures import FOLDER_NAME, write_figures
+from mechid.report.figures import write_figures
 from mechid.report.look.figures import look_figures
 from mechid.report.look.page import look_page
 from mechid.report.look.tables import look_tables
+from mechid.report.sheet import FOLDER_NAME
 from mechid.writing import writable, write_together
 
 PAGE_NAME, JSON_NAME, CSV_FOLDER = "look.html", "look.json", "csv"
