@@ -23,7 +23,7 @@ from mechid.plant.flight import CUT_OFF
 from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.signal.power import periodic_power
-from mechid.simulation.simulator import State
+from mechid.simulation.block import State
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -20,8 +20,9 @@ from mechid.budget.operating_mode import OperatingMode
 from mechid.command import RateProfile
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
+from mechid.simulation.block import State
 from mechid.simulation.repetition import MIRRORED, Repetition, repetition
-from mechid.simulation.simulator import Run, Simulator, State, TimeBase
+from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]

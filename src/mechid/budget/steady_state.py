@@ -18,7 +18,8 @@ from mechid.errors import FitError
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.accuracy import simulate_accurately
-from mechid.simulation.simulator import Simulator, State
+from mechid.simulation.block import State
+from mechid.simulation.simulator import Simulator
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]

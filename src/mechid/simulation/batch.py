@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kernel_for
 from mechid.kernel.batch.source import SETS
+from mechid.simulation.block import Block
 from mechid.simulation.interruption import ask
-from mechid.simulation.simulator import Block, Run, outcome_of
+from mechid.simulation.simulator import Run, outcome_of
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]

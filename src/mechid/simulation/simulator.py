@@ -15,6 +15,7 @@ from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate,
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.plant import Plant
 from mechid.signal.series import Series
+from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
@@ -61,40 +62,6 @@ class TimeBase:
     def first(self, samples: int) -> TimeBase:
         """Return the time base of the first samples alone."""
         return TimeBase(self.sample_rate_hz, min(samples, self.samples), self.start_s)
-
-
-@dataclass(frozen=True)
-class Block:
-    """Samples `start` to `stop` of a run, as views that the next block overwrites.
-
-    Attributes
-    ----------
-    y : (n, n_y)
-    rate : (n, n_y), or (0, n_y) without sensitivities
-    jacobian : (n, n_y, lanes), one lane a direction, zero in those not used; or (0, n_y, 0)
-    """
-
-    start: int
-    stop: int
-    y: FloatArray
-    rate: FloatArray
-    jacobian: FloatArray
-
-
-@dataclass(frozen=True, eq=False)
-class State:
-    """Where a run stands, or is to start from at command time 0.
-
-    Attributes
-    ----------
-    x : (n_x,)
-        The plant's states.
-    lanes : (n_x, m)
-        Their derivatives along the directions of the run.
-    """
-
-    x: FloatArray
-    lanes: FloatArray
 
 
 @dataclass(frozen=True, eq=False)

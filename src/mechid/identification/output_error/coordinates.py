@@ -26,7 +26,8 @@ from mechid.identification.output_error.means import Mean, means_of
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
-from mechid.simulation.simulator import Block, TimeBase
+from mechid.simulation.block import Block
+from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
 ON_BOUND = 1e-6

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from mechid.campaign.campaign import CLOCK, TIME_OFFSET
 from mechid.command.timing import PPM
-from mechid.simulation.simulator import Block, TimeBase
+from mechid.simulation.block import Block
+from mechid.simulation.simulator import TimeBase
 
 FloatArray = NDArray[np.float64]
 Slope = Callable[[TimeBase, Block, int, int], FloatArray]

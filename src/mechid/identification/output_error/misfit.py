@@ -18,7 +18,8 @@ from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
 from mechid.signal.stored import Room, room_for
 from mechid.simulation.batch import Batch, OfBatch
-from mechid.simulation.simulator import Block, Run
+from mechid.simulation.block import Block
+from mechid.simulation.simulator import Run
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]

@@ -18,7 +18,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.batch.source import SETS
-from mechid.simulation.simulator import Block
+from mechid.simulation.block import Block
 
 FloatArray = NDArray[np.float64]
 DRAWS = 30
