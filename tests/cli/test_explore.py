@@ -13,7 +13,7 @@ import pytest
 import synthetic
 from diagnosis_folder import DETENT, left, missing
 from mechid.campaign import load_campaign
-from mechid.cli import journal
+from mechid.identification.result import journal_file
 from mechid.identification.result.estimate_file import read_estimate
 from mechid.web import Source, read_estimated
 from mechid.web.session import Session
@@ -46,12 +46,12 @@ def test_it_prints_where_the_page_is_and_ctrl_c_ends_it(staged):
 
 
 def test_a_tab_follows_an_identification_elsewhere_and_takes_up_its_estimate(run, staged, tmp_path, monkeypatch):
-    monkeypatch.setattr(journal, "EVERY_S", 0.0)
+    monkeypatch.setattr(journal_file, "EVERY_S", 0.0)
     out = tmp_path / "result"
-    session = Session(Source(load_campaign(staged), journal=out / journal.FILE_NAME))
+    session = Session(Source(load_campaign(staged), journal=out / journal_file.FILE_NAME))
     notes = []
 
-    class Noted(journal.StageLines):
+    class Noted(journal_file.StageLines):
         """Looks at the tab each time that something is noted."""
 
         def tell(self, progress):

@@ -90,7 +90,7 @@ def test_it_ends_in_each_stage_where_it_is_told_to(campaign, whole, workers):
     """Also in the standard errors, which follow the last report: each thread asks a few times more at most."""
     asked, _ = whole
     assert {"multi-start", "gated growth", "joint fit", "noise re-estimated", "verdict"} <= set(asked.first)
-    assert asked.by_stage["noise re-estimated"] > 100
+    assert asked.by_stage["noise re-estimated"] > 50  # 30 draws of two records, eight of them asked together
     for last in (1, *asked.first.values(), _late(asked)):
         ended = Asked(last)
         with pytest.raises(Stop):
