@@ -18,12 +18,12 @@ PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
     "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
     "first sight": ("mechid.identification.identify", "first_seen"),
-    "search": ("mechid.cli.identification", "identify"),
+    "search": ("mechid.report.identified", "identify"),
     "multi-start": ("mechid.identification.stages.growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.cli.identification", "with_suggestions"),
-    "validation": ("mechid.cli.identification", "validate"),
-    "results": ("mechid.cli.identification", "write_results"),
+    "suggestions": ("mechid.report.identified", "with_suggestions"),
+    "validation": ("mechid.report.identified", "validate"),
+    "results": ("mechid.report.identified", "write_results"),
     "curves": ("mechid.report.writing", "record_curves"),
     "page": ("mechid.report.writing", "report_page"),
     "equations": ("mechid.report.writing", "equations_mathml"),
@@ -82,8 +82,8 @@ def _clock(part: str, module: str, name: str) -> None:
 
 def _clock_late() -> None:
     """Put clocks around the parts of the report once that has been imported, within the report's own time."""
-    cli = sys.modules["mechid.cli.identification"]
-    report = cli._report
+    identified = sys.modules["mechid.report.identified"]
+    report = identified._report
 
     def with_clocks(*arguments: object) -> object:
         for module in LATE:
@@ -93,7 +93,7 @@ def _clock_late() -> None:
                 _clock(part, module, name)
         return report(*arguments)
 
-    cli._report = _timed("report", with_clocks)
+    identified._report = _timed("report", with_clocks)
 
 
 def _timed(part: str, function: Callable) -> Callable:
