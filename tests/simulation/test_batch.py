@@ -95,12 +95,14 @@ def test_angles_may_turn_far_in_a_step(paper):
     assert_same(Simulator(paper.plant, fast, TimeBase(1e4, 5001)), around(paper, SETS))
 
 
-def test_one_that_fails_takes_nobody_with_it(paper):
+@pytest.mark.parametrize("offsets", [(0.0,), (0.0, 0.2)], ids=["all begin at once", "others still rest"])
+def test_one_that_fails_takes_nobody_with_it(paper, offsets):
     """Truth: the kernel alone; the third cannot be simulated."""
     points = around(paper, SETS)
     inertia = [str(s) for s in paper.plant.parameters].index("J_rot")
     points[2, inertia] *= -1e-3
-    runs, same = begun(Simulator(paper.plant, FULL, BASE), points), begun(Simulator(paper.plant, FULL, BASE), points)
+    simulator = Simulator(paper.plant, FULL, BASE, latest_s=0.2)
+    runs, same = begun(simulator, points, offsets=offsets), begun(simulator, points, offsets=offsets)
     expected, found = alone(runs), together(same)
     assert same[2].outcome is runs[2].outcome is not SimulationOutcome.COMPLETE
     np.testing.assert_array_equal(np.isnan(found), np.isnan(expected))

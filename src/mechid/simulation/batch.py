@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kernel_for
 from mechid.kernel.batch.source import SETS
+from mechid.kernel.compiled import DIVERGED, SUCCESS
 from mechid.simulation.block import Block
 from mechid.simulation.interruption import ask
 from mechid.simulation.simulator import Run, outcome_of
@@ -76,6 +77,7 @@ class Batch:
         for k in range(SETS):
             run = self.runs[min(k, len(self.runs) - 1)]
             b.p[k], b.grids[k], b.owns[k], b.ones[k] = run.p, run.grid, run.buffers.discrete, run.buffers.w
+            b.statuses[k] = SUCCESS if run.outcome is SimulationOutcome.COMPLETE else DIVERGED
         b.meet(self.kernel)
 
     def _give(self) -> None:
@@ -86,7 +88,8 @@ class Batch:
             if together[int(self.kernel.module.GOING), k]:
                 b.ones[k, states] = together[states, k]
             run.buffers.discrete[:], run.buffers.w[:], run.buffers.events[:] = b.owns[k], b.ones[k], b.events[k]
-            run.outcome = outcome_of(int(b.statuses[k]))
+            if run.outcome is SimulationOutcome.COMPLETE:  # else it had failed while others still rested
+                run.outcome = outcome_of(int(b.statuses[k]))
 
 
 class _Shared:
