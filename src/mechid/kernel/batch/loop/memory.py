@@ -10,12 +10,8 @@ FAR = 0.4  # largest turn of a base angle in a step, rad; beyond it a set goes a
 GOING = SIZE  # 1 where a set goes with the others, else 0
 START, INTERVAL, STEP, STEP_CLOSE = GOING + 1, GOING + 2, GOING + 3, GOING + 4  # its grid
 SAMPLE, NEXT_EDGE = GOING + 5, GOING + 6  # instants of the sample and of the edge that come next
-END, COUNT, WHOLE, ON_EDGE = (
-    GOING + 7,
-    GOING + 8,
-    GOING + 9,
-    GOING + 10,
-)  # until when, in how many steps of which length
+END, COUNT, WHOLE = GOING + 7, GOING + 8, GOING + 9  # until when each goes next, in how many steps of which length
+ON_EDGE = GOING + 10  # 1 where an edge is there
 LENGTH = GOING + 11  # of the step at hand
 SUSPECT = GOING + 12  # 1 where a guard may have fired in it
 AWAY = GOING + 13  # 1 where it is not of the usual length
