@@ -160,10 +160,10 @@ def test_a_mean_of_supplies_that_is_off_is_within_the_errors(tmp_path):
     one, truth = written(tmp_path, {}, supplies=tuple(supplies), free=(*FREE, "stepper.coil_inductance"))
     fit = identify(one, workers=1, near=truth)
     unknown = supplies.std(ddof=1) / np.sqrt(3.0)
-    times = {"stepper.torque_constant": 1.0, "stepper.coil_resistance": 2.0, "stepper.coil_inductance": 2.0}
-    for name in times:
+    powers = {"stepper.torque_constant": 1.0, "stepper.coil_resistance": 2.0, "stepper.coil_inductance": 2.0}
+    for name, power in powers.items():
         p = fit.parameters[name]
-        assert p.std_error == pytest.approx(times[name] * unknown * p.value, rel=0.1)
+        assert p.std_error == pytest.approx(power * unknown * p.value, rel=0.1)
         assert p.std_error_noise < 0.25 * p.std_error
         assert p.dof == pytest.approx(2.0, rel=0.1)  # of three supplies
         assert abs(p.value - truth[name]) < 2.0 * p.std_error

@@ -209,10 +209,9 @@ class Coordinates:
         return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
 
     def unknown_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
-        """Return what each mean adds to the score where it is off by its standard deviation, (n,), and by how many
-        degrees of freedom that is known.
+        """Return what each mean adds to the score where it is off by its standard deviation, (n,).
 
-        The estimate moves by (J^T J)^-1 times it.
+        With it come the degrees of freedom by which that is known. The estimate moves by (J^T J)^-1 times it.
         """
         names, slopes = self.value_slopes(q)
         slope, values = dict(zip(names, slopes, strict=True)), self.records_values(q)
