@@ -7,6 +7,7 @@ with each law, name what is missing; with it the growth goes on to where the nex
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -45,11 +46,11 @@ def in_stretches(before: Model, told: Told) -> Model | None:
         told(f"{100.0 * reached:.1f} % of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
-        asked = _with_what_is_missing(model.within(growth.horizons), told)
-        same = {*asked.effects} == {*model.effects}
-        model, growth = _followed(asked, before, PATIENT if same else ESCAPES)
-        if same and growth.reached(model.problem) <= FURTHER * reached:
+        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, told))
+        further = next((each for each in attempts if each[1].reached(each[0].problem) > FURTHER * reached), None)
+        if further is None:
             return None
+        model, growth = further
     return None
 
 
@@ -69,11 +70,17 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return replace(whole, q=growth.q), growth
 
 
-def _with_what_is_missing(model: Model, told: Told) -> Model:
-    """Return the model fitted, with the effects that its windows ask for if it leaves more than noise in them."""
-    model = model.fitted(model)
-    if model.over_noise <= FOLLOWED:
-        return model
-    tried: dict[str, str] = {}
-    more, _ = pruned(grown(model, tried, told)[0], told)
-    return more if more.over_noise <= FOLLOWED else with_a_law(model, more, tried, told)[0]
+def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, Model, int]]:
+    """Yield what may follow the records further, as `_followed` wants it: with terms, then with laws.
+
+    Laws come last, since each is a kernel and a fit of its own. A model that leaves no more than noise lacks nothing.
+    """
+    here, tried = model.fitted(model), dict[str, str]()
+    more = here
+    if here.over_noise > FOLLOWED:
+        more, _ = pruned(grown(here, tried, told)[0], told)
+        if {*more.effects} != {*here.effects}:
+            yield more, before, ESCAPES
+    if more.over_noise > FOLLOWED:
+        yield with_a_law(here, more, tried, told)[0], before, ESCAPES
+    yield more, before, PATIENT
