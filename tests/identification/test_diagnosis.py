@@ -18,6 +18,8 @@ from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.search import standing_in
+from mechid.identification.diagnosis.start import begun
+from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
 from mechid.report import report_data
@@ -317,6 +319,22 @@ def test_a_fit_that_follows_its_records_in_part_is_diagnosed_over_whole_records(
     assert "grade C" in found.words
     assert "full_23 among them" in found.words
     assert "grade C" not in lacking[1].words
+
+
+def test_effects_are_found_from_the_first_moments_on(fitted):
+    """Truth: the harmonic that made the records, five times that of the fit's, whose values are none of these."""
+    bench = made({**HARMONIC, "amplitude": 0.05})
+    before, _ = begun(bench, fitted[1].to_dict())
+    told = []
+    found = in_stretches(replace(before, q=before.problem.start, cost=np.inf), told.append)
+    assert found.effects == ("stepper.torque_harmonic:3",)
+    assert found.over_noise == pytest.approx(1.0, abs=0.03)
+    assert found.is_of_whole_records
+    values = found.problem.coordinates.values(found.q)
+    (amplitude,) = (v for n, v in values.items() if "torque_harmonic" in n and n.endswith("amplitude"))
+    assert amplitude == pytest.approx(0.05, rel=0.05)
+    assert told[0].endswith("% of the records followed with nothing beside")
+    assert told[-1] == "100.0 % of the records followed with stepper.torque_harmonic:3"
 
 
 def test_a_mechanism_completes_itself():
