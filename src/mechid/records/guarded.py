@@ -1,0 +1,89 @@
+"""Files whose readers run in the process that reads: the head comes here, samples when they are wanted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.reading.process import call
+from mechid.records.arrays import ArrayTable, Index
+from mechid.records.foreign import parsing
+
+Reader = Callable[[Path, str], ArrayTable]
+KEPT = 2
+"""Files of which the process that reads remembers the head, or all where they are read whole."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """A file and how it is read.
+
+    Parameters
+    ----------
+    path : Path
+        Absolute.
+    label : str
+        What messages call it.
+    reader : callable
+        A function of a module, or a `partial` of one.
+    libraries : tuple of str
+        Modules that it needs.
+    state : tuple of int
+        Size in bytes, and when it was changed: after a change it is another file.
+    """
+
+    path: Path
+    label: str
+    reader: Reader
+    libraries: tuple[str, ...]
+    state: tuple[int, int]
+
+
+def open_guarded(path: Path, label: str, reader: Reader, libraries: tuple[str, ...] = ()) -> ArrayTable:
+    """Return the table of a file that another process reads.
+
+    Raises
+    ------
+    RecordError
+        What its reader says; or it crashed, came to no end, or took too much memory.
+    """
+    file = path.stat()
+    state = (file.st_size, file.st_mtime_ns)
+    source = Source(path=path.absolute(), label=label, reader=reader, libraries=libraries, state=state)
+    with parsing(label, f"a {path.suffix} file"):
+        head = call(_head, source, size=file.st_size, libraries=libraries)
+    places = enumerate(head.series)
+    series = tuple((partial(_asked, source, number), axis, first) for number, (_, axis, first) in places)
+    return replace(head, series=series)
+
+
+def _asked(source: Source, number: int, index: Index) -> NDArray[Any]:
+    """Return the part at an index of what a column is loaded from, read elsewhere."""
+    return call(_loaded, source, number, index, size=source.state[0], libraries=source.libraries)
+
+
+def _head(source: Source) -> ArrayTable:
+    """Return the table without what loads it, which stays where this is called."""
+    table = _table(source)
+    return replace(table, series=tuple((_nowhere, axis, first) for _, axis, first in table.series))
+
+
+def _loaded(source: Source, number: int, index: Index) -> NDArray[Any]:
+    table = _table(source)
+    with parsing(table.label, table.kind):
+        return np.asarray(table.series[number][0](index), order="C")
+
+
+@lru_cache(maxsize=KEPT)
+def _table(source: Source) -> ArrayTable:
+    return source.reader(source.path, source.label)
+
+
+def _nowhere(index: Index) -> Any:
+    raise NotImplementedError(index)
