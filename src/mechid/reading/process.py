@@ -31,6 +31,8 @@ IDLE_S = 10.0
 """Time after which a process that nothing is asked of is ended."""
 PIPE_BYTES = 2**20
 START = "import sys; sys.path[:] = {path!r}; from mechid.reading.child import serve; serve()"
+BESIDE = {"HDF5_EXTFILE_PREFIX": "${ORIGIN}"}
+"""Where HDF5 looks for raw storage that a file names, unless the user says otherwise."""
 ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "1",
     "OMP_NUM_THREADS": "1",
@@ -170,7 +172,7 @@ def _started() -> subprocess.Popen[bytes]:
         stderr=subprocess.DEVNULL,
         bufsize=0,
         pipesize=PIPE_BYTES,
-        env={**os.environ, **ENVIRONMENT},
+        env={**BESIDE, **os.environ, **ENVIRONMENT},
         start_new_session=True,  # Ctrl-C is for the process that waits
     )
 

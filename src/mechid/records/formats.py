@@ -49,6 +49,8 @@ GUARDED: Mapping[str, Reader] = {
 """Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
 READERS: Mapping[str, Callable[[Path, str], Table]] = {**dict.fromkeys(TEXTS, open_csv), **GUARDED}
 """Reader by suffix, in lower case."""
+REFERRING = (open_hdf5, open_matlab)
+"""Readers of files that may take numbers from others."""
 LIBRARIES: Mapping[Reader, str] = {
     open_hdf5: "h5py",
     open_tdms: "nptdms",
@@ -75,12 +77,20 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     """
     began = time.perf_counter()
     with readable(spec.path):
-        record = _record(path, spec, open_table(path, spec.path))
+        record = _record(path, spec, open_table(path, spec.path, spec.external_files))
     return replace(record, reading_s=time.perf_counter() - began)
 
 
-def open_table(path: Path, label: str) -> Table:
-    """Return the columns of any file that a reader reads; `label` is what messages call it.
+def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> Table:
+    """Return the columns of any file that a reader reads.
+
+    Parameters
+    ----------
+    path : Path
+    label : str
+        What messages call it.
+    external_files : tuple of str
+        Other files that its numbers may come from.
 
     Raises
     ------
@@ -91,8 +101,10 @@ def open_table(path: Path, label: str) -> Table:
     suffix = _suffix(path, label)
     with readable(label):
         refuse_special(path)
+        if external_files and READERS[suffix] not in REFERRING:
+            raise RecordError(f"{label}: external_files: only HDF5 and MATLAB 7.3 name other files; leave it out")
         if suffix in GUARDED:
-            return open_guarded(path, label, GUARDED[suffix], _libraries(path))
+            return open_guarded(path, label, GUARDED[suffix], _libraries(path), external_files)
         return READERS[suffix](path, label)
 
 

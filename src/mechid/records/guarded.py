@@ -15,7 +15,7 @@ from mechid.reading.process import call
 from mechid.records.arrays import ArrayTable, Index
 from mechid.records.foreign import parsing
 
-Reader = Callable[[Path, str], ArrayTable]
+Reader = Callable[..., ArrayTable]
 KEPT = 2
 """Files of which the process that reads remembers the head, or all where they are read whole."""
 
@@ -31,9 +31,11 @@ class Source:
     label : str
         What messages call it.
     reader : callable
-        A function of a module, or a `partial` of one.
+        A function of a module: of path, label, and `external_files` where there are any.
     libraries : tuple of str
         Modules that it needs.
+    external_files : tuple of str
+        Other files that its numbers may come from.
     state : tuple of int
         Size in bytes, and when it was changed: after a change it is another file.
     """
@@ -42,11 +44,14 @@ class Source:
     label: str
     reader: Reader
     libraries: tuple[str, ...]
+    external_files: tuple[str, ...]
     state: tuple[int, int]
 
 
-def open_guarded(path: Path, label: str, reader: Reader, libraries: tuple[str, ...] = ()) -> ArrayTable:
-    """Return the table of a file that another process reads.
+def open_guarded(
+    path: Path, label: str, reader: Reader, libraries: tuple[str, ...] = (), external_files: tuple[str, ...] = ()
+) -> ArrayTable:
+    """Return the table of a file that another process reads; the arguments are those of a `Source`.
 
     Raises
     ------
@@ -54,8 +59,14 @@ def open_guarded(path: Path, label: str, reader: Reader, libraries: tuple[str, .
         What its reader says; or it crashed, came to no end, or took too much memory.
     """
     file = path.stat()
-    state = (file.st_size, file.st_mtime_ns)
-    source = Source(path=path.absolute(), label=label, reader=reader, libraries=libraries, state=state)
+    source = Source(
+        path=path.absolute(),
+        label=label,
+        reader=reader,
+        libraries=libraries,
+        external_files=external_files,
+        state=(file.st_size, file.st_mtime_ns),
+    )
     with parsing(label, f"a {path.suffix} file"):
         head = call(_head, source, size=file.st_size, libraries=libraries)
     places = enumerate(head.series)
@@ -82,7 +93,8 @@ def _loaded(source: Source, number: int, index: Index) -> NDArray[Any]:
 
 @lru_cache(maxsize=KEPT)
 def _table(source: Source) -> ArrayTable:
-    return source.reader(source.path, source.label)
+    more = {"external_files": source.external_files} if source.external_files else {}
+    return source.reader(source.path, source.label, **more)
 
 
 def _nowhere(index: Index) -> Any:
