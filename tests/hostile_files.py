@@ -1,4 +1,4 @@
-"""Files of HDF5 and MATLAB that lead elsewhere, in circles, or nowhere: each by a named builder, with TORQUE in `torque`."""
+"""Files of HDF5 and MATLAB that lead elsewhere or in circles: each by a named builder, with TORQUE in `torque`."""
 
 import numpy as np
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 MIB = 2**20
 MOST_BYTES = 64 * MIB
-"""Of a file that people write, a table of numbers included."""
-MOST_BYTES_OF_RESULTS = 2048 * MIB
+"""Of a file that people write, tables of numbers included."""
+MOST_BYTES_OF_RESULTS = 512 * MIB
 """Of a file that mechid writes."""
 KINDS = (
     (stat.S_ISDIR, "it is a folder"),
@@ -42,22 +42,30 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
         As `refuse_special`; it cannot be read, or it holds more than `most` bytes.
     """
     refuse_special(path)
+    too_long = OSError(errno.EFBIG, f"it is longer than {most // MIB} MiB", str(path))
+    if path.stat().st_size > most:
+        raise too_long
     with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:
-        raise OSError(errno.EFBIG, f"it is longer than {most // MIB} MiB", str(path))
+        raise too_long
     return content
 
 
-def read_text(path: Path, most: int = MOST_BYTES, *, encoding: str = "utf-8-sig") -> str:
-    """Return the text that a file holds, line ends as Python has them.
+def read_text(path: Path) -> str:
+    """Return the UTF-8 text that a file of people's holds, line ends as Python has them.
 
     Raises
     ------
     OSError
         As `read_bytes`.
     UnicodeDecodeError
-        It is not of this encoding.
+        It is no such text.
     """
-    content = read_bytes(path, most).decode(encoding)
+    content = read_bytes(path).decode("utf-8-sig")
     return content.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_result(path: Path) -> str:
+    """Return the UTF-8 text of a file that mechid has written; errors as of `read_text`."""
+    return read_bytes(path, MOST_BYTES_OF_RESULTS).decode("utf-8")

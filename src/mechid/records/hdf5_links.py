@@ -11,8 +11,8 @@ from typing import Any
 
 from mechid.errors import RecordError
 
-MOST_ENTRIES = 2**16
-"""So many entries a file may have, each counted as often as it is reached."""
+MOST_AGAIN = 2**10
+"""So often groups may be reached that have been reached before."""
 DEEPEST = 32
 """Links to links, and virtual datasets of virtual ones: no instrument nests them so deep."""
 HERE = "."
@@ -36,19 +36,13 @@ class Links:
 
     def __init__(self, h5py: Any, label: str, external_files: Collection[str] = ()) -> None:
         self.h5py, self.label, self.external_files = h5py, label, external_files
-        self._left = MOST_ENTRIES
+        self._seen: set[tuple[int, int]] = set()
+        self._again = 0
         self._used: dict[str, None] = {}
 
     def entries(self, group: Any, within: Within) -> Iterator[tuple[str, Any, str | None]]:
-        """Yield name and object of each entry of a group; None, and why, where it is not to be followed.
-
-        Raises
-        ------
-        RecordError
-            The file has too many.
-        """
+        """Yield name and object of each entry of a group; None, and why, where it is not to be followed."""
         for name in group:
-            self.count()
             fault = self._link_fault(group, name, DEEPEST)
             node = None if fault else group.get(name)
             fault = fault or self.fault(node, within)
@@ -69,35 +63,32 @@ class Links:
 
     def referred(self, node: Any, reference: Any, within: Within) -> tuple[Any, str | None]:
         """Return the object that a reference leads to; None, and why, where it is not to be followed."""
-        self.count()
         found = node.file[reference]
         fault = self.fault(found, within)
         return (None, fault) if fault else (found, None)
 
     def inside(self, group: Any, within: Within) -> Within:
-        """Return what the entries of a group are within."""
-        return within | {self._place(group)}
+        """Return what the entries of a group, or of a cell, are within.
+
+        Raises
+        ------
+        RecordError
+            Links lead to the same groups again and again.
+        """
+        place = self._place(group)
+        self._again += place in self._seen
+        self._seen.add(place)
+        if self._again > MOST_AGAIN:
+            raise RecordError(
+                f"{self.label}: links lead to the same groups more than {MOST_AGAIN} times; save its channels alone"
+            )
+        return within | {place}
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is odd: numbers of other files, which the digest of this one says nothing of."""
         used = ", ".join(self._used)
         return (f"{self.label}: takes numbers from {used}, which its digest does not cover",) if used else ()
-
-    def count(self) -> None:
-        """Count an entry.
-
-        Raises
-        ------
-        RecordError
-            There were too many.
-        """
-        self._left -= 1
-        if self._left < 0:
-            raise RecordError(
-                f"{self.label}: more than {MOST_ENTRIES} entries: links lead to the same groups again and again, or "
-                "it is no record; save its channels alone"
-            )
 
     def fault(self, node: Any, within: Within = frozenset()) -> str | None:
         """Return why an object is not to be looked at, None where it may be."""

@@ -69,10 +69,11 @@ class _Objects(Heap):
         """Return what a node holds."""
         if node is None or "MATLAB_empty" in node.attrs:
             return None
-        inside = self.links.inside(node, within)
         if isinstance(node, self.h5py.Group):
+            inside = self.links.inside(node, within)
             return {name: self.tree(entry, inside) for name, entry, _ in self.links.entries(node, inside)}
         if node.dtype == self.h5py.ref_dtype:
+            inside = self.links.inside(node, within)
             return [self.tree(entry, inside) for entry, _ in self.referred(node, inside)]
         if fact(node.attrs.get("MATLAB_class", b"")) == "char":
             return "".join(map(chr, node[()].ravel(order="F")))
