@@ -9,12 +9,16 @@ from __future__ import annotations
 import os
 import pickle
 import signal
+import sys
 import traceback
-from collections.abc import Sequence
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from io import FileIO
 from pathlib import Path
+from types import ModuleType
+
+import numpy
 
 from mechid.errors import MechidError
 from mechid.reading.frames import receive, send
@@ -24,6 +28,8 @@ from mechid.reading.request import Call, Ended, Raised, Returned
 DONE = 3
 """Exit status of a copy that has answered; with any other a library has ended it."""
 CAN_COPY = hasattr(os, "fork")
+NAMED_ALONE = ("f2py", "testing")
+"""Parts of NumPy of which SciPy asks for the names alone: they are more than half of the time that its import takes."""
 MOST_WANTED = 1000
 """How soon Linux ends a process where memory is short: 0 as others, 1000 first."""
 
@@ -83,9 +89,25 @@ def _request(asked: FileIO, answers: FileIO) -> Call | None:
 
 
 def _import(libraries: Sequence[str]) -> None:
-    for name in libraries:
-        with suppress(Exception):  # the reader that needs it says what is missing
-            import_module(name)
+    with _left_out():
+        for name in libraries:
+            with suppress(Exception):  # the reader that needs it says what is missing
+                import_module(name)
+
+
+@contextmanager
+def _left_out() -> Iterator[None]:
+    """Have empty modules in place of those of `NAMED_ALONE`, where they are not there yet."""
+    empty = {name: ModuleType(f"numpy.{name}") for name in NAMED_ALONE if f"numpy.{name}" not in sys.modules}
+    for name, module in empty.items():
+        sys.modules[module.__name__] = module
+        setattr(numpy, name, module)
+    try:
+        yield
+    finally:
+        for name, module in empty.items():
+            del sys.modules[module.__name__]
+            delattr(numpy, name)
 
 
 def _answered(call: Call, answers: FileIO) -> bool:
