@@ -178,3 +178,9 @@ def test_an_interrupted_call_leaves_nothing_behind(monkeypatch):
         signal.signal(signal.SIGALRM, signal.SIG_DFL)
     assert gone(number)
     assert call(math.sqrt, 4.0) == 2.0
+
+
+def test_what_cannot_be_sent_is_a_fault_of_ours():
+    with pytest.raises(AttributeError, match="pickle"):
+        call(lambda: 1)
+    assert call(math.sqrt, 4.0) == 2.0

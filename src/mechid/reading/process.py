@@ -111,24 +111,27 @@ class _Reader:
         with self._alone:
             child = self._running()
             overdue = _timer(asked.seconds + GRACE_S, _kill, child)
-            answer: Answer | None = None
             try:
-                send(_pipe(child.stdin), asked)
-                answer = receive(_pipe(child.stdout))
-            except Exception:  # it is gone, or what it wrote is nonsense
-                answer = Ended(ALARM if overdue.finished.is_set() else _ended_by(child))
-                self._end()
-            finally:
+                answer = _exchanged(child, asked)
+            except BaseException:  # interrupted, or what cannot be sent
                 overdue.cancel()
-                if answer is None:  # interrupted
-                    self._end()
+                self.end()
+                raise
+            is_late = overdue.finished.is_set()
+            overdue.cancel()
+            if answer is None:
+                answer = Ended(ALARM if is_late else _ended_by(child))
+                self.end()
             self._end_when_idle()
             return answer
 
     def end(self) -> None:
         """End the process, whoever waits for it."""
-        if self._child is not None:
-            _kill(self._child)
+        child, self._child = self._child, None
+        if child is not None:
+            _kill(child)
+            child.wait()
+            _close(child)
 
     def forget(self) -> None:
         """Leave the process to the one that this one has been forked from."""
@@ -141,17 +144,10 @@ class _Reader:
     def _running(self) -> subprocess.Popen[bytes]:
         self._asked += 1
         if self._child is not None and self._child.poll() is not None:
-            self._end()
+            self.end()
         if self._child is None:
             self._child = _started()
         return self._child
-
-    def _end(self) -> None:
-        child, self._child = self._child, None
-        if child is not None:
-            _kill(child)
-            child.wait()
-            _close(child)
 
     def _end_when_idle(self) -> None:
         if self._idle is not None:
@@ -161,12 +157,12 @@ class _Reader:
     def _end_unless_asked(self, asked: int) -> None:
         with self._alone:
             if asked == self._asked:
-                self._end()
+                self.end()
 
 
 def _started() -> subprocess.Popen[bytes]:
     return subprocess.Popen(
-        [sys.executable, "-P", "-c", START.format(path=sys.path)],
+        [sys.executable, "-P", "-c", START.format(path=[str(place) for place in sys.path])],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -175,6 +171,16 @@ def _started() -> subprocess.Popen[bytes]:
         env={**BESIDE, **os.environ, **ENVIRONMENT},
         start_new_session=True,  # Ctrl-C is for the process that waits
     )
+
+
+def _exchanged(child: subprocess.Popen[bytes], asked: Call) -> Answer | None:
+    """Send a call and return its answer; None where the process is gone, or what it wrote is nonsense."""
+    with suppress(OSError):
+        send(_pipe(child.stdin), asked)
+    try:
+        return cast(Answer, receive(_pipe(child.stdout)))
+    except Exception:
+        return None
 
 
 def _kill(child: subprocess.Popen[bytes]) -> None:
