@@ -103,11 +103,14 @@ def _error_extension(order: int) -> Extension:
 
 
 def _rivals() -> tuple[Rival, ...]:
-    """Return what may stand beside a linear gear: backlash, small and large; friction that grows with its torque."""
+    """Return what may stand beside a linear gear: backlash, three sizes; friction that grows with its torque.
+
+    From the least play a fit finds one of its neighbourhood that larger starts step over: it has no derivative at 0.
+    """
     plays = tuple(
         Rival(name="gear.backlash", words="backlash of the gear", table="gear", law="backlash",
-              free={"backlash": (play, play / 30, play * 30)})
-        for play in (Float(5e-6), Float(1.5e-4))
+              free={"backlash": (play, play / 30, play * 30)}, grown=grown)
+        for play, grown in ((Float(3e-7), False), (Float(5e-6), True), (Float(1.5e-4), True))
     )  # fmt: skip
     share = (Float(0.05), Float(1e-3), Float(1.0))
     return (

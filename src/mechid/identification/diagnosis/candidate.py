@@ -118,6 +118,17 @@ class Model:
         records = self.problem.coordinates.of_records(self.q) - nulls
         return np.concatenate([self.problem.coordinates.of_mechanism(self.q), records])
 
+    @property
+    def is_of_whole_records(self) -> bool:
+        """Whether its windows leave nothing of the records out."""
+        return dict(self.setting.windows) == dict(self.setting.problem.whole())
+
+    def within(self, horizons: Mapping[str, int]) -> Model:
+        """Return it over so many first samples of each record, where it is."""
+        windows = {name: (0, n) for name, n in horizons.items()}
+        there = replace(self, setting=replace(self.setting, windows=windows))
+        return replace(there, cost=there.problem.total_norm(there.q, windows) ** 2)
+
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
@@ -241,8 +252,9 @@ class Model:
         """Return it fitted from where it follows the records: a joint fit alone may have stopped on a wrong branch.
 
         A model that leaves no more than noise has not; and where no other branch follows all records, none is better.
+        Of windows that are not whole records growth has said already how far they go.
         """
-        if self.over_noise <= FOLLOWED:
+        if self.over_noise <= FOLLOWED or not self.is_of_whole_records:
             return self
         growth = grow(self.problem, self.q, np.random.default_rng(0), escapes=ESCAPES)
         other = self._fitted_from(growth.q, self.worth) if growth.complete else self

@@ -24,13 +24,16 @@ from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
 from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
-from mechid.identification.diagnosis.steps import LEAST, Step
+from mechid.identification.diagnosis.steps import LEAST, Step, Told
+from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
 
+FAR = 1.2
+"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch."""
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
 """Causes of grade C that are of a record which the fit has not followed to its end."""
 
@@ -127,11 +130,29 @@ def diagnose(
         def told(words: str) -> None:
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
-        found = searched(before, start, told)
+        found = _found(before, start, estimate, told)
         told("effects are drawn")
         concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate))
         predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
         return replace(concluded, held_out=predicted)
+
+
+def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Told) -> Found:
+    """Return the effects that are missing: from the fit, and from the first moments where that may be a wrong branch.
+
+    A fit of grade C may be; and so may another one where what is found leaves far more than noise.
+    """
+    if estimate["grade"] == Grade.C:
+        return searched(before, _better(start, in_stretches(before, told)), told)
+    found = searched(before, start, told)
+    if found.model.over_noise <= FAR:
+        return found
+    other = _better(found.model, in_stretches(before, told))
+    return found if other is found.model else searched(before, other, told)
+
+
+def _better(model: Model, other: Model | None) -> Model:
+    return model if other is None or not other.cost < model.cost else other
 
 
 def _refuse_failed(estimate: Mapping[str, Any]) -> None:

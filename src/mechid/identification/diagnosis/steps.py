@@ -84,7 +84,7 @@ def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[
     steps: list[Step] = []
     while len(model.effects) < MOST:
         better = _one_more(model, tried, told)
-        if better is None and model.over_noise > FOLLOWED:
+        if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
             wider = with_periods_seen(model)
             better = _one_more(wider, tried, told) if wider else None
         if better is None:

@@ -55,7 +55,10 @@ def in_place_of_imitators(model: Model, told: Told) -> tuple[Model, list[Step]]:
 
 
 def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
-    """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's."""
+    """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's.
+
+    Laws are tried beside the terms that have been found, which may be right, and without them: they may imitate a law.
+    """
     best, steps = smooth, list[Step]()
     for rank, (law, trial) in enumerate(_promising(before, smooth, tried, told)):
         hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
@@ -79,12 +82,16 @@ def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Told) 
     found: list[tuple[str, Model]] = []
     for law in [law for law in before.other_laws if law.name not in smooth.laws]:
         told(f"{law.name} is tried")
-        trial = _in_place(before, law)
-        score = gain(before, trial)
-        if counts(score):
-            found.append((law.name, trial))
+        shares = []
+        for less in [smooth, before] if smooth.effects != before.effects else [before]:
+            trial = _in_place(less, law)
+            score = gain(less, trial)
+            shares.append(score.share)
+            if counts(score):
+                found.append((law.name, trial))
+                break
         else:
-            tried[law.name] = f"explains {100.0 * score.share:.3g} % of the misfit in a fit"
+            tried[law.name] = f"explains {100.0 * max(shares):.3g} % of the misfit in a fit"
     return sorted(found, key=lambda pair: pair[1].cost)
 
 

@@ -149,13 +149,16 @@ class Coordinates:
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values of all that is free, by dotted name, at `q`."""
         mechanism = self.space.at(self.of_mechanism(q))  # angles are wrapped there
-        own = {p.name: mechanism.value(p.name) for p in mechanism.free}
-        return own | dict(zip(self._places, self.of_records(q).tolist(), strict=True))
+        return {p.name: mechanism.value(p.name) for p in mechanism.free} | self.records_values(q)
 
     def value(self, parameter: Parameter, q: FloatArray) -> float:
         """Return the value at `q` of what is a record's own: its coordinate's, or the one that is known."""
         place = self._places.get(parameter.name)
         return parameter.value if place is None else float(q[place])
+
+    def records_values(self, q: FloatArray) -> dict[str, float]:
+        """Return what belongs to single records, by dotted name, at `q`."""
+        return dict(zip(self._places, self.of_records(q).tolist(), strict=True))
 
     def value_slopes(self, q: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
         """Return the names of all free parameters, (m,), and d(value)/dq, (m, n), in the file's units."""
@@ -187,7 +190,7 @@ class Coordinates:
             return shrunk, D
         names, slopes = self.value_slopes(q)
         slope = dict(zip(names, slopes, strict=True))
-        values = self.space.values(self.of_mechanism(q)) | dict(zip(self._places, self.of_records(q), strict=True))
+        values = self.space.values(self.of_mechanism(q)) | self.records_values(q)
         known, around = self.space.mechanism.parameters, self._around
         away, J = [], []
         for name in (name for name in names if name in self.priors):
@@ -201,10 +204,21 @@ class Coordinates:
             J.append(turn / sigma)
         for mean in self.means:
             off = float(np.mean([values[name] for name in mean.own])) - values.get(mean.of, known[mean.of].value)
-            turn = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
             away.append(off / mean.sigma)
-            J.append(turn / mean.sigma)
+            J.append(_mean_slope(mean, slope) / mean.sigma)
         return np.concatenate([away, shrunk]), np.vstack([np.reshape(J, (len(away), self.size)), D])
+
+    def unknown_means(self, q: FloatArray) -> list[tuple[FloatArray, int]]:
+        """Return what each mean adds to the score where it is off by its standard deviation, (n,).
+
+        With it come the degrees of freedom by which that is known. The estimate moves by (J^T J)^-1 times it.
+        """
+        names, slopes = self.value_slopes(q)
+        slope, values = dict(zip(names, slopes, strict=True)), self.records_values(q)
+        return [
+            (_mean_slope(mean, slope) * mean.unknown([values[n] for n in mean.own]) / mean.sigma**2, len(mean.own) - 1)
+            for mean in self.means
+        ]
 
     def _shrunk_rows(self, q: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return how far each coordinate that is held near 0 is from it, (k,) in sigmas, and its derivative, (k, n)."""
@@ -285,6 +299,12 @@ def coordinates_of(
     instants = [RecordCoordinate(owners[name], p, None) for name, p in moving.items()]
     carried = [c for target in targets for c in _carried(space, target)]
     return Coordinates(space, (*instants, *carried), priors, tuple(means_of(targets)), shrinkage)
+
+
+def _mean_slope(mean: Mean, slope: Mapping[str, FloatArray]) -> FloatArray:
+    """Return the derivative of how far a mean is from the mechanism's value, (n,), from those of the values."""
+    turn: FloatArray = np.mean([slope[name] for name in mean.own], axis=0) - slope.get(mean.of, 0.0)
+    return turn
 
 
 def _carried(space: SearchSpace, target: Target) -> Iterator[RecordCoordinate]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
@@ -26,12 +29,20 @@ class Mean:
     own : tuple of str
         The records' values of it.
     sigma : float
-        Standard deviation of the mean from it, in the file's unit: so small that it costs the mechanism nothing.
+        What the mean is held to it by, in the file's unit: so small that the search never trades it for anything. How
+        far the mean may truly be from it is `unknown`.
     """
 
     of: str
     own: tuple[str, ...]
     sigma: float
+
+    def unknown(self, values: Sequence[float]) -> float:
+        """Return the standard deviation of the true mean from the mechanism's value, known by len(own) - 1 degrees.
+
+        s / sqrt(K) with s the scatter of the records' values, (K,): they are draws about the mechanism's.
+        """
+        return float(np.std(values, ddof=1)) / math.sqrt(len(values))
 
 
 def means_of(targets: Sequence[Target]) -> Iterator[Mean]:

@@ -157,7 +157,7 @@ def _common(missing: Missing) -> str:
     scatter = 100.0 * float(np.std(values, ddof=1) / abs(np.mean(values)))
     return (
         f" (their mean counts as the mechanism's value: they scatter by {scatter:.2g} %, so that it may well be "
-        f"{scatter / math.sqrt(len(values)):.2g} % off, unseen)"
+        f"{scatter / math.sqrt(len(values)):.2g} % off, unseen, which the standard errors count)"
     )
 
 
