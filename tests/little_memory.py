@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.records import arrays, csv, parquet
+from mechid.records import arrays, csv, formats, parquet
 from mechid.signal import stored
 
 IN_MEMORY, AT_ONCE = 700, 333
@@ -10,7 +10,11 @@ IN_MEMORY, AT_ONCE = 700, 333
 
 @pytest.fixture
 def little_memory(monkeypatch, tmp_path):
-    """Hold 700 samples of a series in memory, and 333 of a longer one together; return the folder of the files."""
+    """Hold 700 samples of a series in memory, and 333 of a longer one together; return the folder of the files.
+
+    Readers run here, where their own numbers can be changed too.
+    """
+    monkeypatch.setattr(formats, "GUARDED", {})
     monkeypatch.setenv("MECHID_CACHE", str(tmp_path / "cache"))
     monkeypatch.setattr(stored, "IN_MEMORY", IN_MEMORY)
     for module in (stored, arrays, csv):

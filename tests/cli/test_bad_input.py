@@ -3,9 +3,13 @@
 Truth: the contract of exit codes (README), case by case below.
 """
 
+import os
+import time
+
 import numpy as np
 import pytest
 
+import hostile_files
 from instrument_files import FORMATS
 
 MECHANISM, CAMPAIGN = "mechanism.toml", "campaign.toml"
@@ -81,6 +85,83 @@ def test_a_record_that_cannot_be_used_is_4(refused, folder, tmp_path, kind, verb
     line = refused(4, verb, folder, *(["--out", tmp_path / "out"] if verb != "check" else []))
     assert "full_46.csv" in line
     assert says in line
+
+
+NO_FILES = {"a device": lambda path: path.symlink_to("/dev/zero"), "a pipe": os.mkfifo}
+
+
+def becomes(path, what):
+    path.unlink(missing_ok=True)
+    NO_FILES[what](path)
+
+
+@pytest.mark.parametrize("what", NO_FILES)
+@pytest.mark.parametrize("name", [MECHANISM, CAMPAIGN, "rates.csv", "grease.py"])
+def test_a_text_that_never_ends_is_3_at_once(refused, changed, folder, what, name):
+    if name == "rates.csv":
+        changed(CAMPAIGN, "rate = 46.0", 'rate_table = "rates.csv"')
+    if name == "grease.py":
+        changed(MECHANISM, "[friction]", '[friction]\nblock = "grease.py:grease"')
+    becomes(folder / name, what)
+    began = time.perf_counter()
+    line = refused(3, "check", folder / CAMPAIGN)
+    assert name in line
+    assert f"cannot be read (it is {what}, no file)" in line
+    assert time.perf_counter() - began < 10.0
+
+
+@pytest.mark.parametrize("name", [MECHANISM, CAMPAIGN])
+def test_a_text_that_is_too_long_is_3(refused, folder, name):
+    with (folder / name).open("r+b") as file:
+        file.truncate(2**33)
+    assert f"{name}: cannot be read (it is longer than 64 MiB)" in refused(3, "check", folder)
+
+
+@pytest.mark.parametrize("what", NO_FILES)
+@pytest.mark.parametrize("suffix", [".csv", ".mat", ".h5"])
+def test_a_record_that_is_no_file_is_4(refused, changed, folder, what, suffix):
+    changed(CAMPAIGN, '"full_46.csv"', f'"full_46{suffix}"')
+    becomes(folder / f"full_46{suffix}", what)
+    assert f"full_46{suffix}: cannot be read: it is {what}, no file" in refused(4, "check", folder)
+    assert f"it is {what}, no file" in refused(4, "check", folder / f"full_46{suffix}")
+
+
+@pytest.mark.parametrize("verb", ["check", "identify", "look"])
+def test_numbers_of_another_file_are_4(refused, changed, folder, tmp_path, verb):
+    pytest.importorskip("h5py")
+    hostile_files.other(folder)
+    name = hostile_files.written(folder / "full_46.h5", hostile_files.raw_storage)
+    changed(CAMPAIGN, '"full_46.csv"', '"full_46.h5"\nchannels = [{ quantity = "torque", column = "x" }]')
+    line = refused(4, verb, folder, *([] if verb == "check" else ["--out", tmp_path / "out"]))
+    assert 'column "x": its numbers are those of another file; ' in line
+    assert f'external_files = ["{name}"]' in line
+
+
+def test_numbers_of_another_file_are_read_where_the_campaign_allows_it(run, changed, folder):
+    pytest.importorskip("h5py")
+    hostile_files.other(folder)
+    hostile_files.written(folder / "full_46.h5", hostile_files.raw_storage)
+    changed(CAMPAIGN, '"full_46.csv"', '"full_46.h5"\nchannels = [{ quantity = "torque", column = "x" }]')
+    changed(CAMPAIGN, '"full_46.h5"', '"full_46.h5"\nexternal_files = ["raw.bin"]')
+    result = run("check", folder)
+    assert result.exit_code == 0, result.stderr
+    assert "takes numbers from raw.bin, which its digest does not cover" in " ".join(result.stdout.split())
+
+
+@pytest.mark.parametrize("entry", ['"raw.bin"', "[1]", "[]"])
+def test_external_files_are_a_list_of_names(refused, changed, entry):
+    folder = changed(CAMPAIGN, '"full_46.csv"', f'"full_46.csv"\nexternal_files = {entry}')
+    assert 'external_files = ["part_1.h5"]' in refused(3, "check", folder)
+
+
+def test_a_file_that_crashes_its_reader_is_4(refused, changed, folder):
+    """Truth: bytes on which SciPy 1.17 ends in a segmentation fault (tests/records/test_damaged_matlab.py)."""
+    FORMATS["mat 5"].write(folder / "full_46.mat")
+    content = bytearray((folder / "full_46.mat").read_bytes())
+    content[401], content[264] = 202, 21
+    (folder / "full_46.mat").write_bytes(content)
+    changed(CAMPAIGN, '"full_46.csv"', '"full_46.mat"')
+    assert "full_46.mat: is cut off, damaged, or not a" in refused(4, "check", folder)
 
 
 @pytest.mark.parametrize("name", FORMATS)

@@ -13,7 +13,8 @@ from mechid.report.curves import record_curves
 from mechid.report.outline import decoded
 from mechid.report.trace import decode
 from mechid.report.writing import write_report
-from mechid.signal import envelope, stored
+from mechid.signal import stored
+from mechid.signal.envelope import envelope
 
 LABELS = {
     "torque": {"time, s", "torque, N m", "residual, N m"},

@@ -9,7 +9,7 @@ from mechid.report import outline
 from mechid.report.outline import decoded, outline_of
 from mechid.report.packing import pack_floats, pack_integers, unpack
 from mechid.report.trace import decode, trace_of
-from mechid.signal import envelope
+from mechid.signal.envelope import envelope
 from mechid.signal.stored import room_of
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase

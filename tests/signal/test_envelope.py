@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.signal import envelope, peak_groups
+from mechid.signal import peak_groups
+from mechid.signal.envelope import envelope
 
 RNG = np.random.default_rng(8)
 

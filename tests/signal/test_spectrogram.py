@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.signal import spectrogram
+from mechid.signal.spectrogram import spectrogram
 
 RATE = 1000.0
 

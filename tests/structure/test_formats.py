@@ -9,6 +9,7 @@ from scipy.io import savemat
 
 from mechid.errors import InputFileError, UsageError
 from mechid.structure import Location, Selection, from_state_space, read_structure
+from mechid.structure.uff import read_uff
 from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT, NAMES, receptance
 
 GRID_HZ = np.arange(1.0, 100.0, 0.05)
@@ -172,4 +173,4 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyuff", None)
     path = written(tmp_path / "a.uff", "-1\n")
     with pytest.raises(InputFileError, match="needs pyuff; pip install"):
-        read_structure(path, UFF_SELECTION)
+        read_uff(path, UFF_SELECTION)  # in this process, which lacks it

@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from mechid.analysis.residual_emission import TRACKED
 from mechid.errors import InputFileError
+from mechid.reading.whole import read_result
 
 Content = TypeVar("Content")
 
@@ -36,7 +37,7 @@ def read_beside(
         The file is damaged, or of another fit.
     """
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_result(path))
     except FileNotFoundError:
         return None
     except (OSError, ValueError) as error:

@@ -19,7 +19,7 @@ from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
 from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
-from mechid.signal import Band, power_density, spectrogram, third_octaves
+from mechid.signal import Band, power_density, third_octaves
 from mechid.signal.clipping import clipped_runs
 from mechid.signal.density import rms_below
 from mechid.signal.lines import Line, Prominence, prominence, spectral_lines
@@ -29,7 +29,7 @@ from mechid.signal.quiet import QuietStretch, quiet_stretches
 from mechid.signal.remainder import Remainder
 from mechid.signal.runs import Runs, runs_of
 from mechid.signal.series import Series
-from mechid.signal.spectrogram import WINDOWS, usual_window_s
+from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
 from mechid.signal.spikes import isolated_spikes
 from mechid.signal.trend import Line as Trend
 from mechid.signal.trend import fit_line

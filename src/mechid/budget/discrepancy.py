@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.output_error.noise_level import NoiseSource
+from mechid.reading.whole import read_result
 
 FloatArray = NDArray[np.float64]
 
@@ -106,7 +107,7 @@ def report_of(content: Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
         Where it lies.
     """
     try:
-        report = json.loads((folder / REPORT_NAME).read_text(encoding="utf-8"))
+        report = json.loads(read_result(folder / REPORT_NAME))
     except (OSError, ValueError):
         return {}
     same = isinstance(report, dict) and "provenance" in content and report.get("provenance") == content["provenance"]

@@ -26,7 +26,7 @@ from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
-from mechid.records import Mounting, read_record
+from mechid.records import Mounting, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
 KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
@@ -72,6 +72,8 @@ def load_campaign(
     need_files = read_records if need_files is None else need_files
     records = read_record_entries(table, place, file.parent, need_files=need_files)
     mounting = read_bench(table, place, records)
+    if read_records:
+        prepare_to_read(record.file for record in records if record.file)
     mechanism = read_mechanism(mechanism_path)
     mechanism, records = joined(mechanism, records, place)
     records = with_clocks(records, table, place)

@@ -12,6 +12,7 @@ from typing import Any
 from mechid.campaign.place import Place, text
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
+from mechid.reading.whole import read_bytes
 
 REMEDY = 'write the file and the name in it, as block = "my_friction.py:grease"'
 
@@ -52,11 +53,13 @@ def read_own_block(entry: Any, place: Place, folder: Path) -> tuple[Block, str]:
 def _module(file: Path, path: str, place: Place) -> ModuleType:
     """Run the file as a module of a name of its own; a changed file is run anew."""
     try:
-        content = file.read_bytes()
-    except OSError as error:
+        content = read_bytes(file)
+    except FileNotFoundError as error:
         beside = [other.name for other in file.parent.glob("*.py")] if file.parent.is_dir() else []
         near = did_you_mean(file.name, beside) or "; the path begins at the mechanism file's folder"
         raise place.error(f"{path}: there is no such file{near}") from error
+    except OSError as error:
+        raise place.error(f"{path}: cannot be read ({error.strerror}); {REMEDY}") from error
     name = f"mechid_own_{hashlib.sha256(str(file).encode() + content).hexdigest()[:16]}"
     if name in sys.modules:
         return sys.modules[name]

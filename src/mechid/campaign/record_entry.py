@@ -21,6 +21,7 @@ from mechid.campaign.place import (
     required,
     tables,
     text,
+    texts,
 )
 from mechid.campaign.start_entry import BURN_IN, read_burn_in
 from mechid.campaign.start_entry import KEY as START_STATE
@@ -35,10 +36,12 @@ from mechid.records import RecordSpec, Role
 
 NAME = re.compile(r"[A-Za-z0-9_-]+")
 OWN_KEYS = (*(declaration.key for declaration in INSTANTS), *MOTOR_OF_RECORD)
-FILE_KEYS = ("sample_rate_hz", "time", "channels", "conditioning")
+EXTERNAL_FILES = "external_files"
+FILE_KEYS = (EXTERNAL_FILES, "sample_rate_hz", "time", "channels", "conditioning")
 BEGIN_KEYS = (START_STATE, BURN_IN, STRETCH)
 KEYS = ("name", "file", "use", "command", *FILE_KEYS, "offset", "drift", "test_stand", *BEGIN_KEYS, *OWN_KEYS)
 TOP_KEYS = ("mechanism", "identify", "stage")
+EXTERNAL_REMEDY = 'write the names as they stand in the file, as external_files = ["part_1.h5"]'
 START_KEYS = ("start_angle_deg", "start")
 COMMAND_REMEDY = 'write how the motor was driven, as command = { stepping = "full", rate = 46.0 }'
 
@@ -143,8 +146,13 @@ def _spec(table: Mapping[str, Any], name: str, file: str, place: Place) -> Recor
         sample_rate_hz=_rate(table, place.key("sample_rate_hz")),
         channels=channels,
         time=read_time(table.get("time"), place.key("time")),
+        external_files=_external_files(table, place.key(EXTERNAL_FILES)),
         conditioning=read_conditioning(table.get("conditioning"), place.key("conditioning"), quantities),
     )
+
+
+def _external_files(table: Mapping[str, Any], place: Place) -> tuple[str, ...]:
+    return texts(table[EXTERNAL_FILES], place, EXTERNAL_REMEDY) if EXTERNAL_FILES in table else ()
 
 
 def _rate(table: Mapping[str, Any], place: Place) -> float | None:

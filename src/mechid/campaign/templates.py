@@ -199,6 +199,7 @@ and may have
                  off its start may be; without it of a size that the mechanism tells
   burn_in_s      time at its beginning that is simulated and does not count
   stretch_s      length of the stretches in which it is followed, each from a start of its own
+  external_files names of other files that an HDF5 file may take its numbers from, as it has them
   conditioning   {{ window_s = [0.5, 20.0], decimate = 5 }}: what is done to the samples first; also
                  time_stamps, limits, max_gap_s, quiet_s; see docs/records.md"""
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.tables import TABLES
+from mechid.reading.whole import read_bytes
 
 _WHERE = re.compile(r"\s*\(at line (\d+), column (\d+)\)$")
 KINDS = {
@@ -65,7 +66,7 @@ def _escaped(character: str) -> str:
 
 def _content(path: Path) -> str:
     try:
-        return path.read_bytes().decode("utf-8-sig")
+        return read_bytes(path).decode("utf-8-sig")
     except FileNotFoundError as error:
         beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
         near = did_you_mean(path.name, beside) or "; check the path"

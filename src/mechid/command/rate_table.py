@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Iterable
+from io import StringIO
 from pathlib import Path
 
 from mechid.command.entry import quoted, shown
 from mechid.command.rate import RateProfile, first_fault
 from mechid.errors import InputFileError
+from mechid.reading.whole import read_text
 
 TIME_NAME = "time_s"
 RATE_NAMES = ("rate", "rate_steps_per_s", "rate_full_steps_per_s")
@@ -46,8 +48,7 @@ def read_rate_table(path: Path) -> RateProfile:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """Return each line that is not empty, with its number in the file."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return _filled(csv.reader(stream))
+        return _filled(csv.reader(StringIO(read_text(path))))
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error

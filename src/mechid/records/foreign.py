@@ -9,6 +9,7 @@ from importlib import import_module
 from types import ModuleType
 
 from mechid.errors import RecordError
+from mechid.reading.process import UnreadableError
 
 EXTRA = "formats"
 """The optional dependencies that the readers of instruments' formats need."""
@@ -47,6 +48,8 @@ def parsing(label: str, kind: str) -> Iterator[None]:
             yield
     except RecordError:
         raise
+    except UnreadableError as error:
+        raise RecordError(f"{label}: is cut off, damaged, or not {kind} ({error}); write or copy it anew") from error
     except MemoryError as error:
         raise RecordError(f"{label}: does not fit into memory; read a part of it with window_s") from error
     except Exception as error:  # parsers of binary formats stumble in every way there is

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
 from mechid.errors import RecordError, did_you_mean
+from mechid.reading.process import prepare
+from mechid.reading.whole import refuse_special
 from mechid.records.columns import ChosenColumn, Layout, choose_columns
 from mechid.records.csv import open_csv
+from mechid.records.guarded import Reader, open_guarded
 from mechid.records.hdf5 import open_hdf5
 from mechid.records.health import channel_warnings
 from mechid.records.matlab import open_matlab
+from mechid.records.matlab73 import is_matlab73
 from mechid.records.numpy_file import open_npy, open_npz
 from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
@@ -32,17 +36,28 @@ from mechid.units import si_unit
 
 MINIMUM_SAMPLES = 16
 
-READERS: Mapping[str, Callable[[Path, str], Table]] = {
-    **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp"), open_csv),
-    **dict.fromkeys((".mat",), open_matlab),
+TEXTS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".dcexp")
+GUARDED: Mapping[str, Reader] = {
+    ".mat": open_matlab,
     **dict.fromkeys((".h5", ".hdf5", ".hdf"), open_hdf5),
-    **dict.fromkeys((".tdms",), open_tdms),
+    ".tdms": open_tdms,
     **dict.fromkeys((".uff", ".unv", ".u58"), open_uff),
     **dict.fromkeys((".parquet", ".pq"), open_parquet),
     ".npy": open_npy,
     ".npz": open_npz,
 }
+"""Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
+READERS: Mapping[str, Callable[[Path, str], Table]] = {**dict.fromkeys(TEXTS, open_csv), **GUARDED}
 """Reader by suffix, in lower case."""
+REFERRING = (open_hdf5, open_matlab)
+"""Readers of files that may take numbers from others."""
+LIBRARIES: Mapping[Reader, str] = {
+    open_hdf5: "h5py",
+    open_tdms: "nptdms",
+    open_uff: "pyuff",
+    open_parquet: "pyarrow.parquet",
+}
+"""What a reader needs, to be imported before it is wanted."""
 
 
 def read_record(path: Path, spec: RecordSpec) -> Record:
@@ -62,12 +77,20 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     """
     began = time.perf_counter()
     with readable(spec.path):
-        record = _record(path, spec, open_table(path, spec.path))
+        record = _record(path, spec, open_table(path, spec.path, spec.external_files))
     return replace(record, reading_s=time.perf_counter() - began)
 
 
-def open_table(path: Path, label: str) -> Table:
-    """Return the columns of any file that a reader reads; `label` is what messages call it.
+def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> Table:
+    """Return the columns of any file that a reader reads.
+
+    Parameters
+    ----------
+    path : Path
+    label : str
+        What messages call it.
+    external_files : tuple of str
+        Other files that its numbers may come from.
 
     Raises
     ------
@@ -75,8 +98,21 @@ def open_table(path: Path, label: str) -> Table:
         The file is missing, of an unknown format, or cannot be read.
     """
     _refuse_missing(path, label)
+    suffix = _suffix(path, label)
     with readable(label):
-        return _reader(path, label)(path, label)
+        refuse_special(path)
+        if external_files and READERS[suffix] not in REFERRING:
+            raise RecordError(f"{label}: external_files: only HDF5 and MATLAB 7.3 name other files; leave it out")
+        if suffix in GUARDED:
+            return open_guarded(path, label, GUARDED[suffix], _libraries(path), external_files)
+        return READERS[suffix](path, label)
+
+
+def prepare_to_read(paths: Iterable[Path]) -> None:
+    """Start the process that reads, where one of some files will need it: it is ready when the first is opened."""
+    guarded = [path for path in paths if path.suffix.lower() in GUARDED and path.is_file()]
+    if guarded:
+        prepare(sorted({library for path in guarded for library in _libraries(path)}))
 
 
 @contextmanager
@@ -102,10 +138,18 @@ def _refuse_missing(path: Path, label: str) -> None:
         raise RecordError(f"{label}: there is no such file{near or where}")
 
 
-def _reader(path: Path, label: str) -> Callable[[Path, str], Table]:
-    if path.suffix.lower() not in READERS:
+def _suffix(path: Path, label: str) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in READERS:
         raise RecordError(f'{label}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')
-    return READERS[path.suffix.lower()]
+    return suffix
+
+
+def _libraries(path: Path) -> tuple[str, ...]:
+    reader = GUARDED[path.suffix.lower()]
+    if reader is open_matlab:
+        return ("h5py" if is_matlab73(path) else "scipy.io",)
+    return (LIBRARIES[reader],) if reader in LIBRARIES else ()
 
 
 def _record(path: Path, spec: RecordSpec, table: Table) -> Record:

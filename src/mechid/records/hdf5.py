@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -10,27 +10,28 @@ import numpy as np
 
 from mechid.records.arrays import ArrayTable, Index, Item, array_table, fact
 from mechid.records.foreign import library, parsing
+from mechid.records.hdf5_links import Links, Within
 from mechid.records.table import Column, Fact
 
 KIND = "an HDF5 file"
 UNIT_ATTRIBUTES = ("unit", "units", "Unit", "Units")
 COMPLEX = (("real", "imag"), ("r", "i"))
-DEEPEST = 32
-"""Groups may hold themselves; no instrument nests them so deep."""
 
 
-def open_hdf5(path: Path, label: str) -> ArrayTable:
+def open_hdf5(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
     """Read the head of the HDF5 file at `path`.
 
     A dataset of records has a column for each field. The unit is the dataset's attribute ``unit`` or
-    ``units``. Attributes of the file, and datasets of one number or text, are metadata.
+    ``units``. Attributes of the file, and datasets of one number or text, are metadata. Links are followed as `Links`
+    says, with the numbers of `external_files` where the file names them.
     """
     h5py = library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
     with parsing(label, KIND), h5py.File(path, "r") as file:
         metadata |= facts(file.attrs)
-        items = list(_items(h5py, path, file, "", metadata))
-    return array_table(label, KIND, items, metadata, is_sliced=True)
+        links = Links(h5py, label, external_files)
+        items = list(_items(links, file, "", frozenset(), metadata))
+    return array_table(label, KIND, items, metadata, is_sliced=True, warnings=links.warnings)
 
 
 def facts(attributes: Any) -> dict[str, Fact]:
@@ -39,8 +40,9 @@ def facts(attributes: Any) -> dict[str, Fact]:
     return {key: value for key, value in found.items() if value is not None}
 
 
-def loader(h5py: Any, path: Path, name: str, field: str | None = None) -> Callable[[Index], Any]:
-    """Return what loads a part of the dataset `name`, or of one of its fields, from the file at `path`."""
+def loader(h5py: Any, dataset: Any, field: str | None = None) -> Callable[[Index], Any]:
+    """Return what loads a part of a dataset, or of one of its fields, from the file that it is in."""
+    path, name = dataset.file.filename, dataset.name
 
     def load(index: Index) -> Any:
         with h5py.File(path, "r") as file:
@@ -50,22 +52,20 @@ def loader(h5py: Any, path: Path, name: str, field: str | None = None) -> Callab
     return load
 
 
-def _items(h5py: Any, path: Path, group: Any, under: str, metadata: dict[str, Fact]) -> Iterator[Item]:
-    if under.count("/") > DEEPEST:
-        return
-    for name in group:
+def _items(links: Links, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
+    within = links.inside(group, within)
+    for name, entry, fault in links.entries(group, within):
         key = f"{under}{name}"
-        entry = group.get(name)
-        if isinstance(entry, h5py.Group):
+        if isinstance(entry, links.h5py.Group):
             metadata |= {f"{key}/{attribute}": value for attribute, value in facts(entry.attrs).items()}
-            yield from _items(h5py, path, entry, f"{key}/", metadata)
-        elif isinstance(entry, h5py.Dataset):
-            yield from _dataset(h5py, path, entry, key, metadata)
-        else:
-            yield Item(column=Column(name=name, path=key, fault="a link to nothing in this file"))
+            yield from _items(links, entry, f"{key}/", within, metadata)
+        elif isinstance(entry, links.h5py.Dataset):
+            yield from _dataset(links.h5py, entry, key, metadata)
+        elif fault:
+            yield Item(column=Column(name=name, path=key, fault=fault))
 
 
-def _dataset(h5py: Any, path: Path, dataset: Any, key: str, metadata: dict[str, Fact]) -> Iterator[Item]:
+def _dataset(h5py: Any, dataset: Any, key: str, metadata: dict[str, Fact]) -> Iterator[Item]:
     single = fact(dataset[()]) if dataset.size == 1 and not dataset.dtype.names else None
     if single is not None:
         metadata[key] = single
@@ -76,9 +76,9 @@ def _dataset(h5py: Any, path: Path, dataset: Any, key: str, metadata: dict[str, 
     if names is None or names in COMPLEX:
         dtype = np.dtype(complex) if names else dataset.dtype
         column = Column(name=key.rpartition("/")[2], path=key, unit=unit, metadata=told)
-        yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=loader(h5py, path, dataset.name))
+        yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=loader(h5py, dataset))
         return
     for name in names:
         column = Column(name=name, path=f"{key}/{name}", unit=unit, metadata=told)
-        load = loader(h5py, path, dataset.name, name)
+        load = loader(h5py, dataset, name)
         yield Item(column=column, shape=dataset.shape, dtype=dataset.dtype[name], load=load)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
@@ -25,15 +25,15 @@ HEAD, OFFSET = 128, slice(116, 124)
 """Bytes of a file's head, and where in it the place of the objects stands."""
 
 
-def open_matlab(path: Path, label: str) -> ArrayTable:
+def open_matlab(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
     """Read the .mat file at `path`.
 
     Fields of structs are named by their path, as ``rec/torque``, elements of cells and of arrays of
     structs by their number too, as ``runs/torque/0``; those of one number or text are metadata. SciPy
-    cannot read a part of such a file, so it is read whole.
+    cannot read a part of such a file, so it is read whole. Only one of version 7.3 has `external_files`.
     """
     if is_matlab73(path):
-        return open_matlab73(path, label)
+        return open_matlab73(path, label, external_files)
     from scipy.io import loadmat
 
     refuse_larger_than_memory(path, label, KIND)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 
 from mechid.records.arrays import ArrayTable, Item, array_table, fact
 from mechid.records.foreign import library, parsing
-from mechid.records.hdf5 import COMPLEX, DEEPEST, loader
+from mechid.records.hdf5 import COMPLEX, loader
+from mechid.records.hdf5_links import Links, Within
 from mechid.records.matlab_classes import object_fault, unpacked
 from mechid.records.mcos import Heap, Tree, referred
 from mechid.records.simulink import logged_signals
@@ -26,8 +28,8 @@ NUMBERS = ("double", "single", "logical", *(f"{sign}int{bits}" for sign in ("", 
 OBJECTS = "#subsystem#/MCOS"
 """Where the cells of all objects are."""
 
-Entry = tuple[str, Any]
-"""A path as the user writes it, and the HDF5 object there."""
+Entry = tuple[Any, str | None]
+"""An HDF5 object; None, and why, where it is not to be looked at."""
 
 
 def is_matlab73(path: Path) -> bool:
@@ -37,16 +39,15 @@ def is_matlab73(path: Path) -> bool:
     return head.startswith(HDF5_SIGNATURE) or head[USER_BLOCK:] == HDF5_SIGNATURE
 
 
-def open_matlab73(path: Path, label: str) -> ArrayTable:
-    """Read the head of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`."""
+def open_matlab73(path: Path, label: str, external_files: Collection[str] = ()) -> ArrayTable:
+    """Read the head of the MATLAB 7.3 file at `path`; paths and metadata as in `open_matlab`, links as in `Links`."""
     h5py = library("h5py", "h5py", label)
     metadata: dict[str, Fact] = {}
     with parsing(label, KIND), h5py.File(path, "r") as file:
-        entries = [(name, file[name]) for name in file if not name.startswith(PRIVATE)]
-        reader = _Objects(h5py, path, file)
-        items = [item for entry in entries for item in _items(reader, path, entry, metadata)]
-        items = [*_over(items, [*logged_signals(h5py, path, file)])]
-    return array_table(label, KIND, items, metadata, is_sliced=True)
+        reader = _Objects(Links(h5py, label, external_files), file)
+        items = [*_of_group(reader, file, "", frozenset(), metadata)]
+        items = [*_over(items, [*logged_signals(reader.links, file)])]
+    return array_table(label, KIND, items, metadata, is_sliced=True, warnings=reader.links.warnings)
 
 
 def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
@@ -58,43 +59,62 @@ def _over(items: list[Item], logged: list[Item]) -> Iterator[Item]:
 class _Objects(Heap):
     """The objects of an open file."""
 
-    def __init__(self, h5py: Any, path: Path, file: Any) -> None:
-        self.h5py, self.path = h5py, path
-        cells = [file[reference] for reference in file[OBJECTS][()].ravel()] if OBJECTS in file else []
+    def __init__(self, links: Links, file: Any) -> None:
+        self.links, self.h5py = links, links.h5py
+        found = links.at(file, OBJECTS)
+        cells = [] if found is None else [node for node, _ in self.referred(found, frozenset())]
         super().__init__(cells, lambda cell: bytes(cell[()].tobytes()))
 
-    def tree(self, node: Any, level: int = 0) -> Tree:
+    def tree(self, node: Any, within: Within = frozenset()) -> Tree:
         """Return what a node holds."""
-        if level > DEEPEST or "MATLAB_empty" in node.attrs:
+        if node is None or "MATLAB_empty" in node.attrs:
             return None
         if isinstance(node, self.h5py.Group):
-            return {name: self.tree(node[name], level + 1) for name in node}
+            inside = self.links.inside(node, within)
+            return {name: self.tree(entry, inside) for name, entry, _ in self.links.entries(node, inside)}
         if node.dtype == self.h5py.ref_dtype:
-            return [self.tree(node.file[r], level + 1) if r else None for r in node[()].ravel(order="F")]
+            inside = self.links.inside(node, within)
+            return [self.tree(entry, inside) for entry, _ in self.referred(node, inside)]
         if fact(node.attrs.get("MATLAB_class", b"")) == "char":
             return "".join(map(chr, node[()].ravel(order="F")))
         if node.dtype == np.uint32 and referred(words := node[()]):
             return self.one_or_all(words)
         dtype = np.dtype(complex) if node.dtype.names in COMPLEX else node.dtype
-        return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, self.path, node.name))
+        return Item(column=Column(), shape=node.shape, dtype=dtype, load=loader(self.h5py, node))
+
+    def referred(self, node: Any, within: Within) -> Iterator[tuple[Any, str | None]]:
+        """Yield what the references of a cell, or of a struct array's field, lead to, in MATLAB's order."""
+        for reference in node[()].ravel(order="F"):
+            yield self.links.referred(node, reference, within) if reference else (None, None)
 
 
-def _items(reader: _Objects, path: Path, entry: Entry, metadata: dict[str, Fact]) -> Iterator[Item]:
+def _of_group(reader: _Objects, group: Any, under: str, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
+    """Yield what the entries of a group hold."""
+    inside = reader.links.inside(group, within)
+    for name, node, fault in reader.links.entries(group, inside):
+        if under or not name.startswith(PRIVATE):
+            yield from _items(reader, f"{under}{name}", (node, fault), inside, metadata)
+
+
+def _items(reader: _Objects, key: str, entry: Entry, within: Within, metadata: dict[str, Fact]) -> Iterator[Item]:
     """Yield what an entry holds, structs and cells taken apart; texts and single numbers become metadata."""
-    key, node = entry
-    h5py = reader.h5py
+    node, fault = entry
+    column = Column(name=key.rpartition("/")[2], path=key, fault=fault)
+    if fault:
+        yield Item(column=column)
+        return
     kind = str(fact(node.attrs.get("MATLAB_class", b"")) or "")
-    column = Column(name=key.rpartition("/")[2], path=key)
-    if key.count("/") > DEEPEST or "MATLAB_empty" in node.attrs:
+    if "MATLAB_empty" in node.attrs:
         return
     if "MATLAB_sparse" in node.attrs:
-        yield Item(column=Column(name=column.name, path=key, fault="a sparse matrix; save it full"))
-    elif isinstance(node, h5py.Group):
-        for name in node:
-            yield from _items(reader, path, (f"{key}/{name}", node[name]), metadata)
-    elif node.dtype == h5py.ref_dtype:
-        for inner in _referred(node, key):
-            yield from _items(reader, path, inner, metadata)
+        yield Item(column=replace(column, fault="a sparse matrix; save it full"))
+    elif isinstance(node, reader.h5py.Group):
+        yield from _of_group(reader, node, f"{key}/", within, metadata)
+    elif node.dtype == reader.h5py.ref_dtype:
+        inside = reader.links.inside(node, within)
+        for number, inner in enumerate(reader.referred(node, inside)):
+            if inner != (None, None):
+                yield from _items(reader, f"{key}/{number}", inner, inside, metadata)
     elif kind == "char":
         metadata[key] = "".join(map(chr, node[()].ravel(order="F")))
     elif kind and kind not in NUMBERS:
@@ -103,22 +123,15 @@ def _items(reader: _Objects, path: Path, entry: Entry, metadata: dict[str, Fact]
             place = column if len(found) == 1 else Column(name=column.name, path=f"{key}/{number}")
             yield from unpacked(place, instance, metadata)
         if not found:
-            yield Item(column=Column(name=column.name, path=key, fault=object_fault(kind)))
+            yield Item(column=replace(column, fault=object_fault(kind)))
     else:
-        yield from _numbers(h5py, path, column, node, metadata)
+        yield from _numbers(reader.h5py, column, node, metadata)
 
 
-def _referred(node: Any, key: str) -> Iterator[Entry]:
-    """Yield the elements of a cell, or of a struct array's field, in MATLAB's order."""
-    for index, reference in enumerate(node[()].ravel(order="F")):
-        if reference:
-            yield f"{key}/{index}", node.file[reference]
-
-
-def _numbers(h5py: Any, path: Path, column: Column, node: Any, metadata: dict[str, Fact]) -> Iterator[Item]:
+def _numbers(h5py: Any, column: Column, node: Any, metadata: dict[str, Fact]) -> Iterator[Item]:
     single = fact(node[()]) if node.size == 1 and not node.dtype.names else None
     if single is not None:
         metadata[column.key] = single
         return
     dtype = np.dtype(complex) if node.dtype.names in COMPLEX else node.dtype
-    yield Item(column=column, shape=node.shape, dtype=dtype, load=loader(h5py, path, node.name))
+    yield Item(column=column, shape=node.shape, dtype=dtype, load=loader(h5py, node))

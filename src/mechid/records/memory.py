@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
 from mechid.errors import RecordError
+from mechid.reading.memory import GIB, limit_bytes
 from mechid.signal.stored import WORD, free_bytes
 from mechid.writing import cache_folder
-
-GIB = 2**30
-
-
-def memory_bytes() -> int | None:
-    """Return the machine's memory in bytes, None where the system does not tell."""
-    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") if hasattr(os, "sysconf") else None
 
 
 def refuse_no_room(fault: Callable[[str], RecordError], samples: int, columns: int) -> None:
@@ -38,16 +31,16 @@ def refuse_no_room(fault: Callable[[str], RecordError], samples: int, columns: i
 
 
 def refuse_larger_than_memory(path: Path, label: str, kind: str) -> None:
-    """Refuse a file of a format that can only be read whole where it is larger than memory.
+    """Refuse a file of a format that can only be read whole where it is larger than what reading may take.
 
     Raises
     ------
     RecordError
         It is.
     """
-    size, there = path.stat().st_size, memory_bytes()
+    size, there = path.stat().st_size, limit_bytes()
     if there is not None and size > there:
         raise RecordError(
-            f"{label}: {size / GIB:.3g} GiB, and there are {there / GIB:.3g} GiB of memory; {kind} is read whole: "
-            "save it as HDF5 or Parquet, of which a part can be read, or in several files"
+            f"{label}: {size / GIB:.3g} GiB, and reading it may take {there / GIB:.3g} GiB of memory; {kind} is read "
+            "whole: save it as HDF5 or Parquet, of which a part can be read, or in several files"
         )

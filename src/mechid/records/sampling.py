@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.errors import RecordError
+from mechid.reading.memory import GIB, memory_bytes
 from mechid.records.clock import MOST_STAMPS, read_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
-from mechid.records.memory import GIB, memory_bytes, refuse_no_room
+from mechid.records.memory import refuse_no_room
 from mechid.records.spec import RecordSpec, TimeStamps
 from mechid.records.stamps import placed, resampled, resampled_clock
 from mechid.records.table import ALL, Clock, Table, column_label

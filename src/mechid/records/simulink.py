@@ -10,13 +10,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.records.arrays import Index, Item
+from mechid.records.hdf5_links import Links
 from mechid.records.table import Clock, Column
 
 STREAMS, REFERENCES = "#sigstream#", "#refs#"
@@ -26,34 +26,37 @@ DOUBLE = 8
 """Bytes of a sample whose kind is known: nothing in a stream tells a single number from a whole one."""
 
 
-def logged_signals(h5py: Any, path: Path, file: Any) -> Iterator[Item]:
+def logged_signals(links: Links, file: Any) -> Iterator[Item]:
     """Yield the signals of the Datasets in an open file, and the streams that no element names."""
-    if STREAMS not in file:
+    if links.at(file, STREAMS) is None:
         return
-    elements = [(key, node) for key, node in file.get(REFERENCES, {}).items() if _is_element(h5py, node)]
-    names = Counter(_text(node["Name"]) for _, node in elements)
+    references = links.at(file, REFERENCES)
+    entries = [] if references is None else links.entries(references, frozenset())
+    elements = [(key, node) for key, node, _ in entries if _is_element(links, node)]
+    names = Counter(_text(links.at(node, "Name")) for _, node in elements)
     named: set[int] = set()
     for key, node in elements:
-        name = _text(node["Name"]) or key
-        yield from _signal(h5py, path, node, name if names[name] < 2 else f"{name}/{key}", named)
-    for number in file[STREAMS]:
+        name = _text(links.at(node, "Name")) or key
+        yield from _signal(links, node, name if names[name] < 2 else f"{name}/{key}", named)
+    for number in links.at(file, STREAMS):
         if number.isdigit() and int(number) not in named:
             column = Column(name=f"stream_{number}", path=f"{STREAMS}/{number}")
-            yield _stream(h5py, path, file, int(number), column)
+            yield _stream(links, file, int(number), column)
 
 
-def _is_element(h5py: Any, node: Any) -> bool:
-    if not isinstance(node, h5py.Group) or "Name" not in node or not isinstance(node.get("Values"), h5py.Group):
+def _is_element(links: Links, node: Any) -> bool:
+    if not isinstance(node, links.h5py.Group) or links.at(node, "Name") is None:
         return False
-    return any(key.endswith(STREAM) for key in node["Values"])
+    values = links.at(node, "Values")
+    return isinstance(values, links.h5py.Group) and any(key.endswith(STREAM) for key in values)
 
 
-def _signal(h5py: Any, path: Path, node: Any, where: str, named: set[int]) -> Iterator[Item]:
+def _signal(links: Links, node: Any, where: str, named: set[int]) -> Iterator[Item]:
     """Yield the data of an element under its name, with its clock or its time."""
-    values, name = node["Values"], where.partition("/")[0]
-    streams = {key.removesuffix(STREAM): int(values[key][()].flat[0]) for key in values if key.endswith(STREAM)}
+    values, name = links.at(node, "Values"), where.partition("/")[0]
+    streams = {key.removesuffix(STREAM): _whole(links.at(values, key)) for key in values if key.endswith(STREAM)}
     named |= set(streams.values())
-    clock = _clock(values)
+    clock = _clock(links.at(values, "CompressedTime"))
     for entry, number in streams.items():
         is_data = entry == "Data"
         path_of = where if is_data and len(streams) == 1 else f"{where}/{entry}"
@@ -61,30 +64,35 @@ def _signal(h5py: Any, path: Path, node: Any, where: str, named: set[int]) -> It
             name=name if is_data else entry, path=path_of, clock=clock if is_data else None,
             unit="s" if entry == "Time" else None,
         )  # fmt: skip
-        yield _stream(h5py, path, node.file, number, column)
+        yield _stream(links, node.file, number, column)
 
 
-def _clock(values: Any) -> Clock | None:
-    if "CompressedTime" not in values:
+def _clock(node: Any) -> Clock | None:
+    if node is None:
         return None
-    told = np.asarray(values["CompressedTime"][()], dtype=float).ravel()
+    told = np.asarray(node[()], dtype=float).ravel()
     return Clock(float(told[0]), 1.0 / float(told[1])) if told.size == 3 and told[1] > 0.0 else None
 
 
-def _stream(h5py: Any, path: Path, file: Any, number: int, column: Column) -> Item:
-    stream = file[f"{STREAMS}/{number}"]
-    data, length = stream["#data#"], int(stream["#length#"][()].flat[0])
+def _stream(links: Links, file: Any, number: int, column: Column) -> Item:
+    stream = links.at(file, f"{STREAMS}/{number}")
+    data, length = links.at(stream, "#data#"), _whole(links.at(stream, "#length#"))
     if data.dtype.kind == "f":
-        return Item(column=column, shape=(length,), load=_loader(h5py, path, data.name, length, 1))
-    size = int(stream["#sampleSize#"][()].flat[0])
+        return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, 1))
+    size = _whole(links.at(stream, "#sampleSize#"))
     if size != DOUBLE or data.size < size * length:
         fault = f"{length} samples of {size} bytes each, whose kind the file does not tell; log it as double"
         return Item(column=Column(name=column.name, path=column.path, fault=fault))
-    return Item(column=column, shape=(length,), load=_loader(h5py, path, data.name, length, size))
+    return Item(column=column, shape=(length,), load=_loader(links.h5py, data, length, size))
 
 
-def _loader(h5py: Any, path: Path, name: str, length: int, size: int) -> Any:
+def _whole(node: Any) -> int:
+    return int(node[()].flat[0])
+
+
+def _loader(h5py: Any, data: Any, length: int, size: int) -> Any:
     """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
+    path, name = data.file.filename, data.name
 
     def load(index: Index) -> NDArray[np.float64]:
         start, stop, step = (index[0] if index else slice(None)).indices(length)  # type: ignore[union-attr]

@@ -112,6 +112,8 @@ class RecordSpec:
         `sample_rate_hz` is given; in a file whose columns have no order, the one of that name.
     time : ChannelSpec or None
         The time column, where it is not to be found by its name.
+    external_files : tuple of str
+        Other files that its numbers may come from, by the names that stand in the file.
     conditioning : Conditioning
     """
 
@@ -120,4 +122,5 @@ class RecordSpec:
     sample_rate_hz: float | None = None
     channels: tuple[ChannelSpec, ...] = ()
     time: ChannelSpec | None = None
+    external_files: tuple[str, ...] = ()
     conditioning: Conditioning = field(default_factory=Conditioning)

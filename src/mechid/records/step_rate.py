@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import RateProfile
-from mechid.signal import spectrogram
 from mechid.signal.lines import Line, Prominence
 from mechid.signal.mains import mains_lines
 from mechid.signal.moments import mean
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series
+from mechid.signal.spectrogram import spectrogram
 from mechid.signal.trend import Line as Constant
 
 FloatArray = NDArray[np.float64]

@@ -16,9 +16,10 @@ from mechid.identification.result.fit import ChannelFit, Fit
 from mechid.report.outline import Outline, outline_of
 from mechid.report.quantities import channel_key
 from mechid.report.trace import Trace, trace_of
-from mechid.signal import autocorrelation, envelope, peak_spectrum, spectrogram
+from mechid.signal import autocorrelation, peak_spectrum
+from mechid.signal.envelope import envelope
 from mechid.signal.series import IntArray, Series, blocks, mean_of, stretch_of
-from mechid.signal.spectrogram import WINDOWS, usual_window_s
+from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
 from mechid.signal.stored import is_long
 from mechid.simulation.simulator import TimeBase
 

@@ -19,6 +19,7 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
+from mechid.reading.whole import read_result
 from mechid.report.lacking import beside_comment
 from mechid.writing import write_together, write_whole
 
@@ -110,7 +111,7 @@ def read_truth(folder: Path | str) -> tuple[bool, dict[str, float]]:
     """
     path = Path(folder) / REPORT_NAME
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_result(path))
         truth = {row["name"]: float(row["truth"]) for row in content["parameters"] if row["truth"] is not None}
         return bool(content["synthetic"]), truth
     except FileNotFoundError as error:

@@ -1,14 +1,23 @@
-"""Plain numerics on arrays of samples: spectra, orders, noise, and how well a prediction agrees."""
+"""Plain numerics on arrays of samples: spectra, orders, noise, and how well a prediction agrees.
 
-from mechid.signal.agreement import TheilInequality, fit_percent, theil_inequality
-from mechid.signal.autoregression import autocorrelation
-from mechid.signal.density import Band, power_density, third_octaves
-from mechid.signal.envelope import envelope, peak_groups
-from mechid.signal.noise import noise_floor
-from mechid.signal.orders import order_amplitudes, order_signal
-from mechid.signal.spectrogram import spectrogram
-from mechid.signal.spectrum import amplitude_spectrum, line_amplitude, peak_spectrum
-from mechid.signal.whiteness import LjungBox, effective_samples, effective_samples_of, ljung_box
+The names here load what they need when they are first used: the process that reads files needs few of them.
+`envelope` and `spectrogram` are named as their modules and are imported from there.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from mechid.signal.agreement import TheilInequality, fit_percent, theil_inequality
+    from mechid.signal.autoregression import autocorrelation
+    from mechid.signal.density import Band, power_density, third_octaves
+    from mechid.signal.envelope import peak_groups
+    from mechid.signal.noise import noise_floor
+    from mechid.signal.orders import order_amplitudes, order_signal
+    from mechid.signal.spectrum import amplitude_spectrum, line_amplitude, peak_spectrum
+    from mechid.signal.whiteness import LjungBox, effective_samples, effective_samples_of, ljung_box
 
 __all__ = [
     "Band",
@@ -18,7 +27,6 @@ __all__ = [
     "autocorrelation",
     "effective_samples",
     "effective_samples_of",
-    "envelope",
     "fit_percent",
     "line_amplitude",
     "ljung_box",
@@ -28,7 +36,36 @@ __all__ = [
     "peak_groups",
     "peak_spectrum",
     "power_density",
-    "spectrogram",
     "theil_inequality",
     "third_octaves",
 ]
+
+_HOMES = {
+    "Band": "density",
+    "LjungBox": "whiteness",
+    "TheilInequality": "agreement",
+    "amplitude_spectrum": "spectrum",
+    "autocorrelation": "autoregression",
+    "effective_samples": "whiteness",
+    "effective_samples_of": "whiteness",
+    "fit_percent": "agreement",
+    "line_amplitude": "spectrum",
+    "ljung_box": "whiteness",
+    "noise_floor": "noise",
+    "order_amplitudes": "orders",
+    "order_signal": "orders",
+    "peak_groups": "envelope",
+    "peak_spectrum": "spectrum",
+    "power_density": "density",
+    "theil_inequality": "agreement",
+    "third_octaves": "density",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Return a public name, its home imported."""
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value

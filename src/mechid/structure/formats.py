@@ -10,6 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from mechid.errors import InputFileError, did_you_mean
+from mechid.reading.process import UnreadableError, call
+from mechid.reading.whole import refuse_special
 from mechid.structure.mat import read_mat
 from mechid.structure.modal_csv import read_modal_csv
 from mechid.structure.modal_toml import read_modal_toml
@@ -30,15 +32,15 @@ def read_csv(path: Path, selection: Selection) -> Structure:
     return read_response_csv(path, selection) if pairs else read_modal_csv(path, selection)
 
 
-READERS: Mapping[str, Reader] = {
-    ".toml": read_modal_toml,
-    ".csv": read_csv,
+GUARDED: Mapping[str, Reader] = {
     ".uff": read_uff,
     ".unv": read_uff,
     ".mat": read_mat,
     ".op2": read_nas2cam,
     ".op4": read_craig_bampton,
 }
+"""Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
+READERS: Mapping[str, Reader] = {".toml": read_modal_toml, ".csv": read_csv, **GUARDED}
 """Reader by suffix, in lower case."""
 
 
@@ -60,14 +62,14 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
         The file is missing or wrong; one line with file, what was found and remedy.
     """
     path = Path(path)
-    if not path.is_file():
+    if not path.exists() or path.is_dir():
         beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
         if path.is_dir():
             raise InputFileError(f"{path}: is a folder; give the file of the structure")
         raise InputFileError(f"{path}: there is no such file{did_you_mean(path.name, beside) or '; check the path'}")
     if path.suffix.lower() not in READERS:
         raise InputFileError(f'{path.name}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')
-    structure = _read(READERS[path.suffix.lower()], path, selection or Selection())
+    structure = _read(path, selection or Selection())
     if axis and structure.axis and structure.axis != axis:
         raise InputFileError(
             f"{path.name}: is for a torque about {structure.axis} where the mechanism turns about {axis}"
@@ -87,10 +89,30 @@ def _with_axis(structure: Structure, axis: str) -> Structure:
     return replace(structure, axis=axis)
 
 
-def _read(reader: Reader, path: Path, selection: Selection) -> Structure:
+def _read(path: Path, selection: Selection) -> Structure:
     """Read, with the file's name in front of what the model itself refuses."""
+    suffix = path.suffix.lower()
     try:
-        return reader(path, selection)
+        refuse_special(path)
+        return _guarded(path, selection) if suffix in GUARDED else READERS[suffix](path, selection)
+    except OSError as error:
+        raise InputFileError(f"{path.name}: cannot be read ({error.strerror or error}); check the path") from error
     except InputFileError as error:
         message = str(error)
         raise InputFileError(message if message.startswith(path.stem) else f"{path.name}: {message}") from error
+
+
+def _guarded(path: Path, selection: Selection) -> Structure:
+    """Read elsewhere; whatever a library, or what it made of the file, stumbles over is the user's one line."""
+    suffix = path.suffix.lower()
+    try:
+        size = path.stat().st_size
+        return call(GUARDED[suffix], path.absolute(), selection, size=size)
+    except InputFileError:
+        raise
+    except Exception as error:
+        what = str(error) if isinstance(error, UnreadableError) else f"{type(error).__name__}: {error}"
+        raise InputFileError(
+            f"{path.name}: is damaged, or no {suffix} file of a structure ({' '.join(what.split())[:160]}); "
+            "write or copy it anew"
+        ) from error

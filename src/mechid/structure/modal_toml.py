@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import InputFileError, did_you_mean
+from mechid.reading.whole import read_text
 from mechid.structure.modes import Modes
 from mechid.structure.selection import DIRECTIONS, ROTATIONS, Selection
 from mechid.structure.structure import Structure
@@ -65,7 +66,7 @@ def _directions(entries: Sequence[Mapping[str, Any]], label: str) -> dict[str, F
 
 def _table(path: Path) -> dict[str, Any]:
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        table = tomllib.loads(read_text(path))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputFileError(f"{path.name}: {error}; write name = value") from error
     _refuse_unknown(table, KEYS, path.name)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import InputFileError
+from mechid.reading.whole import read_text
 
 FloatArray = NDArray[np.float64]
 
@@ -52,7 +53,7 @@ def split_unit(header: str) -> tuple[str, str | None]:
 
 def _text(path: Path) -> str:
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return read_text(path)
     except UnicodeDecodeError as error:
         raise InputFileError(f"{path.name}: is not UTF-8 text; save the file as UTF-8") from error
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from mechid.report.plots import empty_plot, hover_on, stacked
 from mechid.report.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
-from mechid.signal import envelope
+from mechid.signal.envelope import envelope
 from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene
 

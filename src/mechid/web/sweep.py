@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import ORDERS
 from mechid.plant.mechanism import Mechanism
-from mechid.signal import spectrogram
-from mechid.signal.spectrogram import WINDOWS, largest_rows, usual_window_s
+from mechid.signal.spectrogram import WINDOWS, largest_rows, spectrogram, usual_window_s
 from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from mechid.errors import InputFileError
 from mechid.identification.result.missing import Missing
+from mechid.reading.whole import read_result
 
 FORMAT = "mechid-diagnosis/1"
 FILE_NAME, PROPOSED_NAME = "diagnose.json", "mechanism_proposed.toml"
@@ -26,7 +27,7 @@ def read_diagnosis(path: Path | str) -> dict[str, Any]:
     """
     path = Path(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_result(path))
     except FileNotFoundError as error:
         raise InputFileError(f'{path}: there is no such file; "mechid diagnose" writes it') from error
     except NotADirectoryError as error:

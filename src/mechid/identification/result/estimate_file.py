@@ -11,6 +11,7 @@ from typing import Any
 from mechid.errors import InputFileError
 from mechid.identification.result.fit import FORMAT, Fit
 from mechid.identification.result.grade import Grade
+from mechid.reading.whole import read_result
 from mechid.writing import write_whole
 
 FILE_NAME = "estimate.json"
@@ -49,7 +50,7 @@ def read_estimate(path: Path | str, *, needs: Sequence[str] = TABLES) -> dict[st
     """
     path = Path(path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        content = json.loads(read_result(path))
     except FileNotFoundError as error:
         raise InputFileError(f'{path}: there is no such file; "mechid identify" writes it') from error
     except NotADirectoryError as error:

@@ -12,6 +12,7 @@ from mechid.campaign import read_mechanism
 from mechid.errors import InputFileError
 from mechid.identification.result.fit import Fit
 from mechid.plant.mechanism import Mechanism
+from mechid.reading.whole import read_bytes
 
 FILE, DIGEST, QUANTITIES, PLANT = "mechanism_file", "mechanism_sha256", "quantities", "plant"
 """Keys of the provenance: the file's name, the SHA-256 of its bytes, what was measured, the equations' digest."""
@@ -46,7 +47,7 @@ def read_estimated_mechanism(content: Mapping[str, Any], path: Path) -> Mechanis
         raise InputFileError(f"{path.name}: provenance.{DIGEST}: missing; an earlier mechid wrote it, identify anew")
     file = path.parent / name
     try:
-        found = hashlib.sha256(file.read_bytes()).hexdigest()
+        found = hashlib.sha256(read_bytes(file)).hexdigest()
     except OSError as error:
         raise InputFileError(
             f"{file}: there is no such file; identify leaves it beside {path.name}, and the budget flies it: "
