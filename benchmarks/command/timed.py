@@ -24,7 +24,7 @@ PARTS = {
     "suggestions": ("mechid.report.identified", "with_suggestions"),
     "validation": ("mechid.report.identified", "validate"),
     "results": ("mechid.report.identified", "write_results"),
-    "curves": ("mechid.report.writing", "record_curves"),
+    "curves": ("mechid.report.illustration", "record_curves"),
     "page": ("mechid.report.writing", "report_page"),
     "equations": ("mechid.report.writing", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
