@@ -1,11 +1,12 @@
 """What `mechid check` and `mechid identify` say of campaigns in which one thing is wrong.
 
     python benchmarks/wrong_campaigns.py [--command check|identify] [--only NAME ...] [--folder DIR] [--out FILE]
+                                         [--cpu-limit SECONDS]
 
-Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is whether
-a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the catalogue, also
-how far its estimates are off; an estimate more than 5 of its standard errors off, in a fit of grade A, is a confident
-wrong answer. What is in --out already is not run again.
+Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is
+whether a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the
+catalogue, also how far its estimates are off; an estimate more than 5 of its standard errors off, in a fit of grade A,
+is a confident wrong answer. What is in --out already is not run again; what reaches its limit ends as interrupted.
 """
 
 import argparse
@@ -34,8 +35,10 @@ def main() -> None:
     parser.add_argument("--command", choices=("check", "identify"), default="check")
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     parser.add_argument("--folder", type=Path, help="where the campaigns are kept; else a temporary one")
+    parser.add_argument("--cpu-limit", type=int, default=3600, help="CPU seconds of one run", metavar="SECONDS")
     parser.add_argument("--out", type=Path, help="JSON of all rows, taken up again")
     arguments = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_CPU, (arguments.cpu_limit, resource.RLIM_INFINITY))
     rows = json.loads(arguments.out.read_text()) if arguments.out and arguments.out.exists() else {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = arguments.folder or Path(temporary)
@@ -50,7 +53,7 @@ def main() -> None:
     counted = [rows[case.name] for case in cases() if case.name in rows]
     for said in ("first lines", "later", "not named"):
         print(f"{said}: {sum(row['named'] == said for row in counted)} of {len(counted)}")
-    wrong = [row for row in counted if row.get("grade") == "A" and (row["off"] is None or row["off"] > CONFIDENT)]
+    wrong = [row for row in counted if row.get("grade") == "A" and (row["off"] or 0.0) > CONFIDENT]
     print(f"confident wrong answers: {len(wrong)}")
 
 
@@ -71,7 +74,7 @@ def judged(case: Case, folder: Path, command: str) -> dict[str, Any]:
     lines = done.stdout.splitlines() or done.stderr.splitlines()
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     return {"kind": case.kind, "exit": done.returncode, "named": named(case, lines), "cpu_s": round(cpu, 2),
-            "lines": lines[:FIRST], **_estimated(result)}  # fmt: skip
+            "lines": lines[:FIRST], **estimated(result)}  # fmt: skip
 
 
 def named(case: Case, lines: list[str]) -> str:
@@ -80,7 +83,7 @@ def named(case: Case, lines: list[str]) -> str:
     return "not named" if not found else "first lines" if found[0] < FIRST else "later"
 
 
-def _estimated(result: Path) -> dict[str, Any]:
+def estimated(result: Path) -> dict[str, Any]:
     """Return the grade of a fit, and how far its worst estimate is off in its standard errors."""
     path = result / "estimate.json"
     if not path.exists():

@@ -89,7 +89,7 @@ def console_on(*, err: bool = False) -> Console:
 
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `report_data` made, and where the files are; what is odd about the records comes before all numbers."""
+    """Print what `report_data` made, and where the files are; what is odd about records comes first."""
     if data["synthetic"]:
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])

@@ -118,7 +118,7 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
 
 
 def _behind_low_pass(least: Mapping[str, FloatArray], scales: int) -> dict[str, float]:
-    """Return the records that are plainly nearer behind a low-pass than as declared or in another unit, each its cut-off.
+    """Return the records that are plainly nearer behind a low-pass than in any unit, each with its cut-off.
 
     `least` are the least distances of a record over the points, (scales + cut-offs,): of those in full or half steps,
     since microsteps leave the spectrum too empty to tell.

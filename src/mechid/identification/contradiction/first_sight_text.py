@@ -44,9 +44,9 @@ def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
     """Say from where on records fall; the frequency is that of a coarse grid, and mostly above the filter's own."""
     names, hz = ", ".join(cut_off_hz), max(cut_off_hz.values())
     return (
-        f"record{'s' * (len(cut_off_hz) > 1)} {names}: the spectrum falls as behind a low-pass below about {hz:g} Hz, and "
-        "the mechanism file declares none: if the recorder or its amplifier has one, write [anti_alias] with order and "
-        "frequency (rad/s) in the mechanism file, or record through a wider one"
+        f"record{'s' * (len(cut_off_hz) > 1)} {names}: the spectrum falls as behind a low-pass below about {hz:g} "
+        "Hz, and the mechanism file declares none: if the recorder or its amplifier has one, write [anti_alias] with "
+        "order and frequency (rad/s) in the mechanism file, or record through a wider one"
     )
 
 

@@ -12,7 +12,7 @@ from mechid.identification.contradiction.record_sight import COARSE, RecordSight
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import READABLE
 from mechid.signal.lines import prominence
-from mechid.signal.mains import MainsLine, mains_lines
+from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
 
 FloatArray = NDArray[np.float64]
 MOST_OFF, LEAST_OFF, SURE = 0.05, 2e-3, 8.0
@@ -23,6 +23,8 @@ REST_S, SMOOTHED_S, MOVES = 1e-3, 1e-3, 10.0
 """How much of a record is its rest, over what it is smoothed, and from how many standard deviations on it moves."""
 SWINGS = 0.1
 """And from what share of its largest swing."""
+LEAST_HUM = 0.5
+"""Of a channel's noise level: smaller lines of hum change little, and are left to `identify`."""
 ORDER_PARTS, NEAR_BINS = 4, 1.0
 """A line of hum this near to a quarter order of the step rate, in bins, may be one."""
 
@@ -60,8 +62,8 @@ def _off_lines(off: Mapping[str, float], constant: Sequence[Target]) -> Iterator
     if len(off) > 1 and len(off) == len(constant) and float(np.ptp(ratios)) < ALIKE:
         ratio = float(np.median(ratios))
         yield (
-            f"all records: their lines are at {ratio:.5g} times the rates declared: the recorder's clock, the sample rate "
-            f"or the time stamps seem {_percent(1.0 / ratio)} %, or all rates {_percent(ratio)} % off"
+            f"all records: their lines are at {ratio:.5g} times the rates declared: the recorder's clock, the sample "
+            f"rate or the time stamps seem {_percent(1.0 / ratio)} %, or all rates {_percent(ratio)} % off"
         )
         return
     for target in constant:
@@ -70,8 +72,8 @@ def _off_lines(off: Mapping[str, float], constant: Sequence[Target]) -> Iterator
             rate = ratio * target.command.rate.rates[0]
             yield (
                 f"record {target.name}: its lines are those of {rate:.5g} full steps/s (declared "
-                f"{target.command.rate.rates[0]:.5g}): the rate is {_percent(ratio)} % off, or the record's sample rate "
-                f"(its clock) {_percent(1.0 / ratio)} %"
+                f"{target.command.rate.rates[0]:.5g}): the rate is {_percent(ratio)} % off, or the record's sample "
+                f"rate (its clock) {_percent(1.0 / ratio)} %"
             )
 
 
@@ -115,17 +117,20 @@ def _hum(targets: Sequence[Target]) -> Iterator[str]:
         name, line = max(found.items(), key=lambda item: item[1].line.amplitude)
         yield (
             f"record{'s' * (len(found) > 1)} {', '.join(found)}: a line at {line.line.frequency_hz:.5g} Hz, of "
-            f"{line.line.amplitude:.2g} N m in {name}, is mains hum by its frequency; write mains = {line.mains_hz:g} in "
-            "[identify] to have it taken out of all records"
+            f"{line.line.amplitude:.2g} N m in {name}, is mains hum by its frequency; write mains = {line.mains_hz:g} "
+            "in [identify] to have it taken out of all records"
         )
 
 
 def _strongest_hum(target: Target) -> MainsLine | None:
+    """Return the strongest line of a grid where it is a low multiple: of the high ones a short record is near many."""
     found = prominence(target.leading.measured, target.base.sample_rate_hz)
     rates = set(map(abs, target.command.rate.rates))
     orders = [rate / ORDER_PARTS for rate in rates if rate and len(rates) == 1]
-    own = [one for one in mains_lines(found) if not any(_is_order(one, o, found.bin_hz) for o in orders)]
-    return max(own, key=lambda one: one.line.amplitude, default=None)
+    loud = [one for one in mains_lines(found) if one.line.amplitude > LEAST_HUM * target.leading.sigma]
+    own = [one for one in loud if not any(_is_order(one, o, found.bin_hz) for o in orders)]
+    strongest = max(own, key=lambda one: one.line.amplitude, default=None)
+    return strongest if strongest and strongest.multiple <= LOW_MULTIPLES else None
 
 
 def _is_order(one: MainsLine, order_hz: float, bin_hz: float) -> bool:
