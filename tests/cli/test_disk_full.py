@@ -11,7 +11,7 @@ from contextlib import contextmanager
 
 import pytest
 
-from mechid.budget.example import write_example
+from mechid.budgets.example import write_example
 from mechid.errors import UnwritableError
 from mechid.holding import held
 from mechid.writing import writable, write_together

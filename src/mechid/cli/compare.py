@@ -17,8 +17,8 @@ def compare(
 
     from mechid.analysis import compare as compare_fits
     from mechid.holding import held
-    from mechid.report.comparison import comparison_data, print_comparison, write_comparison
-    from mechid.report.terminal import console_on
+    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
+    from mechid.reports.terminal import console_on
 
     data = comparison_data(compare_fits(*fits))
     with held(out) if out else nullcontext():

@@ -27,8 +27,8 @@ def diagnose(
     from mechid.cli.progress_line import ProgressLine
     from mechid.holding import held
     from mechid.identification.diagnosis.diagnosis import diagnose as diagnosed
-    from mechid.report.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
-    from mechid.report.terminal import console_on
+    from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
+    from mechid.reports.terminal import console_on
 
     finished = finished_fit(fit, campaign)
     asked = replace(finished.campaign, considered=tuple(consider)) if consider else finished.campaign

@@ -17,7 +17,7 @@ from mechid.fleets.members import Member
 from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report.identified import Audience, identified_into
+from mechid.reports.identified import Audience, identified_into
 
 Told = Callable[[str], None]
 
