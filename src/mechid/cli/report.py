@@ -22,11 +22,12 @@ def report(
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.fit_file import read_fit
     from mechid.identification.result.journal_file import identified_campaign
-    from mechid.report import read_truth, report_data
-    from mechid.report.pens import Pens
-    from mechid.report.results import write_components, write_residual
-    from mechid.report.terminal import console_on, print_lines
-    from mechid.report.writing import write_report
+    from mechid.reports import read_truth, report_data
+    from mechid.reports.illustration import Illustration
+    from mechid.reports.pens import Pens
+    from mechid.reports.results import write_components, write_residual
+    from mechid.reports.terminal import console_on, print_lines
+    from mechid.reports.writing import write_report
 
     synthetic, truth = read_truth(folder)
     path = campaign or identified_campaign(folder)
@@ -34,9 +35,10 @@ def report(
     fit = read_fit(folder / FILE_NAME, loaded)
     prepare_kernels(loaded)
     with Pens() as pens:
-        validation = validate(loaded, fit)
+        illustration = Illustration(loaded, fit, folder, pens)
+        validation = validate(loaded, fit, illustration.begin)
         data = report_data(fit, truth, synthetic=synthetic, validation=validation)
-        files = write_report(data, loaded, fit, validation, folder, pens)
+        files = write_report(data, loaded, fit, validation, folder, illustration)
     files += [write_residual(fit, validation, folder)]
     files += write_components(fit, validation, folder)
     print_lines(console_on(), "written", [str(path) for path in files])

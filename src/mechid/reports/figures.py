@@ -1,0 +1,122 @@
+"""The figures on paper, made with Matplotlib: vector text, palette of Okabe and Ito, two columns wide.
+
+Text stays text in the SVG, so that it can be searched and edited; line styles and widths differ as the colours do.
+"""
+
+from __future__ import annotations
+
+import gc
+import io
+import math
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, NullLocator
+from numpy.typing import NDArray
+
+from mechid.writing import whole
+
+FloatArray = NDArray[np.float64]
+WIDTH_IN = 6.9
+"""Inches: both columns of a paper."""
+LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58
+"""Margins; measured out by a layout engine they would take as long again as the drawing."""
+DOTS_AN_INCH = 200
+MEASURED, MODELLED, RESIDUAL_COLOUR, NOISE, MARK = "#56B4E9", "#D55E00", "#4D4D4D", "#009E73", "#CC79A7"
+STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
+    "font.size": 8.0,
+    "axes.labelsize": 8.0,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.alpha": 0.4,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "lines.linewidth": 0.8,
+    "xtick.labelsize": 7.5,
+    "ytick.labelsize": 7.5,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "mechid",
+    "path.simplify": True,
+}
+SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+Drawing = Callable[[Any], None]
+
+
+def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[str, str]:
+    """Write each figure as SVG and PNG as it comes, and return the SVG texts by name.
+
+    Each file is written beside its place and renamed.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written to.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    texts = {}
+    gc.freeze()  # only what the figures make is looked through below
+    for name, figure in figures:
+        texts[name] = write_figure(name, figure, folder)
+        figure.clear()  # whoever made it may hold it still
+        gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
+    gc.unfreeze()
+    return texts
+
+
+def write_figure(name: str, figure: Figure, folder: Path) -> str:
+    """Write a figure as SVG and PNG, and return the SVG's text."""
+    svg, png = io.BytesIO(), io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
+        figure.savefig(png, format="png", dpi=DOTS_AN_INCH, pil_kwargs={"compress_level": 4})
+    for suffix, content in (("svg", svg), ("png", png)):
+        with whole(folder / f"{name}.{suffix}") as beside:
+            beside.write_bytes(content.getvalue())
+    return svg.getvalue().decode("utf-8")
+
+
+def made(draw: Drawing, height: float) -> Figure:
+    """Return a figure of a height in inches, two columns wide, with what `draw` draws on it."""
+    figure = Figure(figsize=(WIDTH_IN, height))
+    FigureCanvasAgg(figure)
+    figure.subplots_adjust(
+        left=LEFT_IN / WIDTH_IN, right=1.0 - RIGHT_IN / WIDTH_IN, bottom=BELOW_IN / height, top=1.0 - ABOVE_IN / height
+    )
+    draw(figure)
+    return figure
+
+
+def over_time(axes: Any, points: FloatArray, colour: str, width: float, label: str) -> None:
+    """Draw times in s and samples, (2, n)."""
+    axes.plot(*points, color=colour, linewidth=width, label=label)
+
+
+def legend_above(figure: Any, axes: Any, columns: int) -> None:
+    """Write the legend above the axes, at the right."""
+    place = {"loc": "upper right", "bbox_to_anchor": (1.0 - RIGHT_IN / WIDTH_IN, 1.0), "borderaxespad": 0.3}
+    figure.legend(*axes.get_legend_handles_labels(), ncols=columns, **place)
+
+
+def in_powers(axis: Any) -> None:
+    """Label a logarithmic axis with powers of ten, as plain text: a formula's layout takes a hundred times longer."""
+    axis.set_major_formatter(FuncFormatter(power_of_ten))
+    axis.set_minor_locator(NullLocator())
+
+
+def power_of_ten(value: float, _: int | None = None) -> str:
+    """Return the nearest power of ten as text.
+
+    Examples
+    --------
+    >>> power_of_ten(0.001), power_of_ten(10.0)
+    ('10⁻³', '10¹')
+    """
+    return "10" + str(round(math.log10(value))).translate(SUPERSCRIPT) if value > 0.0 else ""
