@@ -17,6 +17,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
+from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
@@ -40,7 +41,8 @@ class Setting:
     Attributes
     ----------
     problem : Problem
-        Of the mechanism as written, with what the fit's records have of their own, the noise as known before the fit.
+        Of the mechanism as written, with what the fit's records have of their own, the noise as known before the fit,
+        or what a model leaves of them, where that is less.
     windows : mapping of record to (first, stop)
         What of the records the fit follows.
     disturbances : tuple of Disturbance
@@ -128,6 +130,17 @@ class Model:
         windows = {name: (0, n) for name, n in horizons.items()}
         there = replace(self, setting=replace(self.setting, windows=windows))
         return replace(there, cost=there.problem.total_norm(there.q, windows) ** 2)
+
+    def lowered(self) -> Model:
+        """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
+        problem = lowered(self.problem, self.q, self.setting.windows)
+        return self if problem is self.problem else self.at_levels(problem)
+
+    def at_levels(self, problem: Problem) -> Model:
+        """Return it, where it is, with the noise levels of a problem."""
+        setting = replace(self.setting, problem=at_these_levels(self.setting.problem, problem))
+        there = replace(self, setting=setting)
+        return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""

@@ -143,16 +143,29 @@ def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Told)
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
     """
     if estimate["grade"] == Grade.C:
-        return searched(before, _better(start, in_stretches(before, told)), told)
-    found = searched(before, start, told)
+        return _searched(before, _better(start, in_stretches(before, told)), told)
+    found = _searched(before, start, told)
     if found.model.over_noise <= FAR:
         return found
     other = _better(found.model, in_stretches(before, told))
-    return found if other is found.model else searched(before, other, told)
+    return found if other is found.model else _searched(before, other, told)
 
 
 def _better(model: Model, other: Model | None) -> Model:
-    return model if other is None or not other.cost < model.cost else other
+    if other is None:
+        return model
+    return other if other.cost < model.at_levels(other.problem).cost else model
+
+
+def _searched(before: Model, start: Model, told: Told) -> Found:
+    """Return the effects that the records ask for, at noise levels no higher than what is left with them."""
+    start = start.lowered()
+    while True:
+        found = searched(before.at_levels(start.problem), start, told)
+        quieter = found.model.lowered()
+        if quieter is found.model:
+            return found
+        start = quieter
 
 
 def _refuse_failed(estimate: Mapping[str, Any]) -> None:
