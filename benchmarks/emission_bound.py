@@ -20,18 +20,18 @@ from incomplete.benches import drawn, make_bench
 from incomplete.effects import EFFECTS
 from incomplete.recording import Run, recorded
 from mechid.analysis import validate
-from mechid.budget.emission import emission
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.line_of_sight import respond
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.residual_source import EDGES_HZ
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.emission import emission
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.residual_source import EDGES_HZ
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.campaign import load_campaign
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.identify import identify
-from mechid.report import report_data, write_results
+from mechid.reports import report_data, write_results
 from mechid.structure import Modes, Structure
 
 HELD_OUT = (

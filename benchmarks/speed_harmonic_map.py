@@ -21,15 +21,15 @@ from pathlib import Path
 import numpy as np
 
 from bench_sweep import RESULTS, machine
-from mechid.budget.attractors import steady_states
-from mechid.budget.discrepancy import Discrepancy
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.line_of_sight import Response
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.over_rate import LIMITS95, SAMPLES, torque_bands
-from mechid.budget.shares import deviations
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.attractors import steady_states
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.line_of_sight import Response
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.over_rate import LIMITS95, SAMPLES, torque_bands
+from mechid.budgets.shares import deviations
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import mapped, one_core_algebra
 

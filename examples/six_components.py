@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 import mechid
-from mechid.budget.example import STRUCTURE
+from mechid.budgets.example import STRUCTURE
 from mechid.campaign import campaign_text, catalogue_mechanism, load_campaign, mechanism_text
 from mechid.campaign.bench import TRUTH
 from mechid.campaign.templates import RecordDraft

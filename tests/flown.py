@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from layouts import LAYOUTS, SINGLE_STEPPER, changed, mechanism_of, paper_table
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.steady_state import SteadyState, enough_substeps, steady_state
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.plant.flight import in_flight
 from mechid.signal.power import periodic_power

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mechid.design.prediction import predicted_errors
+from mechid.designs.prediction import predicted_errors
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.search.solve import solve
 

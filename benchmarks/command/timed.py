@@ -18,19 +18,19 @@ PARTS = {
     "records": ("mechid.campaign", "load_campaign"),
     "kernel": ("mechid.cli.kernel_notice", "prepare_kernel"),
     "first sight": ("mechid.identification.identify", "first_seen"),
-    "search": ("mechid.report.identified", "identify"),
+    "search": ("mechid.reports.identified", "identify"),
     "multi-start": ("mechid.identification.stages.growth", "multistart"),
     "errors": ("mechid.identification.identify", "conclude"),
-    "suggestions": ("mechid.report.identified", "with_suggestions"),
-    "validation": ("mechid.report.identified", "validate"),
-    "results": ("mechid.report.identified", "write_results"),
-    "curves": ("mechid.report.writing", "record_curves"),
-    "page": ("mechid.report.writing", "report_page"),
-    "equations": ("mechid.report.writing", "equations_mathml"),
+    "suggestions": ("mechid.reports.identified", "with_suggestions"),
+    "validation": ("mechid.reports.identified", "validate"),
+    "results": ("mechid.reports.identified", "write_results"),
+    "curves": ("mechid.reports.writing", "record_curves"),
+    "page": ("mechid.reports.writing", "report_page"),
+    "equations": ("mechid.reports.writing", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
 }
 """Name of a part -> module and name of the function that does it."""
-LATE = {"mechid.report.writing"}
+LATE = {"mechid.reports.writing"}
 """Modules that a command imports only when it comes to them."""
 
 Seconds = dict[str, float]
@@ -82,7 +82,7 @@ def _clock(part: str, module: str, name: str) -> None:
 
 def _clock_late() -> None:
     """Put clocks around the parts of the report once that has been imported, within the report's own time."""
-    identified = sys.modules["mechid.report.identified"]
+    identified = sys.modules["mechid.reports.identified"]
     report = identified._report
 
     def with_clocks(*arguments: object) -> object:

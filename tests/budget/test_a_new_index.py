@@ -5,18 +5,18 @@ import json
 import numpy as np
 import pytest
 
-from mechid.budget.budget import make_budget
-from mechid.budget.budget_file import read_budget_file
-from mechid.budget.example import BUDGET, write_example
-from mechid.budget.indices import KINDS, Index, Kind
-from mechid.budget.levels import level
-from mechid.budget.numbers import budget_data
-from mechid.budget.other_errors import OtherError
-from mechid.budget.pointing_error import PointingError, Source
-from mechid.budget.profile_run import ProfileResponse
+from mechid.budgets.budget import make_budget
+from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.example import BUDGET, write_example
+from mechid.budgets.indices import KINDS, Index, Kind
+from mechid.budgets.levels import level
+from mechid.budgets.numbers import budget_data
+from mechid.budgets.other_errors import OtherError
+from mechid.budgets.pointing_error import PointingError, Source
+from mechid.budgets.profile_run import ProfileResponse
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.estimate_file import json_text
-from mechid.report.budget.writing import write_budget_report
+from mechid.reports.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 ROW = Kind(

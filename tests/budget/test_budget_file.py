@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.budget.budget_file import read_budget_file
-from mechid.budget.example import BUDGET, STRUCTURE, write_example
+from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.example import BUDGET, STRUCTURE, write_example
 from mechid.errors import InputFileError
 from paper_estimate import write_estimate_of_paper
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mechid.budget.ensemble import make_ensemble
-from mechid.budget.ensemble_level import ensemble_level
-from mechid.budget.indices import Index
-from mechid.budget.levels import always, member_level
-from mechid.budget.main_effects import main_effects
-from mechid.budget.other_errors import OtherError
-from mechid.budget.pointing_error import PointingError
+from mechid.budgets.ensemble import make_ensemble
+from mechid.budgets.ensemble_level import ensemble_level
+from mechid.budgets.indices import Index
+from mechid.budgets.levels import always, member_level
+from mechid.budgets.main_effects import main_effects
+from mechid.budgets.other_errors import OtherError
+from mechid.budgets.pointing_error import PointingError
 from mechid.errors import UsageError
 
 APE = Index("APE")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from mechid.budget.indices import KINDS, Index
-from mechid.budget.pointing_error import Random
+from mechid.budgets.indices import KINDS, Index
+from mechid.budgets.pointing_error import Random
 from mechid.errors import InputFileError
 from mechid.signal.power import cumulative_rms, power_density, windowed_rms
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from mechid.budget.indices import Index
-from mechid.budget.levels import always, level, mixed_level
-from mechid.budget.pointing_error import PointingError, Random, Source
-from mechid.budget.shares import drawn
-from mechid.budget.summation import Contribution, coverage_factor, total
+from mechid.budgets.indices import Index
+from mechid.budgets.levels import always, level, mixed_level
+from mechid.budgets.pointing_error import PointingError, Random, Source
+from mechid.budgets.shares import drawn
+from mechid.budgets.summation import Contribution, coverage_factor, total
 
 APE = Index("APE")
 

@@ -5,11 +5,11 @@ import pytest
 
 from flown import CASES, COMMANDS, compared, simulated
 from layouts import changed, mechanism_of, paper_table
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.lines import PROMISED
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.lines import PROMISED
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.plant.flight import CUT_OFF, below, in_flight
 from mechid.plant.mechanisms import LINE_ORDER

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from mechid.budget.attractors import steady_states
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import on_modes, read_flying
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.orbit import find_orbit, multipliers
-from mechid.budget.orders import phasors
-from mechid.budget.period_map import PeriodMap
-from mechid.budget.steady_state import steady_state
+from mechid.budgets.attractors import steady_states
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.orbit import find_orbit, multipliers
+from mechid.budgets.orders import phasors
+from mechid.budgets.period_map import PeriodMap
+from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.structure import Modes

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.budget.orders import OrderMap, crossings, phasors, rates_to_avoid
+from mechid.budgets.orders import OrderMap, crossings, phasors, rates_to_avoid
 
 
 def test_lines_between_bins_of_the_transform():

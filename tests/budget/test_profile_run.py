@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.budget.discrepancy import Discrepancy
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import on_modes, read_flying
-from mechid.budget.indices import Index
-from mechid.budget.levels import always, mixed_level
-from mechid.budget.line_of_sight import respond
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.profile_run import ProfileResponse, run_profile
-from mechid.budget.steady_state import steady_state
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.indices import Index
+from mechid.budgets.levels import always, mixed_level
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.profile_run import ProfileResponse, run_profile
+from mechid.budgets.steady_state import steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import UsageError
 from mechid.structure import Modes, Structure

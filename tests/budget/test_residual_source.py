@@ -9,19 +9,19 @@ from scipy import stats
 
 from mechid.analysis.residual_emission import TRACKED, residual_emission
 from mechid.analysis.residual_file import FORMAT, ResidualRecord, read_residual
-from mechid.budget.carried import Carried, carried
-from mechid.budget.discrepancy import Discrepancy
-from mechid.budget.emission import UPPER, WITHIN, emission
-from mechid.budget.ensemble import make_ensemble
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import respond
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.requirement import Requirement
-from mechid.budget.residual_source import ResidualSource
-from mechid.budget.standing import RESIDUAL, standing
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.carried import Carried, carried
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.emission import UPPER, WITHIN, emission
+from mechid.budgets.ensemble import make_ensemble
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.requirement import Requirement
+from mechid.budgets.residual_source import ResidualSource
+from mechid.budgets.standing import RESIDUAL, standing
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism

@@ -9,11 +9,11 @@ import pytest
 
 from mechid.analysis.components_file import SideRecords
 from mechid.analysis.residual_emission import TRACKED
-from mechid.budget.line_of_sight import respond
-from mechid.budget.side_here import COHERENT, MAGNITUDE, WITHIN
-from mechid.budget.side_response import side_response
-from mechid.budget.side_source import SideSource
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.side_here import COHERENT, MAGNITUDE, WITHIN
+from mechid.budgets.side_response import side_response
+from mechid.budgets.side_source import SideSource
+from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.records import COMPONENTS, Mounting

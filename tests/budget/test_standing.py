@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from mechid.budget.budget_file import read_budget_file
-from mechid.budget.discrepancy import Discrepancy
-from mechid.budget.ensemble import make_ensemble
-from mechid.budget.example import write_example
-from mechid.budget.findings import findings
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import Response, respond
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.other_errors import OtherError
-from mechid.budget.over_rate import level_curve, rms_bands
-from mechid.budget.requirement import Requirement
-from mechid.budget.standing import DISCREPANCY, SAMPLING, nominal_level, standing
-from mechid.budget.steady_state import SteadyState, steady_state
-from mechid.budget.summation import Contribution, coverage_factor, moments, total
+from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.ensemble import make_ensemble
+from mechid.budgets.example import write_example
+from mechid.budgets.findings import findings
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import Response, respond
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.other_errors import OtherError
+from mechid.budgets.over_rate import level_curve, rms_bands
+from mechid.budgets.requirement import Requirement
+from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standing
+from mechid.budgets.steady_state import SteadyState, steady_state
+from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.structure import Modes, Structure

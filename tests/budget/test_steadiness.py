@@ -5,17 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
-from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import respond
-from mechid.budget.mode_budget import ModeBudget
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.over_rate import level_curve, rms_bands
-from mechid.budget.requirement import Requirement
-from mechid.budget.standing import nominal_level
-from mechid.budget.steadiness import steadiness, told
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.over_rate import level_curve, rms_bands
+from mechid.budgets.requirement import Requirement
+from mechid.budgets.standing import nominal_level
+from mechid.budgets.steadiness import steadiness, told
+from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper

@@ -7,19 +7,19 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from mechid.budget.coupling import dynamic_stiffness, largest_loop_gain, loop_gain
-from mechid.budget.discrepancy import Discrepancy
-from mechid.budget.ensemble import make_ensemble
-from mechid.budget.flight_entry import Flight, LoadMode
-from mechid.budget.flying_mechanism import on_modes, read_flying
-from mechid.budget.indices import Index
-from mechid.budget.line_of_sight import respond
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.orders import phasors
-from mechid.budget.requirement import Requirement
-from mechid.budget.standing import nominal_level, standing
-from mechid.budget.steady_state import steady_state
-from mechid.budget.summation import coverage_factor
+from mechid.budgets.coupling import dynamic_stiffness, largest_loop_gain, loop_gain
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.ensemble import make_ensemble
+from mechid.budgets.flight_entry import Flight, LoadMode
+from mechid.budgets.flying_mechanism import on_modes, read_flying
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import respond
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.orders import phasors
+from mechid.budgets.requirement import Requirement
+from mechid.budgets.standing import nominal_level, standing
+from mechid.budgets.steady_state import steady_state
+from mechid.budgets.summation import coverage_factor
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run

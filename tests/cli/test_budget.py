@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 
-from mechid.budget.example import BUDGET, STRUCTURE, write_example
+from mechid.budgets.example import BUDGET, STRUCTURE, write_example
 from paper_estimate import write_estimate_of_paper
 
 WITHOUT_DUTY = re.sub(r"duty = .*\n", "", BUDGET)

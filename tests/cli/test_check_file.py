@@ -6,7 +6,7 @@ import numpy as np
 
 from instrument_files import FORMATS, write_csv, write_tdms
 from mechid.campaign import load_campaign
-from mechid.report import campaign_data, file_data
+from mechid.reports import campaign_data, file_data
 
 
 def test_a_files_columns_are_listed_with_unit_length_and_sampling(run, tmp_path):

@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from mechid.design.diagnosis_file import read_diagnosed
+from mechid.designs.diagnosis_file import read_diagnosed
 from mechid.identification.result.diagnosis_file import FILE_NAME, FORMAT, PROPOSED_NAME
 
 ENTRY = {

@@ -11,7 +11,7 @@ from mechid.campaign.bench import TRUTH
 from mechid.identification.identify import identify
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report import identified
+from mechid.reports import identified
 
 FILES = [
     "estimate.json",

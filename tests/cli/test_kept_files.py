@@ -9,7 +9,7 @@ import os
 import pytest
 
 import mechid.writing
-from mechid.budget.example import write_example
+from mechid.budgets.example import write_example
 from paper_estimate import write_estimate_of_paper
 
 
@@ -63,8 +63,8 @@ def test_simulated_records_are_all_there_or_none(refused, folder, tmp_path, monk
 @pytest.mark.parametrize("verb", ["simulate", "design", "budget"])
 def test_a_folder_that_is_a_file_is_told_before_the_work(refused, folder, tmp_path, budget_file, verb, monkeypatch):
     """Truth: nothing is simulated; the work would fail the test."""
-    monkeypatch.setattr("mechid.budget.budget.make_budget", None)
-    monkeypatch.setattr("mechid.design.design.make_design", None)
+    monkeypatch.setattr("mechid.budgets.budget.make_budget", None)
+    monkeypatch.setattr("mechid.designs.design.make_design", None)
     monkeypatch.setattr("mechid.campaign.prediction.simulate_all", None)
     out = tmp_path / "taken"
     out.write_text("mine")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from browser import chromium, faults, requests, shown
-from mechid.report.look.contents import FORMAT
+from mechid.reports.look.contents import FORMAT
 
 RATE = 2000.0
 TIME = np.arange(20_000) / RATE

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from mechid.analysis.components_file import FILE_NAME, components_text
-from mechid.budget.example import BUDGET, STRUCTURE
+from mechid.budgets.example import BUDGET, STRUCTURE
 from mechid.identification.result.estimate_file import json_text
 from paper_estimate import write_estimate_of_paper
 from table_of_six import side_records

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 from incomplete.benches import make_bench
-from mechid.budget.example import BUDGET, write_example
+from mechid.budgets.example import BUDGET, write_example
 from mechid.campaign import load_campaign
 from mechid.cli.app import app
 from mechid.web import Source, read_estimated

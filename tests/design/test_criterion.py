@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.design.criterion import Criterion, criterion_at, sizes
+from mechid.designs.criterion import Criterion, criterion_at, sizes
 from mechid.identification.output_error.space import SearchSpace
 from synthetic import truth
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.design.design_file import DesignOptions, beside, read_design_file
+from mechid.designs.design_file import DesignOptions, beside, read_design_file
 from mechid.errors import InputFileError
 
 WHOLE = """

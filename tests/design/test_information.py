@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from mechid.design.information import informations, prior_points, range_information
-from mechid.design.planned import PlannedRecord
+from mechid.designs.information import informations, prior_points, range_information
+from mechid.designs.planned import PlannedRecord
 from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, TimeBase
 from paper import constant

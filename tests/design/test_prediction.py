@@ -7,8 +7,8 @@ import pytest
 from scipy.stats import chi2
 
 from mechid.campaign.bench import TRUTH
-from mechid.design.planned import PlannedRecord
-from mechid.design.prediction import NO_PHASE, ON_BOUND, UNSEEN, planned_problem, predicted_errors
+from mechid.designs.planned import PlannedRecord
+from mechid.designs.prediction import NO_PHASE, ON_BOUND, UNSEEN, planned_problem, predicted_errors
 from mechid.identification.identify import identify
 from mechid.identification.output_error.space import SearchSpace
 from refits import normalised

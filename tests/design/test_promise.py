@@ -5,10 +5,10 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import true_mechanism, write_bench
-from mechid.design.design import make_design
-from mechid.design.design_file import DesignOptions
-from mechid.design.planned import Recording
-from mechid.design.prediction import planned_problem, predicted_errors
+from mechid.designs.design import make_design
+from mechid.designs.design_file import DesignOptions
+from mechid.designs.planned import Recording
+from mechid.designs.prediction import planned_problem, predicted_errors
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.output_error.space import SearchSpace
 from refits import normalised

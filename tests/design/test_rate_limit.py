@@ -10,8 +10,8 @@ import pytest
 from layouts import SINGLE_STEPPER, changed
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import RateProfile
-from mechid.design.rate_limit import FAR, HIGHEST, LEAST, LOWEST, NEAR, RESOLUTION, rate_limit, rates_tried
-from mechid.design.step_loss import RAMP_S, STARTED_S, driven, pull_in, pull_out
+from mechid.designs.rate_limit import FAR, HIGHEST, LEAST, LOWEST, NEAR, RESOLUTION, rate_limit, rates_tried
+from mechid.designs.step_loss import RAMP_S, STARTED_S, driven, pull_in, pull_out
 from mechid.simulation.resonances import free_resonances
 from paper import constant
 

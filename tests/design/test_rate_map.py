@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mechid.design.rate_map import _ends, rate_map
+from mechid.designs.rate_map import _ends, rate_map
 from paper import constant, mechanism, without_detent_phases
 
 

@@ -5,8 +5,8 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from mechid.design.criterion import Criterion
-from mechid.design.selection import Pool, select
+from mechid.designs.criterion import Criterion
+from mechid.designs.selection import Pool, select
 
 
 def random_pool(seed, *, records=9, total_s=10.0):

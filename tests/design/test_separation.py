@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from mechid.design.separating import choice
-from mechid.design.separation import CLEAR, LEAST, Pair, least_misfit
+from mechid.designs.separating import choice
+from mechid.designs.separation import CLEAR, LEAST, Pair, least_misfit
 
 
 def made_up(rng, records=5, size=4, scale=1.0):

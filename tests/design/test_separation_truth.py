@@ -10,18 +10,18 @@ import pytest
 from incomplete.benches import make_bench, true_record
 from mechid.campaign import load_campaign
 from mechid.command import Command, RateProfile
-from mechid.design.candidates import CandidateChoice
-from mechid.design.design import make_design
-from mechid.design.design_file import DesignOptions, Limits
-from mechid.design.planned import PlannedRecord
-from mechid.design.proposal import command_text
-from mechid.design.rivals import Group, fitted_alike
-from mechid.design.separating import separation
-from mechid.design.separation import CLEAR, refitted
+from mechid.designs.candidates import CandidateChoice
+from mechid.designs.design import make_design
+from mechid.designs.design_file import DesignOptions, Limits
+from mechid.designs.planned import PlannedRecord
+from mechid.designs.proposal import command_text
+from mechid.designs.rivals import Group, fitted_alike
+from mechid.designs.separating import separation
+from mechid.designs.separation import CLEAR, refitted
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
-from mechid.report.design import write_design
+from mechid.reports.design import write_design
 
 LOG = logging.getLogger(__name__)
 KNOWN = ("micro_res", "full_slow")

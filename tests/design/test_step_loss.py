@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
-from mechid.design.step_loss import driven, heavier, margins, pull_in, pull_out, rubbing, stopped, weaker
+from mechid.designs.step_loss import driven, heavier, margins, pull_in, pull_out, rubbing, stopped, weaker
 from paper import constant
 
 NO_DETENT = {"stepper.detent.0.amplitude": 0.0, "stepper.detent.1.amplitude": 0.0}

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from mechid.design.criterion import sizes
-from mechid.design.information import informations
-from mechid.design.planned import PlannedRecord
-from mechid.design.trust import DRAWS, FARTHEST, departing_share
+from mechid.designs.criterion import sizes
+from mechid.designs.information import informations
+from mechid.designs.planned import PlannedRecord
+from mechid.designs.trust import DRAWS, FARTHEST, departing_share
 from mechid.identification.output_error.space import SearchSpace
 from mechid.simulation.simulator import Simulator, simulate_run
 from paper import constant

@@ -11,7 +11,7 @@ import pytest
 from scipy.io import loadmat
 
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
-from mechid.budget.emission import line_sigmas
+from mechid.budgets.emission import line_sigmas
 from mechid.errors import FitError, InputFileError, UsageError
 from mechid.exports.export import exported
 from mechid.exports.forcing import estimate_on_base, forcing

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mechid.budget.operating_mode import OperatingMode
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.exports.linear.held import Held
 from mechid.exports.linear.state_space import Uncertain

@@ -13,7 +13,7 @@ from flown import FULL, simulated
 from layouts import changed, mechanism_of, paper_table
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED
 from mechid.analysis.residual_file import FILE_NAME, FORMAT
-from mechid.budget.steady_state import enough_substeps, steady_state
+from mechid.budgets.steady_state import enough_substeps, steady_state
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.exports.export import exported

@@ -22,10 +22,10 @@ from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
-from mechid.report import report_data
-from mechid.report.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
-from mechid.report.evidence import evidence_lines
-from mechid.report.terminal import console_on
+from mechid.reports import report_data
+from mechid.reports.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
+from mechid.reports.evidence import evidence_lines
+from mechid.reports.terminal import console_on
 from mechid.signal.strongest import strongest
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 

@@ -19,7 +19,7 @@ from mechid.identification.identify import identify, make_problem
 from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.estimate_file import write_estimate
 from mechid.identification.result.fit_file import read_fit
-from mechid.report import report_data
+from mechid.reports import report_data
 
 FULL = {"stepping": "full", "rate": 46.0, "start_angle_deg": 45.0}
 HALF = {"stepping": "half", "rate": 31.0, "start_angle_deg": 45.0}

@@ -17,7 +17,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.parameter import Parameter, Status
-from mechid.report.overview import campaign_data
+from mechid.reports.overview import campaign_data
 from runs import rms
 from synthetic import COMMANDS, displaced, measured, record, truth
 

@@ -15,7 +15,7 @@ from mechid.identification.identify import identify
 from mechid.identification.refit.reopened import reopened
 from mechid.identification.result.estimate_file import estimate_text
 from mechid.identification.start_given import identify_from
-from mechid.report import report_data
+from mechid.reports import report_data
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.start import Start
 from runs import base, run_kernel

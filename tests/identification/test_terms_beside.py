@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from mechid.analysis import validate
-from mechid.budget.flight_entry import Flight
-from mechid.budget.flying_mechanism import read_flying
+from mechid.budgets.flight_entry import Flight
+from mechid.budgets.flying_mechanism import read_flying
 from mechid.campaign.catalogue_values import CATALOGUE
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.identification.as_written import incomplete
@@ -25,10 +25,10 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
-from mechid.report import print_report, report_data
-from mechid.report.lacking import CLEAR_WORDS, NONE_CLEAR
-from mechid.report.results import estimated_text, write_results
-from mechid.report.writing import write_report
+from mechid.reports import print_report, report_data
+from mechid.reports.lacking import CLEAR_WORDS, NONE_CLEAR
+from mechid.reports.results import estimated_text, write_results
+from mechid.reports.writing import write_report
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 

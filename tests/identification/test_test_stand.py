@@ -16,7 +16,7 @@ from mechid.errors import InputFileError
 from mechid.identification.contradiction.alternatives import first_moments, judge
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED
-from mechid.report.overview import campaign_data
+from mechid.reports.overview import campaign_data
 from paper import constant
 from runs import base, run_twin
 

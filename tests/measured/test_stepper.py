@@ -11,7 +11,7 @@ import pytest
 import mechid
 from mechid.analysis.preference import ComparisonOutcome
 from mechid.command import Command, RateProfile
-from mechid.design.step_loss import pull_in
+from mechid.designs.step_loss import pull_in
 from mechid.identification.result.grade import Grade
 
 pytestmark = [pytest.mark.data, pytest.mark.slow]

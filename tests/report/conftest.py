@@ -20,8 +20,8 @@ from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.parameter import Status
-from mechid.report import report_data
-from mechid.report.writing import write_report
+from mechid.reports import report_data
+from mechid.reports.writing import write_report
 from mechid.signal import LjungBox, TheilInequality
 from synthetic import COMMANDS, displaced, measured
 

@@ -10,17 +10,17 @@ import pytest
 from rich.console import Console
 
 from browser import chromium, faults, printed_to_pdf, requests, shown
-from mechid.budget.budget import make_budget
-from mechid.budget.budget_file import read_budget_file
-from mechid.budget.example import BUDGET, write_example
-from mechid.budget.margins import margins
-from mechid.budget.numbers import budget_data
+from mechid.budgets.budget import make_budget
+from mechid.budgets.budget_file import read_budget_file
+from mechid.budgets.example import BUDGET, write_example
+from mechid.budgets.margins import margins
+from mechid.budgets.numbers import budget_data
 from mechid.identification.result.estimate_file import json_text
-from mechid.report.budget.contents import budget_contents
-from mechid.report.budget.figures import budget_figures
-from mechid.report.budget.terminal import print_budget
-from mechid.report.budget.verdict import budget_verdict
-from mechid.report.budget.writing import write_budget_report
+from mechid.reports.budget.contents import budget_contents
+from mechid.reports.budget.figures import budget_figures
+from mechid.reports.budget.terminal import print_budget
+from mechid.reports.budget.verdict import budget_verdict
+from mechid.reports.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 HOSTILE = "<img src=x onerror=document.title='taken'>"

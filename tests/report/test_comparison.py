@@ -7,7 +7,7 @@ import pytest
 import mechid
 from estimates import free, known, record, write
 from mechid.errors import UsageError
-from mechid.report.comparison import comparison_data, print_comparison, write_comparison
+from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
 from printing import printed, tables
 
 

@@ -8,11 +8,11 @@ import pytest
 
 from browser import chromium, faults, printed_to_pdf, requests, shown, waited
 from mechid.analysis.prediction import predict
-from mechid.report import outline
-from mechid.report.curves import record_curves
-from mechid.report.outline import decoded
-from mechid.report.trace import decode
-from mechid.report.writing import write_report
+from mechid.reports import outline
+from mechid.reports.curves import record_curves
+from mechid.reports.outline import decoded
+from mechid.reports.trace import decode
+from mechid.reports.writing import write_report
 from mechid.signal import stored
 from mechid.signal.envelope import envelope
 

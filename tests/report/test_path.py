@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import pytest
 
-from mechid.report import print_report, report_data
-from mechid.report.markdown import report_markdown
-from mechid.report.page import environment, report_page
-from mechid.report.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
+from mechid.reports import print_report, report_data
+from mechid.reports.markdown import report_markdown
+from mechid.reports.page import environment, report_page
+from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
 from printing import printed
 
 STEPS = (

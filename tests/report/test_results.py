@@ -8,7 +8,7 @@ import mechid.writing
 from mechid.campaign import read_mechanism
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import read_estimate
-from mechid.report import report_data, write_results
+from mechid.reports import report_data, write_results
 
 
 def test_the_files_read_back(make_fit, truth, tmp_path):

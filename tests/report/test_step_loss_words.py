@@ -2,7 +2,7 @@
 
 import pytest
 
-from mechid.report.design import hole_lines, limit_words
+from mechid.reports.design import hole_lines, limit_words
 
 SEARCHED = [4.0, 4000.0]
 

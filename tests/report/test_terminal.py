@@ -9,7 +9,7 @@ from mechid.campaign.bench import write_bench
 from mechid.identification.output_error.declaration import Taken
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report import campaign_data, print_campaign, print_report, report_data
+from mechid.reports import campaign_data, print_campaign, print_report, report_data
 from printing import printed, tables
 
 ESCAPE = "\x1b"

@@ -5,10 +5,10 @@ import pytest
 
 from little_memory import little_memory  # noqa: F401
 from mechid.analysis.prediction import Prediction
-from mechid.report import outline
-from mechid.report.outline import decoded, outline_of
-from mechid.report.packing import pack_floats, pack_integers, unpack
-from mechid.report.trace import decode, trace_of
+from mechid.reports import outline
+from mechid.reports.outline import decoded, outline_of
+from mechid.reports.packing import pack_floats, pack_integers, unpack
+from mechid.reports.trace import decode, trace_of
 from mechid.signal.envelope import envelope
 from mechid.signal.stored import room_of
 from mechid.signal.trend import Line

@@ -35,8 +35,8 @@ def bootstrap(
     from mechid.identification.computation.progress import Progress
     from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
     from mechid.identification.refit.reopened import reopened
-    from mechid.report.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
-    from mechid.report.terminal import console_on
+    from mechid.reports.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
+    from mechid.reports.terminal import console_on
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began, ended = time.perf_counter(), 0

@@ -17,13 +17,13 @@ def budget(
     scheduler: Scheduler = None,
 ) -> None:
     """Predict the line of sight's error against requirements."""
-    from mechid.budget.budget import make_budget
-    from mechid.budget.budget_file import read_budget_file
-    from mechid.budget.hand_off import write_budget
-    from mechid.budget.numbers import budget_data
-    from mechid.report.budget.terminal import print_budget
-    from mechid.report.budget.writing import write_budget_report
-    from mechid.report.terminal import console_on
+    from mechid.budgets.budget import make_budget
+    from mechid.budgets.budget_file import read_budget_file
+    from mechid.budgets.hand_off import write_budget
+    from mechid.budgets.numbers import budget_data
+    from mechid.reports.budget.terminal import print_budget
+    from mechid.reports.budget.writing import write_budget_report
+    from mechid.reports.terminal import console_on
     from mechid.writing import refuse_unwritable
 
     asked = read_budget_file(file)

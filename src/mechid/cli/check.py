@@ -22,8 +22,8 @@ def check(
     from mechid.errors import UsageError
     from mechid.identification.identifiability.visibility import start_warnings
     from mechid.identification.stages.first_seen import declaration_warnings
-    from mechid.report import campaign_data, file_data, print_campaign, print_file
-    from mechid.report.terminal import console_on, print_lines
+    from mechid.reports import campaign_data, file_data, print_campaign, print_file
+    from mechid.reports.terminal import console_on, print_lines
 
     if campaign.suffix.lower() not in ("", ".toml") and not campaign.is_dir():
         if out is not None:
@@ -34,6 +34,6 @@ def check(
     prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, (*declaration_warnings(loaded), *start_warnings(loaded))), console_on())
     if out is not None:
-        from mechid.report.record_figures import write_record_figures
+        from mechid.reports.record_figures import write_record_figures
 
         print_lines(console_on(), "written", map(str, write_record_figures(loaded, out)))

@@ -14,8 +14,8 @@ def compare(
 ) -> None:
     """Compare finished fits of the same records."""
     from mechid.analysis import compare as compare_fits
-    from mechid.report.comparison import comparison_data, print_comparison, write_comparison
-    from mechid.report.terminal import console_on
+    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
+    from mechid.reports.terminal import console_on
 
     data = comparison_data(compare_fits(*fits))
     files = [write_comparison(data, out)] if out else []

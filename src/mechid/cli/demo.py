@@ -13,12 +13,12 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Of the bench's noise and of the search.")] = 0,
 ) -> None:
     """Make a synthetic bench and identify it from catalogue values."""
-    from mechid.budget.example import BUDGET_NAME, write_example
+    from mechid.budgets.example import BUDGET_NAME, write_example
     from mechid.campaign import catalogue_mechanism, load_campaign
     from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.report.writing import PAGE_NAME
+    from mechid.reports.writing import PAGE_NAME
 
     refuse_measured_campaign(out)
     prepare_kernel(catalogue_mechanism().plant)

@@ -33,14 +33,14 @@ def design(
     """Choose the records of the next test, and rate step loss."""
     from mechid.campaign import load_campaign
     from mechid.cli.finished_fit import finished_fit
-    from mechid.design.design import make_design
-    from mechid.design.design_file import beside, read_design_file
-    from mechid.design.diagnosis_file import read_diagnosed
-    from mechid.design.rivals import Group, rival_groups
+    from mechid.designs.design import make_design
+    from mechid.designs.design_file import beside, read_design_file
+    from mechid.designs.diagnosis_file import read_diagnosed
+    from mechid.designs.rivals import Group, rival_groups
     from mechid.errors import UsageError
     from mechid.identification.refit.reopened import reopened
-    from mechid.report.design import print_design, refuse_own_folder, write_design
-    from mechid.report.terminal import console_on
+    from mechid.reports.design import print_design, refuse_own_folder, write_design
+    from mechid.reports.terminal import console_on
     from mechid.writing import refuse_unwritable
 
     def tell(line: str) -> None:

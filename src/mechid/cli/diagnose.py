@@ -26,8 +26,8 @@ def diagnose(
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
     from mechid.identification.diagnosis.diagnosis import diagnose as diagnosed
-    from mechid.report.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
-    from mechid.report.terminal import console_on
+    from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
+    from mechid.reports.terminal import console_on
     from mechid.writing import refuse_unwritable
 
     finished = finished_fit(fit, campaign)

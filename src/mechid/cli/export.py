@@ -24,8 +24,8 @@ def export(
     from mechid.exports.handover import handover
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-    from mechid.report.exported import print_exported
-    from mechid.report.terminal import console_on
+    from mechid.reports.exported import print_exported
+    from mechid.reports.terminal import console_on
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)

@@ -14,7 +14,7 @@ from mechid.identification.computation.journal import digest
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimate_file import FILE_NAME, TABLES, read_estimate
 from mechid.identification.result.journal_file import identified_campaign
-from mechid.report.identified import COMPLETED_NAME
+from mechid.reports.identified import COMPLETED_NAME
 
 
 @dataclass(frozen=True)

@@ -29,9 +29,9 @@ def fleet(
     from mechid.fleets.fleet_file import read_members
     from mechid.fleets.hand_off import write_fleet
     from mechid.fleets.numbers import fleet_data
-    from mechid.report.fleet.terminal import print_fleet
-    from mechid.report.fleet.writing import write_fleet_report
-    from mechid.report.terminal import console_on
+    from mechid.reports.fleet.terminal import print_fleet
+    from mechid.reports.fleet.writing import write_fleet_report
+    from mechid.reports.terminal import console_on
 
     asked = read_members(sources)
     with on_scheduler(scheduler):

@@ -15,9 +15,9 @@ from mechid.identification.computation.progress import Listener
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report import print_report
-from mechid.report.identified import Audience, identified_into
-from mechid.report.terminal import console_on
+from mechid.reports import print_report
+from mechid.reports.identified import Audience, identified_into
+from mechid.reports.terminal import console_on
 
 INTERRUPTED = 130
 

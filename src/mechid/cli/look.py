@@ -30,10 +30,10 @@ def look(
     from mechid.analysis.survey import survey
     from mechid.errors import RecordError
     from mechid.records.bare import Hints
-    from mechid.report.look.contents import look_data
-    from mechid.report.look.terminal import print_look
-    from mechid.report.look.writing import write_look
-    from mechid.report.terminal import console_on
+    from mechid.reports.look.contents import look_data
+    from mechid.reports.look.terminal import print_look
+    from mechid.reports.look.writing import write_look
+    from mechid.reports.terminal import console_on
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)

@@ -34,8 +34,8 @@ def profile(
     from mechid.identification.computation.progress import Progress
     from mechid.identification.refit.profile import profiles
     from mechid.identification.refit.reopened import reopened
-    from mechid.report.profile import print_profiles, profile_data, write_profiles
-    from mechid.report.terminal import console_on
+    from mechid.reports.profile import print_profiles, profile_data, write_profiles
+    from mechid.reports.terminal import console_on
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began = time.perf_counter()

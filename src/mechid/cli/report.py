@@ -22,11 +22,11 @@ def report(
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.fit_file import read_fit
     from mechid.identification.result.journal_file import identified_campaign
-    from mechid.report import read_truth, report_data
-    from mechid.report.pens import Pens
-    from mechid.report.results import write_components, write_residual
-    from mechid.report.terminal import console_on, print_lines
-    from mechid.report.writing import write_report
+    from mechid.reports import read_truth, report_data
+    from mechid.reports.pens import Pens
+    from mechid.reports.results import write_components, write_residual
+    from mechid.reports.terminal import console_on, print_lines
+    from mechid.reports.writing import write_report
 
     synthetic, truth = read_truth(folder)
     path = campaign or identified_campaign(folder)

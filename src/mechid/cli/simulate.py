@@ -23,8 +23,8 @@ def simulate(
     from mechid.campaign.prediction import simulate_all, time_base_warnings
     from mechid.campaign.trajectory_file import refuse_measured, write_trajectories
     from mechid.cli.kernel_notice import prepare_kernel
-    from mechid.report.simulated import print_simulated, simulated_data
-    from mechid.report.terminal import console_on, print_lines
+    from mechid.reports.simulated import print_simulated, simulated_data
+    from mechid.reports.terminal import console_on, print_lines
     from mechid.writing import refuse_unwritable
 
     loaded = load_campaign(campaign, need_files=False)

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.residual_file import read_residual
-from mechid.budget.attractors import steady_states
-from mechid.budget.carried import carried
-from mechid.budget.discrepancy import Discrepancy, read_discrepancy
-from mechid.budget.emission import Emission, emission
-from mechid.budget.flying_mechanism import Estimate
-from mechid.budget.line_of_sight import Response
-from mechid.budget.operating_mode import OperatingMode, usual_highest_hz
-from mechid.budget.residual_source import ResidualSource
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.attractors import steady_states
+from mechid.budgets.carried import carried
+from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
+from mechid.budgets.emission import Emission, emission
+from mechid.budgets.flying_mechanism import Estimate
+from mechid.budgets.line_of_sight import Response
+from mechid.budgets.operating_mode import OperatingMode, usual_highest_hz
+from mechid.budgets.residual_source import ResidualSource
+from mechid.budgets.steady_state import SteadyState
 from mechid.exports.handover import Handover
 from mechid.exports.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra

@@ -10,7 +10,7 @@ import numpy as np
 from mechid.fleets.fleet import Fleet
 from mechid.fleets.trends import first_day, numbers
 from mechid.parameter import Status
-from mechid.report.fleet.verdict import listed
+from mechid.reports.fleet.verdict import listed
 
 FEW = 5
 """Units below which the spread is known to a factor of two or worse."""

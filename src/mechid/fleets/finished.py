@@ -13,7 +13,7 @@ from mechid.identification.result.estimate_file import read_estimate
 from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
 from mechid.identification.result.journal_file import FINISHED
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report.identified import identification_inputs
+from mechid.reports.identified import identification_inputs
 
 COMPLETE, SEED = "--complete", "seed"
 

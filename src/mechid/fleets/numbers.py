@@ -18,7 +18,7 @@ from mechid.fleets.members import Member
 from mechid.fleets.significance import Tested
 from mechid.fleets.trends import Trend, first_day, numbers
 from mechid.fleets.unit_run import HOW_WORDS, UnitRun
-from mechid.report.writing import PAGE_NAME
+from mechid.reports.writing import PAGE_NAME
 
 FORMAT = "mechid-fleet/1"
 

@@ -16,7 +16,7 @@ from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.result.outcome import FitOutcome
-from mechid.report.identified import Audience, identified_into
+from mechid.reports.identified import Audience, identified_into
 
 Told = Callable[[str], None]
 

@@ -13,9 +13,9 @@ from mechid.analysis.prediction import as_fitted
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
-from mechid.report import report_data
-from mechid.report.contents import report_contents
-from mechid.report.noise import against_noise
+from mechid.reports import report_data
+from mechid.reports.contents import report_contents
+from mechid.reports.noise import against_noise
 
 
 @dataclass(frozen=True, kw_only=True)

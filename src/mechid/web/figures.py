@@ -10,8 +10,8 @@ import numpy as np
 from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
 from numpy.typing import NDArray
 
-from mechid.report.plots import empty_plot, hover_on, stacked
-from mechid.report.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
+from mechid.reports.plots import empty_plot, hover_on, stacked
+from mechid.reports.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
 from mechid.signal.envelope import envelope
 from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene

@@ -19,7 +19,7 @@ from mechid.identification.output_error.instants import INSTANTS
 from mechid.identification.output_error.target import TargetChannel, channel_of, latest_of
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
-from mechid.report.curves import rate_over
+from mechid.reports.curves import rate_over
 from mechid.signal import amplitude_spectrum, effective_samples_of, fit_percent, peak_groups
 from mechid.signal.remainder import Remainder
 from mechid.signal.series import no_samples

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.shares import deviations
+from mechid.budgets.shares import deviations
 from mechid.errors import FitError
 from mechid.exports.linear.state_space import Uncertain
 from mechid.plant.mechanism import Mechanism

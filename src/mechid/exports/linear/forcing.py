@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.emission import line_sigmas, phase_sigmas
-from mechid.budget.flying_mechanism import Estimate
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.emission import line_sigmas, phase_sigmas
+from mechid.budgets.flying_mechanism import Estimate
+from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 
 FloatArray = NDArray[np.float64]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.flying_mechanism import Estimate
+from mechid.budgets.flying_mechanism import Estimate
 from mechid.command import Command
 from mechid.errors import FitError
 from mechid.exports.linear.draws import physical_draws

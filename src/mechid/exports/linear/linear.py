@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from mechid.budget.flying_mechanism import Estimate
+from mechid.budgets.flying_mechanism import Estimate
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.emission import BOUND
+from mechid.budgets.emission import BOUND
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
 from mechid.exports.tables.options import Options

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.attractors import FROM_REST
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.attractors import FROM_REST
+from mechid.budgets.steady_state import SteadyState
 from mechid.command import RateProfile
 from mechid.errors import FitError, UsageError
 from mechid.exports.forcing import Forcing

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.emission import BOUND, Emission, line_sigmas, phase_sigmas
-from mechid.budget.flying_mechanism import Estimate
-from mechid.budget.steady_state import SteadyState
+from mechid.budgets.emission import BOUND, Emission, line_sigmas, phase_sigmas
+from mechid.budgets.flying_mechanism import Estimate
+from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.table import Column, Table, numbers, texts
 

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from mechid.budget.flying_mechanism import Estimate
-from mechid.budget.hdf5 import is_available
-from mechid.budget.steady_state import cut_off
+from mechid.budgets.flying_mechanism import Estimate
+from mechid.budgets.hdf5 import is_available
+from mechid.budgets.steady_state import cut_off
 from mechid.exports.export import Checked, Written
 from mechid.exports.forcing import Forcing, estimate_on_base, forcing
 from mechid.exports.handover import Handover

@@ -1,0 +1,115 @@
+"""All steady states of a mode: from rest, and from those of the neighbouring rates, as a rising or falling rate has it.
+
+With stiction, detents and a resonance the rotor may keep to one of several motions at a rate, and which one depends on
+how the rate was reached. Every steady state that is found is tried at both neighbouring rates, until nothing new comes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.orbit import find_orbit
+from mechid.budgets.period_map import PeriodMap
+from mechid.budgets.steady_state import SteadyState, cut_off, enough_substeps, periods_to_settle, steady_state
+from mechid.identification.computation.parallel import mapped
+from mechid.plant.flight import below
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+
+FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
+MOST = 4
+"""Steady states that are looked for at a rate."""
+SAME = 1e-6
+"""Two motions are one where their states, in their own sizes, are nearer than this."""
+
+
+@dataclass
+class _AtRate:
+    """What is known at one rate."""
+
+    period: PeriodMap
+    known: list[SteadyState] = field(default_factory=list)
+
+    def add(self, found: SteadyState | int, way: str) -> SteadyState | None:
+        """Note that a steady state, or the known one of a number, was reached in a way; return it where it is new."""
+        for k, other in enumerate(self.known):
+            if k == found if isinstance(found, int) else _same(self.period, found, other):
+                self.known[k] = replace(other, reached=tuple(dict.fromkeys((*other.reached, way))))
+                return None
+        if isinstance(found, int) or len(self.known) == MOST:
+            return None
+        self.known.append(replace(found, reached=(way,)))
+        return self.known[-1]
+
+
+def _tried(task: tuple[_AtRate, FloatArray | None]) -> SteadyState | int:
+    """Return the steady state that a start leads to at a rate, its number where it is a known one."""
+    at, start = task
+    p = at.period
+    if start is not None:
+        x = p.settled(start, periods_to_settle(p.mode, p.duration_s))
+        for k, state in enumerate(at.known):
+            if state.periods and _is_on(p, x, state):
+                return k
+        endless = [k for k, state in enumerate(at.known) if not state.periods]
+        if endless and find_orbit(p, x) is None:
+            return endless[0]
+    return steady_state(p.mechanism, p.mode, p.rate, p.names, p.substeps, start)
+
+
+def steady_states(
+    mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], workers: int
+) -> tuple[tuple[SteadyState, ...], ...]:
+    """Return the steady states at each rate of a mode, the one from rest first.
+
+    On a step clock with a tick no motion repeats, and each rate is run from rest alone.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    mode : OperatingMode
+    names : sequence of str, (p,)
+        Parameters to which the derivatives are wanted; may be empty.
+    workers : int
+        Threads.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    substeps = enough_substeps(mechanism, mode, names)
+    lined = below(mechanism, cut_off(mode))
+    rates = [_AtRate(PeriodMap(lined, mode, float(rate), tuple(names), substeps)) for rate in mode.rates]
+    starts: list[tuple[int, str, FloatArray | None]] = [(k, FROM_REST, None) for k in range(len(rates))]
+    while starts:
+        tried = mapped(_tried, [(rates[k], x) for k, _, x in starts], workers)
+        fresh = [(k, rates[k].add(found, way)) for (k, way, _), found in zip(starts, tried, strict=True)]
+        starts = [
+            (k + side, way, state.x)
+            for k, state in fresh
+            for side, way in ((1, RISING), (-1, FALLING))
+            if state is not None and 0 <= k + side < len(rates) and not mode.command.clock_tick_s
+        ]
+    return tuple(tuple(at.known) for at in rates)
+
+
+def _same(period: PeriodMap, state: SteadyState, other: SteadyState) -> bool:
+    """Return whether two steady states are one; motions that do not repeat are not told apart."""
+    return state.periods == other.periods and (state.periods == 0 or _is_on(period, state.x, other))
+
+
+def _is_on(period: PeriodMap, x: FloatArray, state: SteadyState) -> bool:
+    """Return whether a state is one of those that a repeating motion passes after each period."""
+    passed = state.x
+    for k in range(state.periods):
+        passed = period.settled(passed, 1) if k else passed
+        if float(np.max(np.abs(period.modulo(x - passed)) / state.size)) < SAME:
+            return True
+    return False

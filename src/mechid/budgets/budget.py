@@ -1,0 +1,298 @@
+"""The budget: every mode of operation through the structure, against every requirement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.attractors import steady_states
+from mechid.budgets.budget_file import BudgetFile
+from mechid.budgets.coupling import coupled_modes, largest_loop_gain
+from mechid.budgets.emission import emission
+from mechid.budgets.ensemble import Ensemble, make_ensemble
+from mechid.budgets.findings import findings
+from mechid.budgets.flying_mechanism import Estimate, on_modes, read_flying
+from mechid.budgets.line_of_sight import LineOfSight, Response, respond
+from mechid.budgets.mode_budget import ModeBudget
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.orders import Crossing, crossings, rates_to_avoid
+from mechid.budgets.over_rate import level_curve, rms_bands
+from mechid.budgets.profile_run import run_profile
+from mechid.budgets.requirement import Requirement, Standing
+from mechid.budgets.side_response import SideResponse, side_response
+from mechid.budgets.side_source import SideSource
+from mechid.budgets.standing import Parts, nominal_level, standing
+from mechid.budgets.steady_state import SteadyState, enough_substeps, steady_state
+from mechid.errors import InputFileError
+from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
+from mechid.plant.flight import moving_base_objection
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.resonances import resonances
+from mechid.structure import Modes, Structure
+
+FloatArray = NDArray[np.float64]
+Listener = Callable[[str], None]
+
+CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
+"""Lines a full step whose crossings with modes are listed."""
+BESIDE = (-0.01, -0.003, 0.0, 0.003, 0.01)
+"""Rates added at a crossing, relative to it: a mode of 0.5 % damping is 1 % wide."""
+AROUND = 0.05
+"""By so much crossings may lie outside the rates and still be listed."""
+BY_DUTY = "all modes, by duty"
+
+
+@dataclass(frozen=True, eq=False)
+class Budget:
+    """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
+
+    `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces
+    and moments that were measured beside the torque, where there are any.
+    """
+
+    file: BudgetFile
+    estimate: Estimate
+    modes: tuple[ModeBudget, ...]
+    by_duty: tuple[Standing, ...]
+    two_way_by_duty: dict[str, float]
+    crossings: tuple[Crossing, ...]
+    warnings: tuple[str, ...]
+    side: SideSource | None = None
+
+    @property
+    def standings(self) -> list[Standing]:
+        """Of every mode, then of all by their duty."""
+        return [*(s for mode in self.modes for s in mode.standings), *self.by_duty]
+
+
+def make_budget(
+    file: BudgetFile, workers: int = 1, listener: Listener | None = None, *, executor: Executor | None = None
+) -> Budget:
+    """Return the budget of a file.
+
+    Parameters
+    ----------
+    file : BudgetFile
+    workers : int
+        Threads.
+    listener : callable or None
+        Told in a line what is at work.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+
+    Raises
+    ------
+    InputFileError
+        The estimate is missing or wrong, or does not fit the file.
+    UsageError
+        A profile is shorter than a requirement's windows.
+    FitError
+        The mechanism diverged.
+    """
+    estimate = read_flying(file.estimate, file.flight)
+    spread = file.flight.spread
+    ensemble = make_ensemble(tuple(spread), np.array(list(spread.values())), file.errors, file.seed)
+    side = _side_source(file, estimate)
+    maker = _Maker(file, estimate, ensemble, workers, listener or _silent, side)
+    with one_core_algebra(), working_on(executor):
+        modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
+        by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
+    told = tuple(findings(file, estimate, modes, side))
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told, side)
+
+
+def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:
+    """Return what was measured beside the torque with the way to the structure, None where nothing was."""
+    if estimate.side is None:
+        return None
+    try:
+        return SideSource(estimate.side, file.frame, file.structure)
+    except InputFileError as error:
+        raise InputFileError(f"{file.path.name}: structure.frame: {error}") from error
+
+
+def _silent(line: str) -> None:
+    """Listen to nothing."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Maker:
+    """What all modes share."""
+
+    file: BudgetFile
+    estimate: Estimate
+    ensemble: Ensemble
+    workers: int
+    listener: Listener
+    side: SideSource | None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Parameters to which derivatives are wanted."""
+        return (*self.estimate.names, *self.ensemble.names)
+
+    def steady(self, mode: OperatingMode) -> ModeBudget:
+        """Return the budget of a mode with steady rates."""
+        file, mode = self.file, _refined(mode, self.file, self.estimate)
+        self.listener(f'mode "{mode.name}": {mode.rates.size} rate{"s" * (mode.rates.size > 1)}')
+        found = steady_states(self.estimate.mechanism, mode, self.names, self.workers)
+        states = tuple(tuple(self._respond(mode, state) for state in here) for here in found)
+        responses = tuple(_largest(here) for here in states)
+        levels = {r.name: level_curve(r, states, self.estimate, file.errors, file.seed) for r in file.requirements}
+        worst = int(np.argmax([response.rms().max() for response in responses]))
+        self.listener(f'mode "{mode.name}": two-way')
+        joined = self._joinable()
+        two_way = self._joined(on_modes(self.estimate.mechanism, joined), mode, found) if joined else ()
+        lines = responses[worst].state.frequency_hz
+        gain = largest_loop_gain(file.structure, self.estimate.mechanism, lines, mode.command)
+        several = mode.rates.size > 1
+        avoid = {
+            r.name: tuple(rates_to_avoid(mode.rates, levels[r.name].band[:, 1], r.limit_rad))
+            for r in (file.requirements if several else ())
+        }
+        exerted = tuple(emission(r, self.estimate, mode.highest_hz, file.seed) for r in responses)
+        made = ModeBudget(
+            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), exerted, two_way,
+            None, gain, levels, self._two_way_levels(two_way), (), avoid,
+        )  # fmt: skip
+        return self._with_standings(made)
+
+    def _joined(
+        self, mechanism: Mechanism, mode: OperatingMode, found: Sequence[Sequence[SteadyState]]
+    ) -> tuple[Response, ...]:
+        """Return the two-way responses: from rest and, where there are several steady states, from each of these."""
+        held = self.estimate.mechanism.plant.states
+        tasks = [
+            (here[0].rate, [_on_resting_base(s.x, held, mechanism.plant.states) for s in here if len(here) > 1])
+            for here in found
+        ]
+        joined = mapped(partial(_reached, mechanism, mode, enough_substeps(mechanism, mode)), tasks, self.workers)
+        return tuple(_largest([self._respond(mode, state) for state in states]) for states in joined)
+
+    def _respond(self, mode: OperatingMode, state: SteadyState) -> Response:
+        source = self.estimate.residual
+        here = None if source is None else source.at(mode.command, state.rate)
+        return respond(state, self.file.structure, here, mode.highest_hz, self._side(mode, state))
+
+    def _side(self, mode: OperatingMode, state: SteadyState) -> SideResponse | None:
+        """Return what was measured beside the torque, at a rate; None where nothing of it reaches the structure."""
+        if self.side is None or not self.side.flying:
+            return None
+        return side_response(state, self.side, self.side.at(mode.command, state.rate), mode.highest_hz)
+
+    def profile(self, mode: OperatingMode) -> ModeBudget:
+        """Return the budget of a mode with a profile."""
+        file, mechanism = self.file, self.estimate.mechanism
+        self.listener(f'mode "{mode.name}": a profile of {mode.duration_s:.6g} s')
+        course = run_profile(mechanism, mode, self.names, enough_substeps(mechanism, mode, self.names), file.structure)
+        joined, two_way = self._joinable(), None
+        if joined:
+            moving = on_modes(mechanism, joined)
+            two_way = run_profile(moving, mode, (), enough_substeps(moving, mode), file.structure)
+        frequency = np.linspace(1.0, mode.highest_hz, 2000)
+        gain = largest_loop_gain(file.structure, mechanism, frequency, mode.command)
+        levels = self._two_way_levels([two_way]) if two_way else {}
+        made = ModeBudget(mode, course=course, two_way_course=two_way, loop_gain=gain, two_way_levels=levels)
+        return self._with_standings(made)
+
+    def _joinable(self) -> Modes | None:
+        """Return the structure's modes that are joined with the mechanism; None where none are, or it cannot be."""
+        if moving_base_objection(self.estimate.mechanism):
+            return None
+        return coupled_modes(self.file.structure, self.file.coupled_below_hz)
+
+    def _two_way_levels(self, responses: Sequence[LineOfSight]) -> dict[str, tuple[int, float]]:
+        out = {}
+        for r in self.file.requirements if responses else ():
+            levels = [nominal_level(r, [(1.0, one)], self.file.errors) for one in responses]
+            out[r.name] = (int(np.argmax(levels)), max(levels))
+        return out
+
+    def _with_standings(self, made: ModeBudget) -> ModeBudget:
+        self.listener(f'mode "{made.mode.name}": {len(self.file.requirements)} requirements')
+        tasks = [(r, [(1.0, made.worst_for(r))]) for r in self.file.requirements]
+        standings = mapped(partial(_stands, made.mode.name, self.estimate, self.ensemble), tasks, self.workers)
+        return replace(made, standings=tuple(standings))
+
+    def by_duty(self, modes: Sequence[ModeBudget]) -> tuple[Standing, ...]:
+        """Return how all modes together, each at its worst rate for its share of the time, stand; none without duty."""
+        if _without_duty(modes):
+            return ()
+        self.listener("all modes by duty")
+        return tuple(
+            standing(r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes],
+                     self.estimate, self.ensemble)
+            for r in self.file.requirements
+        )  # fmt: skip
+
+    def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
+        """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""
+        out: dict[str, float] = {}
+        for r in () if _without_duty(modes) else self.file.requirements:
+            parts = [(made.mode.duty or 0.0, worst) for made in modes if (worst := made.two_way_worst_for(r))]
+            if len(parts) == len(modes):
+                out[r.name] = nominal_level(r, parts, self.file.errors)
+        return out
+
+
+def _reached(
+    mechanism: Mechanism, mode: OperatingMode, substeps: int, task: tuple[float, Sequence[FloatArray]]
+) -> list[SteadyState]:
+    """Return the steady states at a rate, from rest and from each of some states."""
+    rate, states = task
+    return [steady_state(mechanism, mode, rate, (), substeps, start) for start in (None, *states)]
+
+
+def _stands(mode: str, estimate: Estimate, ensemble: Ensemble, task: tuple[Requirement, Parts]) -> Standing:
+    requirement, parts = task
+    return standing(requirement, mode, parts, estimate, ensemble)
+
+
+def _without_duty(modes: Sequence[ModeBudget]) -> bool:
+    return any(made.mode.duty is None for made in modes)
+
+
+def _largest(responses: Sequence[Response]) -> Response:
+    """Return the response with the largest RMS along any line of sight, with what does not repeat."""
+    return max(responses, key=lambda response: float(response.whole_rms().max()))
+
+
+def _on_resting_base(x: FloatArray, held: Sequence[Any], states: Sequence[Any]) -> FloatArray:
+    """Return a state of the mechanism on a held base as one on its modes, which rest."""
+    known = dict(zip(held, x, strict=True))
+    return np.array([known.get(state, 0.0) for state in states])
+
+
+def _refined(mode: OperatingMode, file: BudgetFile, estimate: Estimate) -> OperatingMode:
+    """Return a mode with rates added around each crossing of an order and a mode of the structure or the mechanism."""
+    if not mode.refined:
+        return mode
+    ends = (float(mode.rates[0]), float(mode.rates[-1]))
+    met = crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), ends)
+    near = np.array([c.rate * (1.0 + side) for c in met for side in BESIDE])
+    inside = near[(near >= ends[0]) & (near <= ends[1])]
+    return replace(mode, rates=np.unique(np.round(np.concatenate([mode.rates, inside]), 9)))
+
+
+def _crossings(file: BudgetFile, estimate: Estimate) -> list[Crossing]:
+    rates = [rate for mode in file.modes for rate in mode.rates]
+    if not rates:
+        return []
+    around = (min(rates) * (1.0 - AROUND), max(rates) * (1.0 + AROUND))
+    return crossings(CAMPBELL_ORDERS, named_modes(file.structure, estimate), around)
+
+
+def named_modes(structure: Structure, estimate: Estimate) -> list[tuple[str, float]]:
+    """Return the modes that orders may meet: of the mechanism with its rotor held, of the structure."""
+    named = [(r.name, r.frequency_hz) for r in resonances(estimate.mechanism)]
+    if isinstance(structure.model, Modes):
+        modes = structure.model
+        named += [(f"structure {k}", float(f)) for k, f in enumerate(modes.frequency_hz) if not modes.rigid[k]]
+    return named

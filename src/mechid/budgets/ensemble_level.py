@@ -1,0 +1,106 @@
+"""The level of an ensemble by its draws, with the standard error that it has since they are no more than these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import stdtrit
+
+from mechid.budgets.ensemble import MEMBERS, Members
+from mechid.budgets.indices import Index
+from mechid.budgets.levels import Mixture, gaussians, member_level, quantile, share_below, worst_share
+from mechid.budgets.pointing_error import QUICK_POINTS
+
+FloatArray = NDArray[np.float64]
+
+KEPT = 128
+"""Instants of each member where all times of all members count; divides `QUICK_POINTS`."""
+
+
+@dataclass(frozen=True)
+class FromDraws:
+    """A value from draws, and its standard error by them."""
+
+    value: float
+    sigma: float
+
+
+def ensemble_level(
+    member: Callable[[FloatArray], Mixture],
+    members: Members,
+    index: Index,
+    confidence: float,
+    axis: int | None,
+    interpretation: str,
+) -> FromDraws:
+    """Return the level in rad by a statistical interpretation, at `QUICK_POINTS` instants of each member.
+
+    Parameters
+    ----------
+    member : callable
+        From a draw (k,) to the member.
+    members : Members
+        Their draws, (r, n, k).
+    index, confidence, axis, interpretation
+        As of the requirement.
+    """
+    if interpretation == "mixed":
+        return _from_draws(*_all_times(member, members, index, axis), confidence)
+    ranks = np.array([
+        [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
+        for of in members.draws
+    ])  # fmt: skip
+    share = worst_share(confidence) if interpretation == "temporal" else confidence
+    return _from_draws(ranks, np.zeros_like(ranks), members.weights[:, :, None], share)
+
+
+def _all_times(
+    member: Callable[[FloatArray], Mixture], members: Members, index: Index, axis: int | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return all times of all members as Gaussians: centres, sigmas and weights, (r, n, q) each."""
+    places = np.arange(MEMBERS) / MEMBERS + np.arange(len(members.draws))[:, None] / len(members.draws)
+    parts = [
+        [_few_instants(member(draw), index, axis, place % 1.0) for draw, place in zip(*row, strict=True)]
+        for row in zip(members.draws, places, strict=True)
+    ]
+    centres, sigmas, shares = (np.array([[p[i] for p in row] for row in parts]) for i in range(3))
+    return centres, sigmas, members.weights[:, :, None] * shares
+
+
+def _few_instants(
+    member: Mixture, index: Index, axis: int | None, place: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return a member as few Gaussians of its mixture: centres, sigmas, weights, which add to 1.
+
+    Of each of its errors every so many-th instant is kept. The first of them, by a place from 0 to 1, is a later one
+    from member to member, so that these and the members' first coordinate fill their square evenly (Hammersley's
+    points), and another one from replica to replica.
+    """
+    parts = [(w, *gaussians(e, index, axis, QUICK_POINTS)) for w, e in member if w > 0.0]
+    kept = [slice(int(place * (c.size // KEPT)), None, c.size // KEPT) for _, c, _ in parts]
+    centres = np.concatenate([c[few] for (_, c, _), few in zip(parts, kept, strict=True)])
+    sigmas = np.concatenate([s[few] for (_, _, s), few in zip(parts, kept, strict=True)])
+    return centres, sigmas, np.repeat([w / KEPT for w, _, _ in parts], KEPT)
+
+
+def _from_draws(centres: FloatArray, sigmas: FloatArray, weights: FloatArray, share: float) -> FromDraws:
+    """Return a quantile of the mixture that replicas of members (r, n, q) are together, with its standard error.
+
+    The replicas differ by the share that each has below the quantile: with as much as one member counts beyond it,
+    since draws that are laid out evenly may agree by chance, that gives the standard error of the share. Its 95 %
+    limits, taken to the quantile itself, are those of the quantile (Woodruff, Confidence intervals for medians and
+    other position measures, Journal of the American Statistical Association 47(260), 1952); the wider side counts.
+    """
+    replicas = len(weights)
+    flat = centres.ravel(), sigmas.ravel(), weights.ravel() / replicas
+    value = quantile(*flat, share)
+    below = share_below(value, centres, sigmas)
+    scatter = float(np.std(np.sum(weights * below, axis=(1, 2)), ddof=1)) / np.sqrt(replicas)
+    one = float(np.sum(weights * (1.0 - below), axis=2).max()) / replicas
+    limit = float(stdtrit(replicas - 1, 0.975))
+    reach = limit * float(np.hypot(scatter, one))
+    low, high = max(share - reach, 0.0), min(share + reach, 0.5 * (1.0 + share))
+    return FromDraws(value, max(value - quantile(*flat, low), quantile(*flat, high) - value) / limit)

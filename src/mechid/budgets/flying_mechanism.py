@@ -1,0 +1,196 @@
+"""From what identify left to the mechanism that flies: its file, its covariance, what stays on the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag
+
+from mechid.analysis.components_file import SideRecords, read_components
+from mechid.analysis.residual_file import read_residual
+from mechid.budgets.carried import carried
+from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
+from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
+from mechid.budgets.residual_source import ResidualSource
+from mechid.errors import InputFileError, did_you_mean
+from mechid.identification.result.estimate_file import read_estimate
+from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.identification.result.grade import GRADE_WORDS, Grade
+from mechid.identification.result.terms_beside import TermsBeside
+from mechid.parameter import Role
+from mechid.plant.flight import FILTER, flying_plant, in_flight, left_on_bench, on_base
+from mechid.plant.layout import Base, Flying
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.plant import Plant
+from mechid.plant.tables import bench_reason
+from mechid.structure import Modes
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """What a budget takes of an estimate.
+
+    Attributes
+    ----------
+    mechanism : Mechanism
+        As it flies, on a held base.
+    names : tuple of str, (n,)
+        Estimated parameters that fly, then those of `Flight.uncertain`.
+    covariance : (n, n)
+        Of them, in the mechanism file's units.
+    discrepancy : Discrepancy
+        What the model misses on validation records.
+    left : mapping of str to str
+        What stays on the bench, tables and estimated parameters, each with the reason.
+    outcome : str
+        Why the fit is not to be relied on, empty where it has grade A or B.
+    residual : ResidualSource or None
+        What the fit left of the bench's torque records; None where identify left none beside the estimate.
+    side : SideRecords or None
+        Forces and moments that the bench measured beside the torque; None where it did not.
+    lacking : str
+        What the mechanism file lacks although its records ask for it, as a sentence; empty where it lacks nothing so.
+    """
+
+    mechanism: Mechanism
+    names: tuple[str, ...]
+    covariance: FloatArray
+    discrepancy: Discrepancy
+    left: Mapping[str, str]
+    outcome: str = ""
+    residual: ResidualSource | None = None
+    side: SideRecords | None = None
+    lacking: str = ""
+
+
+def read_flying(path: Path, flight: Flight) -> Estimate:
+    """Return the mechanism that identify left beside an estimate, with what flies in place of the bench's.
+
+    Raises
+    ------
+    InputFileError
+        Estimate or mechanism file are missing, wrong or no longer what identify left; the mechanism cannot fly; or the
+        flight names a parameter that it has not.
+    """
+    content = read_estimate(path)
+    _refuse_failed(content, path)
+    bench = read_estimated_mechanism(content, path)
+    modes = [(2.0 * np.pi * m.frequency_hz, m.damping, m.inertia) for m in flight.load_modes] or None
+    plant = flying_plant(bench, None if modes is None else len(modes))
+    values = dict(_named(flight, plant))
+    _check_names(flight, plant, values)
+    try:
+        flying = in_flight(bench, values, modes)
+    except InputFileError as error:
+        raise InputFileError(f"{flight.place}: {error}") from error
+    _refuse_tied(flight, flying)
+    names, covariance = _covariance(content, path)
+    kept = [k for k, name in enumerate(names) if name in flying.parameters and _flies(name) and name not in values]
+    known = tuple(names[k] for k in kept)
+    for name in set(flight.uncertain) & set(known):
+        raise InputFileError(
+            f"{flight.place}.uncertain: {name} is estimated and has its error from there; leave it out"
+        )
+    left = read_residual(content, path.parent)
+    source = ResidualSource(left, carried(bench, flying)) if left else None
+    discrepancy = read_discrepancy(content, path.parent)
+    return Estimate(
+        mechanism=flying,
+        names=(*known, *flight.uncertain),
+        covariance=block_diag(covariance[np.ix_(kept, kept)], np.diag(np.square(list(flight.uncertain.values())))),
+        discrepancy=replace(discrepancy, of_profiles_alone=True) if source else discrepancy,
+        left=left_on_bench(bench, names),
+        outcome=_doubt(content),
+        residual=source,
+        side=read_components(content, path.parent),
+        lacking=_lacking(content),
+    )
+
+
+def on_modes(mechanism: Mechanism, modes: Modes) -> Mechanism:
+    """Return the mechanism of a held base on the modes of a structure.
+
+    Raises
+    ------
+    InputFileError
+        A block of the user's own does not say how it moves with its base.
+    """
+    rows = np.column_stack([modes.omega, modes.damping, modes.interface]).tolist()
+    return on_base(mechanism, Flying(base=Base.ON_MODES, modes=len(rows)), rows)
+
+
+def _flies(name: str) -> bool:
+    return not bench_reason(name)
+
+
+def _named(flight: Flight, plant: Plant) -> Iterator[tuple[str, float]]:
+    """Yield the flight's values by dotted names of the plant; a load's inertia is that of what the plant moves."""
+    whole = plant.having(Role.LOAD_INERTIA)
+    for name, value in flight.values.items():
+        yield (whole[0] if name == LOAD_INERTIA and name not in plant.declarations and whole else name), value
+
+
+def _check_names(flight: Flight, plant: Plant, values: Iterable[str]) -> None:
+    """Refuse names that are none of the flying mechanism's, with the nearest that is."""
+    own = [name for name in plant.declarations if name not in FILTER]
+    for where, given in (("values", values), ("spread", flight.spread), ("uncertain", flight.uncertain)):
+        for name in given:
+            if reason := bench_reason(name):
+                raise InputFileError(f"{flight.place}.{where}: {name} stays on the bench: {reason}; leave it out")
+            if name not in own:
+                near = did_you_mean(name, own) or f"; the parameters are {', '.join(own)}"
+                raise InputFileError(f"{flight.place}.{where}: unknown parameter {name}{near}")
+
+
+def _refuse_tied(flight: Flight, flying: Mechanism) -> None:
+    for where, given in (("spread", flight.spread), ("uncertain", flight.uncertain)):
+        for name in given:
+            if flying.parameters[name].tied_to:
+                raise InputFileError(f"{flight.place}.{where}: {name} follows another parameter; name that one")
+
+
+def _refuse_failed(content: Mapping[str, Any], path: Path) -> None:
+    """Refuse a fit that has no values to fly."""
+    if content.get("grade") == Grade.FAILED:
+        said = content["outcome"]["message"]
+        raise InputFileError(f"{path}: {GRADE_WORDS[Grade.FAILED]} {said} Identify anew")
+
+
+def _doubt(content: Mapping[str, Any]) -> str:
+    """Return why an estimate is not to be relied on; empty for grades A and B."""
+    if "grade" not in content:
+        return "The file has no grade, an earlier mechid wrote it; identify anew."
+    grade = Grade(content["grade"])
+    if grade.good:
+        return ""
+    return " ".join([GRADE_WORDS[grade], *(str(reason["text"]) for reason in content.get("grade_reasons", []))])
+
+
+def _lacking(content: Mapping[str, Any]) -> str:
+    """Return what was found beside the mechanism that flies, and what becomes of it; empty where nothing was."""
+    if not content.get("beside"):
+        return ""
+    beside = TermsBeside.from_dict(content["beside"])
+    clear = ", ".join(beside.words[name] for name in beside.clear)
+    return (
+        f"what flies lacks terms that the records ask for{f' ({clear})' if clear else ''}: what they leave of the "
+        "records counts as what the model lacks; identify with them in the mechanism file to have them fly"
+    )
+
+
+def _covariance(content: Mapping[str, Any], path: Path) -> tuple[tuple[str, ...], FloatArray]:
+    """Return names and covariance from correlation and standard errors."""
+    names = tuple(content["correlation"]["names"])
+    sigma = np.array([content["parameters"][n]["std_error"] or np.nan for n in names], dtype=np.float64)
+    matrix = np.array(content["correlation"]["matrix"], dtype=np.float64).reshape(len(names), len(names))
+    covariance = matrix * np.outer(sigma, sigma)
+    if not np.isfinite(covariance).all():
+        raise InputFileError(f"{path.name}: correlation or a standard error is missing; identify to the end")
+    return names, covariance

@@ -1,0 +1,179 @@
+"""The budget as files: tables in CSV, and every number that is shown in budget.json."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from mechid.analysis.residual_emission import TRACKED
+from mechid.budgets.budget import Budget
+from mechid.budgets.emission import line_sigmas
+from mechid.budgets.hdf5 import is_available, write_hdf5
+from mechid.budgets.numbers import band_edges, budget_data
+from mechid.budgets.side_here import COHERENT
+from mechid.identification.result.estimate_file import json_text
+from mechid.units import unit_words
+from mechid.writing import writable, write_whole
+
+HARMONICS, LINES, ENVELOPE = "harmonics.csv", "line_of_sight.csv", "envelope.csv"
+CROSSINGS, WINDOWED, STATES, JSON = "crossings.csv", "windowed.csv", "steady_states.csv", "budget.json"
+EMISSION, COMPONENTS = "emission.csv", "components.csv"
+
+
+def write_budget(budget: Budget, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
+    """Write the files of a budget into a folder, made where it is missing; each whole or not at all.
+
+    Time series and densities go into disturbance.h5 where h5py is there. `data` is what `budget_data` made, where it
+    is at hand.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    folder = Path(folder)
+    texts: dict[str, str | Iterable[str]] = {
+        HARMONICS: _harmonics(budget),
+        LINES: _line_of_sight(budget),
+        ENVELOPE: _envelope(budget),
+        EMISSION: _emission(budget),
+        CROSSINGS: _crossings(budget),
+        JSON: json_text(budget_data(budget) if data is None else data),
+    }
+    if any(made.course is not None for made in budget.modes):
+        texts[WINDOWED] = _windowed(budget)
+    if any(made.states for made in budget.modes):
+        texts[STATES] = _steady_states(budget)
+    if any(response.side for made in budget.modes for response in made.responses):
+        texts[COMPONENTS] = _components(budget)
+    with writable(folder):
+        for name, content in texts.items():
+            write_whole(folder / name, content)
+    files = [folder / name for name in texts]
+    return [*files, write_hdf5(budget, folder)] if is_available() else files
+
+
+def _harmonics(budget: Budget) -> Iterator[str]:
+    """Yield the torque's lines: rate, order a full step, amplitude, phase, sigma; two-way; numerical error; bound.
+
+    Behind the model's lines at a rate stand those that it lacks and the bench's records have, without a phase.
+    Phases are those of Re(line e^(2 pi i f t)), t from the start of a motion's period, one-way and two-way alike.
+    """
+    yield (
+        "mode,rate_steps_per_s,order,frequency_Hz,torque_amplitude_Nm,phase_deg,sigma_Nm,two_way_amplitude_Nm,"
+        "two_way_phase_deg,error_Nm,floor_Nm,samples_a_period,residual_Nm,bound_Nm,residual_carried\n"
+    )
+    for made in budget.modes:
+        for k, response in enumerate(made.responses):
+            s, exerted = response.state, made.emissions[k]
+            beside = [
+                f"{residual:.6e},{bound:.6e},{how}\n"
+                for residual, bound, how in zip(exerted.residual, exerted.bound, exerted.carried, strict=True)
+            ]
+            joined = made.two_way_lines(k)[0] if made.two_way else np.full(s.lines.size, np.nan + 0j)
+            sigmas = line_sigmas(budget.estimate, s)
+            n = s.lines.size
+            rows = zip(
+                s.step_orders, s.frequency_hz, s.lines, sigmas, joined, s.error, s.floor, beside[:n], strict=True
+            )
+            for order, f, line, sigma, two_way, error, floor, bound in rows:
+                phase = "" if np.isnan(two_way) else f"{np.degrees(np.angle(two_way)):.4f}"
+                yield (
+                    f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{abs(line):.9e},"
+                    f"{np.degrees(np.angle(line)):.4f},{sigma:.3e},{_number(abs(two_way))},{phase},{error:.3e},{floor:.3e},"
+                    f"{s.samples_a_period:.9g},{bound}"
+                )
+            for order, f, bound in zip(exerted.orders[n:], exerted.frequency_hz[n:], beside[n:], strict=True):
+                yield f"{made.mode.name},{s.rate:.9g},{order:g},{f:.9g},{0.0:.9e},,,,,,,,{bound}"
+
+
+def _components(budget: Budget) -> Iterator[str]:
+    """Yield the lines beside the drive torque that count: component, amplitude, phase to the torque's line, sigma, how.
+
+    Along the bench's axes, about the mounting point; those that noise explains are left out.
+    """
+    yield "mode,rate_steps_per_s,order,frequency_Hz,component,amplitude,unit,phase_deg,sigma,how\n"
+    for made in budget.modes:
+        for side, rate in ((r.side, r.state.rate) for r in made.responses if r.side is not None):
+            here = side.here
+            size, sigma = np.abs(here.lines) + here.bounds, here.sigma
+            for k, j in np.argwhere(size > 0.0).tolist():
+                order, name, how = TRACKED[k], here.components[j], here.how(k, j)
+                phase = f"{np.degrees(np.angle(here.lines[k, j])):.2f}" if how == COHERENT else ""
+                yield (
+                    f"{made.mode.name},{rate:.9g},{order:g},{order * abs(rate):.9g},{name},{size[k, j]:.6e},"
+                    f"{unit_words(name)},{phase},{sigma[k, j]:.2e},{how}\n"
+                )
+
+
+def _number(value: float) -> str:
+    """Return a number, nothing where there is none."""
+    return "" if np.isnan(value) else f"{value:.9e}"
+
+
+def _line_of_sight(budget: Budget) -> Iterator[str]:
+    axes = budget.file.structure.line_of_sight
+    columns = [f"{part}_{axis}_rad" for part in ("rms", "low95", "high95", "two_way") for axis in axes]
+    yield "mode,rate_steps_per_s," + ",".join(columns) + "\n"
+    for made in budget.modes:
+        for k, response in enumerate(made.responses):
+            joined = made.two_way[k].rms() if made.two_way else np.full(len(axes), np.nan)
+            low, high = made.rms_band[k].T
+            numbers = ",".join(_number(v) for v in (*response.rms(), *low, *high, *joined))
+            yield f"{made.mode.name},{response.state.rate:.9g},{numbers}\n"
+
+
+def _steady_states(budget: Budget) -> Iterator[str]:
+    """Yield every steady state: how it was reached, after how many periods it repeats, how transients decay, RMS."""
+    axes = ",".join(f"rms_{axis}_rad" for axis in budget.file.structure.line_of_sight)
+    columns = "reached,periods,largest_multiplier,decay_s,follows,worst,torque_rms_Nm"
+    yield f"mode,rate_steps_per_s,{columns},{axes},steps_a_period,torque_rms_error_Nm\n"
+    for made in budget.modes:
+        for worst, here in zip(made.responses, made.states, strict=True):
+            for response in here:
+                s = response.state
+                yield (
+                    f"{made.mode.name},{s.rate:.9g},{' and '.join(s.reached)},{s.periods},"
+                    f"{_number(s.largest_multiplier)},{_number(s.decay_s)},{int(s.follows)},{int(response is worst)},"
+                    f"{s.rms:.9e},{','.join(_number(v) for v in response.whole_rms())},{s.steps},{s.rms_error:.3e}\n"
+                )
+
+
+def _windowed(budget: Budget) -> Iterator[str]:
+    axes = budget.file.structure.line_of_sight
+    yield "mode,time_s,torque_rms_Nm," + ",".join(f"rms_{axis}_rad" for axis in axes) + "\n"
+    for made in budget.modes:
+        if made.course is not None:
+            rows = zip(made.course.window_times_s, made.course.windowed_torque(), made.course.windowed(), strict=True)
+            for time, torque, rms in rows:
+                yield f"{made.mode.name},{time:.9g},{torque:.9e}," + ",".join(f"{v:.9e}" for v in rms) + "\n"
+
+
+def _envelope(budget: Budget) -> Iterator[str]:
+    """Yield the largest torque line in each band at any rate, mode by mode."""
+    yield "mode,from_Hz,to_Hz,torque_amplitude_Nm\n"
+    for made in budget.modes:
+        if made.responses:
+            edges = band_edges(made.mode.highest_hz)
+            for low, high, size in zip(edges, edges[1:], made.order_map.envelope(edges), strict=False):
+                yield f"{made.mode.name},{low:.6g},{high:.6g},{size:.9e}\n"
+
+
+def _emission(budget: Budget) -> Iterator[str]:
+    """Yield the torque's RMS in third octaves at each rate: the model's, what it lacks, and the bound of both."""
+    yield "mode,rate_steps_per_s,from_Hz,to_Hz,modelled_rms_Nm,residual_rms_Nm,bound_rms_Nm\n"
+    for made in budget.modes:
+        for response, exerted in zip(made.responses, made.emissions, strict=True):
+            columns = (exerted.band_modelled, exerted.band_residual, exerted.band_bound)
+            for (low, high), *rms in zip(exerted.bands_hz, *columns, strict=True):
+                numbers = ",".join(f"{value:.6e}" for value in rms)
+                yield f"{made.mode.name},{response.state.rate:.9g},{low:.6g},{high:.6g},{numbers}\n"
+
+
+def _crossings(budget: Budget) -> Iterator[str]:
+    yield "rate_steps_per_s,order,mode,frequency_Hz\n"
+    for c in budget.crossings:
+        yield f"{c.rate:.9g},{c.order:g},{c.mode},{c.frequency_hz:.9g}\n"

@@ -1,0 +1,178 @@
+"""The lines of a flying torque without aliases: behind a steep filter whose response is divided out, with their error.
+
+Friction makes the torque jump, so that its lines fall off only as 1/f and samples of it fold them back: at 10 kHz a
+line of 460 Hz is off by parts in a hundred. Here the torque passes a Butterworth filter of order 8 in closed form,
+across steps and switches as the plant's other linear parts, before it is sampled: at ten samples for each period of its
+cut-off what folds back to a line has passed 1/9^8 of it. The lines are then divided by the filter's response.
+
+What sampling and integration leave is not assumed but worked out: the same motion at twice as many samples and steps.
+Where the lines differ by more than `PROMISED` of the largest, samples and steps are doubled again.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.orbit import Orbit
+from mechid.budgets.period_map import PeriodMap, Stretch
+from mechid.plant.flight import CUT_OFF
+from mechid.plant.mechanisms import LINE_ORDER
+from mechid.plant.test_stand import anti_alias_response
+from mechid.signal.power import periodic_power
+from mechid.simulation.block import State
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+PROMISED = 1e-8
+"""Of the largest line: what lines may be off by before samples and steps are doubled."""
+POWER = 2e-4
+"""Of the mean square: by what it may change before they are doubled; jumps between samples leave it."""
+RELATIVE = 1e-4
+"""What a line above the floor is right to."""
+VERIFIED = 1e-5
+"""Of the largest line: down to here that has been held against long simulations (docs/budget.md)."""
+MOST_DOUBLINGS = 3
+DECAYED = 25.0
+"""Time constants after which what the filter began with is gone: 1e-11 of it."""
+SAFETY, NEIGHBOURS = 2.0, 4
+"""The error is so many times the RMS difference over so many lines to both sides: of a single one it may be 0."""
+KEPT = 1e-5
+"""Of the largest line: smaller ones are left out between the multiples of half the step rate."""
+PIECES = 8
+"""Of the stretch of a motion that does not repeat, whose scatter says how sure its lines are."""
+
+
+@dataclass(frozen=True, eq=False)
+class Lines:
+    """Lines of a torque at multiples of a frequency.
+
+    Attributes
+    ----------
+    orders : (n,) int
+    values : (n,) complex
+        Peak amplitude and phase, N m.
+    gradient : (n, p) complex
+        Their derivatives to the parameters.
+    error : (n,)
+        What they may be off by, N m: sampling and integration, or the scatter of a motion that does not repeat.
+    power : float
+        Mean square of the whole torque about its mean, (N m)^2, without the error of first order that jumps within a
+        sample leave.
+    torque : (N,)
+        The samples that they were made from, unfiltered, N m.
+    sample_rate_hz : float
+    """
+
+    orders: NDArray[np.int64]
+    values: ComplexArray
+    gradient: ComplexArray
+    error: FloatArray
+    power: float
+    torque: FloatArray
+    sample_rate_hz: float
+
+
+def lines_of_repeating(period: PeriodMap, orbit: Orbit) -> Lines:
+    """Return the lines of a motion that repeats, over one time round behind as many as the filter takes to settle.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    m = orbit.periods
+    skipped = m * math.ceil(_settling_s(period) / (m * period.duration_s))
+    orders = _orders(period, m)
+    coarse = period.stretch(State(orbit.x, orbit.by_parameter), skipped, m)
+    found = _lines(period, coarse, 1, m, orders)
+    values, plain, finer = found[:, 0], State(orbit.x, np.zeros((orbit.x.size, 0))), 1
+    rough = power = periodic_power(coarse.torque)
+    for _ in range(MOST_DOUBLINGS):
+        finer *= 2
+        fine = period.stretch(plain, skipped, m, slopes=False, finer=finer)
+        before, values = values, _lines(period, fine, 1, m, orders)[:, 0]
+        error = _smooth(np.abs(values - before))
+        rough, power = power, periodic_power(fine.torque)
+        is_fine = error.max(initial=0.0) <= PROMISED * np.abs(values).max(initial=0.0)
+        if is_fine and abs(power - rough) <= POWER * power:
+            break
+    kept = _kept(values, orders, period.steps * m)
+    power = 2.0 * power - rough  # half the sample leaves half of what jumps leave
+    return Lines(
+        orders[kept], values[kept], found[kept, 1:], error[kept], power, fine.torque, finer * period.sample_rate_hz
+    )
+
+
+def lines_with_scatter(
+    period: PeriodMap, start: State | None, skipped: int, periods: int
+) -> tuple[Lines, FloatArray, float]:
+    """Return the lines of a motion that does not repeat, the torque beside them, and the standard error of its RMS.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    skipped += math.ceil(_settling_s(period) / period.duration_s)
+    periods = PIECES * math.ceil(periods / PIECES)
+    stretch, orders = period.stretch(start, skipped, periods), _orders(period, 1)
+    found = _lines(period, stretch, periods, 1, orders)
+    pieces = np.split(stretch.below[:, :1], PIECES)
+    each = np.array([_transformed(period, piece, periods // PIECES, 1, orders)[:, 0] for piece in pieces])
+    scatter = np.sqrt(np.mean(np.abs(each - each.mean(axis=0)) ** 2, axis=0) / (PIECES - 1))
+    power = np.array([np.var(piece) for piece in np.split(stretch.torque, PIECES)])
+    rms = float(np.std(stretch.torque))
+    error = float(np.std(power, ddof=1)) / math.sqrt(PIECES) / (2.0 * rms) if rms > 0.0 else 0.0
+    lines = Lines(orders, found[:, 0], found[:, 1:], _smooth(scatter), rms**2, stretch.torque, period.sample_rate_hz)
+    return lines, _residual(stretch.torque, periods), error
+
+
+def _settling_s(period: PeriodMap) -> float:
+    """Return how long the filter's slowest root keeps what it began with."""
+    slowest = period.mechanism.value(CUT_OFF) * math.sin(0.5 * math.pi / LINE_ORDER)
+    return DECAYED / slowest
+
+
+def _orders(period: PeriodMap, times: int) -> NDArray[np.int64]:
+    """Return the lines up to the mode's highest frequency, as multiples of a motion's fundamental."""
+    highest = int(times * period.duration_s * period.mode.highest_hz)
+    return np.arange(1, min(highest, period.samples * times // 2 - 1) + 1)
+
+
+def _lines(period: PeriodMap, stretch: Stretch, rounds: int, times: int, orders: NDArray[np.int64]) -> ComplexArray:
+    return _transformed(period, stretch.below, rounds, times, orders)
+
+
+def _transformed(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: NDArray[np.int64]) -> ComplexArray:
+    """Return the lines (n, k) of filtered samples (N, k) over so many rounds, the filter's response divided out."""
+    frequency = orders / (times * period.duration_s)
+    through = anti_alias_response(LINE_ORDER, period.mechanism.value(CUT_OFF), frequency)
+    found = 2.0 / len(y) * np.fft.rfft(y, axis=0)[orders * rounds]
+    return np.asarray(found / through[:, None], dtype=np.complex128)
+
+
+def _residual(y: FloatArray, rounds: int) -> FloatArray:
+    """Return what lies on no line of the rounds, (N,)."""
+    spectrum = np.fft.rfft(y)
+    spectrum[::rounds] = 0.0
+    return np.fft.irfft(spectrum, n=y.size)
+
+
+def _smooth(differences: FloatArray) -> FloatArray:
+    """Return errors, (n,), from differences of single lines: their RMS over neighbours, with a margin."""
+    if not differences.size:
+        return differences
+    width = 2 * NEIGHBOURS + 1
+    squares = np.convolve(np.pad(differences**2, NEIGHBOURS, mode="edge"), np.full(width, 1.0 / width), mode="valid")
+    return np.asarray(SAFETY * np.sqrt(squares), dtype=np.float64)
+
+
+def _kept(values: ComplexArray, orders: NDArray[np.int64], steps: int) -> NDArray[np.bool_]:
+    """Return which lines are kept, (n,): all at multiples of half the step rate, and what is not small between."""
+    loud = np.abs(values) > KEPT * np.abs(values).max(initial=0.0)
+    return np.asarray((2 * orders % steps == 0) | loud, dtype=np.bool_)

@@ -1,0 +1,93 @@
+"""Errors of other sources than the mechanism: the user's bias, random and periodic entries of the budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.indices import Index
+from mechid.budgets.pointing_error import FlatRandom, PointingError, Source, flat_share
+from mechid.budgets.summation import KINDS, Contribution
+from mechid.errors import UsageError
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OtherError:
+    """An error of another source along the lines of sight.
+
+    Parameters
+    ----------
+    name : str
+    kind : str
+        "bias", "random" (size: standard deviation over time) or "periodic" (size: amplitude).
+    axes : (m,) bool
+        Lines of sight along which it acts.
+    size_rad, spread_rad : float
+        Mean and standard deviation of the size over the ensemble.
+    frequency_hz : float
+        Of a periodic one.
+    bandwidth_hz : float
+        Of a random one, whose density is flat up to it.
+    group : str
+        Errors of one group are fully correlated in the ECSS sum, and drawn together; empty: alone.
+
+    Raises
+    ------
+    UsageError
+        The kind is unknown.
+    """
+
+    name: str
+    kind: str
+    axes: NDArray[np.bool_]
+    size_rad: float
+    spread_rad: float = 0.0
+    frequency_hz: float = 0.0
+    bandwidth_hz: float = 0.0
+    group: str = ""
+
+    def __post_init__(self) -> None:
+        if self.kind not in _ADDED:
+            raise UsageError(f'{self.name}: unknown kind "{self.kind}"; write one of {", ".join(KINDS)}')
+
+    def added(self, error: PointingError, draw: float) -> PointingError:
+        """Return an error with this one added, its size `draw` standard deviations from its mean."""
+        return _ADDED[self.kind](error, self, np.where(self.axes, self.size_rad + draw * self.spread_rad, 0.0))
+
+    def contribution(self, index: Index, axis: int) -> Contribution | None:
+        """Return what the index keeps of it along an axis, for the ECSS sum; None where that is nothing."""
+        kept = _KEPT[self.kind](self, index) if self.axes[axis] else 0.0
+        if kept == 0.0:
+            return None
+        return Contribution(
+            name=self.name, kind=self.kind, size=kept * self.size_rad, spread=abs(kept) * self.spread_rad,
+            group=self.group,
+        )  # fmt: skip
+
+
+def _with_bias(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    del source
+    return replace(error, bias=error.bias + size)
+
+
+def _with_noise(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    return replace(error, randoms=(*error.randoms, FlatRandom(source.bandwidth_hz, size)))
+
+
+def _with_line(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:
+    line = Source(source.name, source.frequency_hz, np.array([1]), size[None, :].astype(np.complex128))
+    return replace(error, parts=(*error.parts, line))
+
+
+_ADDED = {"bias": _with_bias, "random": _with_noise, "periodic": _with_line}
+_KEPT: dict[str, Callable[[OtherError, Index], float]] = {
+    "bias": lambda _, index: index.bias_gain,
+    "random": lambda source, index: float(np.sqrt(flat_share(index, source.bandwidth_hz))),
+    "periodic": lambda source, index: float(np.sqrt(index.weight(np.array([source.frequency_hz]))[0])),
+}
+"""By `KINDS`: a kind without a line here is refused, it does not become another's."""

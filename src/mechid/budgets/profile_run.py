@@ -1,0 +1,180 @@
+"""A mode with a profile of the rate: torque and line of sight over time, their windowed RMS, and their indices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.discrepancy import Discrepancy
+from mechid.budgets.indices import Index
+from mechid.budgets.line_of_sight import Moved
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.period_map import SAMPLE_RATE_HZ
+from mechid.budgets.pointing_error import POINTS, PointingError, Sampled, phases
+from mechid.budgets.steady_state import simulated
+from mechid.errors import UsageError
+from mechid.plant.mechanism import Mechanism
+from mechid.signal.power import windowed_rms
+from mechid.simulation.simulator import Simulator, TimeBase
+from mechid.structure import Structure
+from mechid.structure.in_time import line_of_sight_over_time
+
+FloatArray = NDArray[np.float64]
+
+SAMPLES_A_PERIOD = 8.0
+"""Of the highest frequency that counts: so many samples of the line of sight are kept."""
+WINDOWS = 400
+"""Windows over a profile in which the RMS is taken, at most."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProfileResponse:
+    """Torque and line of sight while a profile is run, from rest.
+
+    Attributes
+    ----------
+    axes : tuple of str, (m,)
+    torque : (N,)
+        N m, at `sample_rate_hz`.
+    sample_rate_hz : float
+    series : (M, m)
+        Line of sight, rad, every `thinning`-th sample.
+    slopes : (p, M, m)
+        Its derivative to the parameters asked for.
+    thinning : int
+    window_s : float
+        Of the RMS.
+    """
+
+    axes: tuple[str, ...]
+    torque: FloatArray
+    sample_rate_hz: float
+    series: FloatArray
+    slopes: FloatArray
+    thinning: int
+    window_s: float
+
+    @property
+    def columns(self) -> int:
+        """Number of parameters to which the derivative is known."""
+        return int(self.slopes.shape[0])
+
+    @property
+    def series_rate_hz(self) -> float:
+        """Samples a second of the line of sight."""
+        return self.sample_rate_hz / self.thinning
+
+    @property
+    def starts(self) -> NDArray[np.int64]:
+        """First sample of the line of sight in each window, (w,)."""
+        last = len(self.series) - self._window_samples
+        return np.unique(np.linspace(0, last, min(WINDOWS, last + 1)).astype(np.int64))
+
+    @property
+    def window_times_s(self) -> FloatArray:
+        """Centre of each window, (w,) s from the start."""
+        return np.asarray((self.starts + 0.5 * self._window_samples) / self.series_rate_hz, dtype=np.float64)
+
+    @property
+    def _window_samples(self) -> int:
+        return min(max(round(self.window_s * self.series_rate_hz), 2), len(self.series))
+
+    def windowed(self) -> FloatArray:
+        """Return the RMS about its mean in each window along each line of sight, (w, m) rad."""
+        columns = [windowed_rms(column, self.series_rate_hz, self.window_s)[self.starts] for column in self.series.T]
+        return np.column_stack(columns)
+
+    def windowed_torque(self) -> FloatArray:
+        """Return the RMS of the torque about its mean in each window, (w,) N m."""
+        rms = windowed_rms(self.torque, self.sample_rate_hz, self.window_s)
+        return np.asarray(rms[np.minimum(self.starts * self.thinning, rms.size - 1)], dtype=np.float64)
+
+    def windowed_draws(self, by: FloatArray) -> FloatArray:
+        """Return the RMS in each window for deviations of the parameters (k, p), (k, w, m) rad."""
+        n, out = self._window_samples, np.empty((len(by), self.starts.size, len(self.axes)))
+        ones = np.column_stack([np.ones(len(by)), by])
+        for axis in range(len(self.axes)):
+            columns = np.column_stack([self.series[:, axis], self.slopes[:, :, axis].T])
+            for j, start in enumerate(self.starts):
+                part = columns[start : start + n]
+                part = part - part.mean(axis=0)
+                square = np.einsum("kp,pq,kq->k", ones, part.T @ part / n, ones)
+                out[:, j, axis] = np.sqrt(np.maximum(square, 0.0))
+        return out
+
+    def rms(self) -> FloatArray:
+        """Return the largest windowed RMS along each line of sight, (m,) rad."""
+        return np.asarray(self.windowed().max(axis=0), dtype=np.float64)
+
+    def under(self, index: Index) -> Moved:
+        """Return the error as a function of the parameters' deviations, (p,), at instants spread over the profile.
+
+        Raises
+        ------
+        UsageError
+            The index needs a longer time than the profile takes.
+        """
+        base = _picked(index, self.series, self.series_rate_hz)
+        slopes = np.array([_picked(index, slope, self.series_rate_hz) for slope in self.slopes])
+
+        def moved(by: FloatArray) -> PointingError:
+            values = base + np.tensordot(by, slopes, axes=1) if by.any() else base
+            return PointingError(np.zeros(values.shape[1]), (Sampled(values),))
+
+        return moved
+
+    def missed(self, discrepancy: Discrepancy, rng: np.random.Generator) -> ProfileResponse:
+        """Return a draw of it: off as a whole by the share that the model misses."""
+        factor = 1.0 + discrepancy.overall * float(rng.normal())
+        return replace(self, series=factor * self.series, slopes=self.slopes[:0])
+
+    def with_residual(self, rng: np.random.Generator) -> ProfileResponse:
+        """Return itself: of a profile the model's discrepancy alone says what it lacks."""
+        del rng
+        return self
+
+    def without_residual(self) -> ProfileResponse:
+        """Return itself."""
+        return self
+
+    def with_side(self, rng: np.random.Generator) -> ProfileResponse:
+        """Return itself: what was measured beside the torque is known at steady rates alone."""
+        del rng
+        return self
+
+
+def run_profile(
+    mechanism: Mechanism, mode: OperatingMode, names: Sequence[str], substeps: int, structure: Structure
+) -> ProfileResponse:
+    """Return what a mode with a profile makes of the line of sight, from rest.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    base = TimeBase(SAMPLE_RATE_HZ, round(mode.duration_s * SAMPLE_RATE_HZ) + 1)
+    simulator = Simulator(mechanism.plant, mode.command, base, capacity=len(names) + len(mechanism.plant.states))
+    y, J = simulated(simulator, mechanism, names, substeps)
+    thinning = max(1, int(SAMPLE_RATE_HZ / (SAMPLES_A_PERIOD * mode.highest_hz)))
+    columns = np.hstack([y, J])
+    moved = np.array([
+        axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)
+    ])  # fmt: skip
+    return ProfileResponse(
+        structure.line_of_sight, y[:, 0], SAMPLE_RATE_HZ, np.ascontiguousarray(moved[:, 0].T),
+        np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)), thinning, mode.rms_window_s,
+    )  # fmt: skip
+
+
+def _picked(index: Index, series: FloatArray, sample_rate_hz: float) -> FloatArray:
+    """Return an index of a series (M, m) at `POINTS` instants spread evenly over it and over the window, (n, m)."""
+    last = len(series) - index.samples(sample_rate_hz)
+    if last < 0:
+        took, needs = len(series) / sample_rate_hz, index.longest_s
+        raise UsageError(f"{index.kind} needs {needs:.6g} s, the profile takes {took:.6g} s; lengthen the profile")
+    place, position = phases(2, POINTS)
+    return index.in_time(series, sample_rate_hz, (place * (last + 1)).astype(np.int64), position)

@@ -1,0 +1,205 @@
+"""What the model lacks, as a source of its own: the lines and the density that the fit left of the bench's records.
+
+At a rate that flies, a line's amplitude is the root mean square over the bench's rates near it, noise subtracted, and
+none where noise alone would make as much. Its phase is not known. So it is a complex Gaussian of that size, with the
+heavier tails that it has since few rates tell its size: of n rates |E|^2 / A^2 is F(2, 2 n) distributed.
+
+A model that lacks something in some lines lacks it in others too, only less than noise shows. So where anything is
+heard at a rate, each line that is not may still be as large as the scatter of the noise's power: its limit. It is part
+of the bound, not of what flies. Of a model that lacks nothing nothing is heard, and there is no limit either.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, gamma
+
+from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
+from mechid.analysis.residual_file import ResidualRecord
+from mechid.budgets.carried import Carried
+from mechid.command import Command
+from mechid.signal.density import THIRD
+from mechid.signal.noise import FLOOR_ERROR
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+EDGES_HZ = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
+FALSE_ALARM = 0.01
+"""By chance a complete model's noise makes a source at one rate that flies, at any order or band, at most so often."""
+SIGMAS = 4.0
+"""Standard errors of the noise floor that a density has to be above it, beside its own scatter."""
+NEAR = 0.12
+"""Relative difference up to which a rate of the bench is near."""
+FEWEST = 4
+"""Rates whose residual counts, the nearest, where fewer are near."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ResidualHere:
+    """What the model lacks at one rate that flies, on the base.
+
+    Attributes
+    ----------
+    orders : (K,)
+        Multiples of the step rate that the bench's records were tracked at.
+    amplitude : (K,)
+        Of the lines, N m, root mean square over what they may be; 0 where noise explains them.
+    limit : (K,)
+        The same, with what noise may hide of those that it explains.
+    density : (B,)
+        Between them, (N m)^2/Hz, in the bands of `EDGES_HZ`.
+    rates : int
+        Rates of the bench behind it.
+    known : (K,)
+        Where the way from the bench to the base is known; elsewhere the amplitude is an upper bound.
+    outside : bool
+        Whether the rate lies outside those measured.
+    """
+
+    rate: float
+    orders: FloatArray
+    amplitude: FloatArray
+    limit: FloatArray
+    density: FloatArray
+    rates: int
+    known: BoolArray
+    outside: bool
+
+    @property
+    def any(self) -> bool:
+        """Whether there is anything."""
+        return bool(self.amplitude.any() or self.density.any())
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """Of the lines, (K,)."""
+        return self.rate * self.orders
+
+    def at_orders(self, orders: FloatArray, spacing: float, sizes: FloatArray) -> FloatArray:
+        """Return `amplitude` or `limit` at any orders, (n,) N m; of one not tracked the density's over the spacing."""
+        own = dict(zip(self.orders.tolist(), sizes.tolist(), strict=True))
+        return np.array(
+            [own[q] if q in own else float(self._untracked(q, spacing)) for q in orders.tolist()], dtype=np.float64
+        )
+
+    def _untracked(self, order: float, spacing: float) -> float:
+        band = int(np.searchsorted(EDGES_HZ, order * self.rate, side="right")) - 1
+        if not 0 <= band < self.density.size:
+            return 0.0
+        return float(np.sqrt(2.0 * self.density[band] * spacing * self.rate))
+
+    def draws(self, amplitude: FloatArray, count: int, rng: np.random.Generator) -> NDArray[np.complex128]:
+        """Return what lines of these sizes, (n,), may be, (count, n) N m."""
+        if not amplitude.any():
+            return np.zeros((count, amplitude.size), dtype=np.complex128)
+        both = rng.normal(size=(2, count, amplitude.size))
+        scale = np.sqrt(self.rates / rng.gamma(self.rates, size=(count, 1)))
+        return np.asarray((both[0] + 1j * both[1]) * scale * amplitude / np.sqrt(2.0), dtype=np.complex128)
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualSource:
+    """What is left of the bench's torque records, and how it reaches the base in flight."""
+
+    records: tuple[ResidualRecord, ...]
+    carried: Carried
+
+    def measured(self, command: Command) -> tuple[float, float] | None:
+        """Return the least and the largest rate measured of a stepping, None where there is none."""
+        rates = [at.rate for record in self._alike(command)[0] for at in record.rates]
+        return (min(rates), max(rates)) if rates else None
+
+    def stepped_alike(self, command: Command) -> bool:
+        """Return whether any record was stepped as the command steps; else all of them count."""
+        return self._alike(command)[1]
+
+    def at(self, command: Command, rate: float) -> ResidualHere:
+        """Return what the model lacks at a rate that flies."""
+        rate, seen = abs(rate), [(r, at) for r in self._alike(command)[0] for at in r.rates]
+        near = _nearest([at for _, at in seen], rate)
+        cells = [seen[k] for k in near]
+        tests = len(TRACKED) + CENTRES_HZ.size
+        amplitude, hidden = _lines([at for _, at in cells], FALSE_ALARM / tests)
+        density = _density(cells, FALSE_ALARM / tests)
+        limit = np.where(amplitude > 0.0, amplitude, hidden if amplitude.any() or density.any() else 0.0)
+        orders = np.array(TRACKED)
+        rates = [at.rate for _, at in seen]
+        outside = not rates or not min(rates) / (1.0 + NEAR) <= rate <= max(rates) * (1.0 + NEAR)
+        grown = max(rate / max(rates), 1.0) ** 2 if rates else 1.0
+        frequency = rate * orders
+        factor = self.carried.ratio(frequency) * grown
+        return ResidualHere(
+            rate=rate,
+            orders=orders,
+            amplitude=amplitude * factor,
+            limit=limit * factor,
+            density=density * (self.carried.ratio(CENTRES_HZ) * grown) ** 2,
+            rates=max(len(cells), 1),
+            known=self.carried.known(frequency),
+            outside=outside,
+        )
+
+    def _alike(self, command: Command) -> tuple[tuple[ResidualRecord, ...], bool]:
+        alike = tuple(
+            r for r in self.records if (r.stepping, r.microsteps) == (command.stepping, command.microsteps) and r.rates
+        )
+        return (alike, True) if alike else (self.records, False)
+
+
+def _nearest(cells: Sequence[ResidualAtRate], rate: float) -> list[int]:
+    """Return which rates of the bench are near, at least `FEWEST` where there are as many."""
+    off = np.array([abs(np.log(at.rate / rate)) for at in cells])
+    ranked = np.argsort(off, kind="stable")
+    near = int(np.sum(off <= np.log1p(NEAR)))
+    return [int(k) for k in ranked[: max(near, FEWEST)]]
+
+
+def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, FloatArray]:
+    """Return the amplitude at each tracked order, N m, and what noise may hide there.
+
+    The first is 0 where noise makes as much with more than this probability.
+    """
+    if not cells:
+        return np.zeros(len(TRACKED)), np.zeros(len(TRACKED))
+    power, noise = (np.array([getattr(at, name) for at in cells]) ** 2 for name in ("amplitude", "sigma"))
+    windows = np.array([at.windows for at in cells])[:, None]
+    known = np.isfinite(power) & np.isfinite(noise) & (noise > 0.0)
+    power, noise, count = (
+        np.where(known, values, 0.0) for values in (power, noise, np.broadcast_to(windows, power.shape))
+    )
+    ratio = np.divide(power, noise, out=np.zeros_like(power), where=noise > 0.0)
+    total, shape = (count * ratio).sum(axis=0), count.sum(axis=0)
+    heard = (shape > 0) & (total > gamma.ppf(1.0 - alarm, np.maximum(shape, 1)))
+    mean, alone = ((values.sum(axis=0) / np.maximum(known.sum(axis=0), 1)) for values in (power - noise, noise))
+    hidden = np.sqrt(alone / np.sqrt(np.maximum(shape, 1)))
+    return np.where(heard, np.sqrt(np.maximum(mean, 0.0)), 0.0), hidden
+
+
+def _lines_in_bands(rate: float) -> NDArray[np.int64]:
+    """Return how many of the tracked lines stand in each band, (B,)."""
+    return np.histogram(rate * np.array(TRACKED), EDGES_HZ)[0]
+
+
+def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: float) -> FloatArray:
+    """Return the density in each band less that of white noise, 0 where noise makes as much, (N m)^2/Hz."""
+    if not cells:
+        return np.zeros(CENTRES_HZ.size)
+    density = np.array([at.density for _, at in cells])
+    floor = np.array([record.noise_density for record, _ in cells])[:, None]
+    bins = np.array([at.duration_s * np.diff(EDGES_HZ) - at.windows * _lines_in_bands(at.rate) for _, at in cells])
+    known = np.isfinite(density)
+    weight = np.where(known, np.maximum(2.0 * bins, 2.0), 0.0)
+    total = weight.sum(axis=0)
+    mean, noise = ((weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
+                   for values in (density, np.broadcast_to(floor, density.shape)))  # fmt: skip
+    hann = 1.5  # bins of a Hann window are worth fewer
+    worth = np.maximum(total / hann, 1.0)
+    samples = sum(record.sample_rate_hz * at.duration_s for record, at in cells)
+    unsure = 1.0 + 2.0 * SIGMAS * FLOOR_ERROR / np.sqrt(samples)
+    least = noise * unsure * chi2.ppf(1.0 - alarm, worth) / worth
+    return np.where((total > 0.0) & (mean > least), mean - noise, 0.0)

@@ -1,0 +1,121 @@
+"""What the bench measured beside the drive torque, and how it reaches the structure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.components_file import SideRecord, SideRecords
+from mechid.budgets.side_here import SideHere, at_rate, by_rate
+from mechid.command import Command
+from mechid.errors import InputFileError
+from mechid.records.components import AXES, COMPONENTS, FORCES
+from mechid.structure import Structure
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+ALONG = 1e-3
+"""By so much, in each cosine, the bench's drive axis may miss the structure's axis."""
+ROUNDING = 1e-6
+"""A cosine below it is none."""
+FRAME = "frame = { x = [1, 0, 0], y = [0, 1, 0], z = [0, 0, 1] }"
+
+
+@dataclass(frozen=True, eq=False)
+class SideSource:
+    """Forces and moments of the bench, and the structure that they act on.
+
+    Parameters
+    ----------
+    measured : SideRecords
+    frame : (3, 3)
+        Its columns are the bench's axes in the structure's frame.
+    structure : Structure
+
+    Raises
+    ------
+    InputFileError
+        In that frame the bench's drive axis is not the structure's axis.
+    """
+
+    measured: SideRecords
+    frame: FloatArray
+    structure: Structure
+
+    def __post_init__(self) -> None:
+        mounting, axis = self.measured.mounting, self.structure.axis
+        if not self.structure.directions:
+            return
+        found = self._drive
+        if np.abs(np.abs(found) - np.eye(3)[AXES.index(axis[-1])]).max() > ALONG:
+            where = ", ".join(f"{cosine:.4g}" for cosine in found)
+            raise InputFileError(
+                f"the bench's drive axis {mounting.drive_axis} points along [{where}] of the "
+                f"structure, where the torque acts about {axis}; write the bench's axes in its frame, as {FRAME}"
+            )
+
+    @property
+    def _drive(self) -> FloatArray:
+        """About which axis of the structure a positive drive torque turns, (3,)."""
+        mounting = self.measured.mounting
+        return np.asarray(mounting.sense * self.frame[:, mounting.axis])
+
+    @property
+    def components(self) -> tuple[str, ...]:
+        """What was measured."""
+        return self.measured.records[0].components
+
+    @cached_property
+    def absent(self) -> dict[str, str]:
+        """Components that do not fly, each with the first direction that the structure lacks for it."""
+        held = (self.structure.axis, *self.structure.directions)
+        lacking = {c: [d for d, _ in self._directions(c) if d not in held] for c in self.components}
+        return {component: directions[0] for component, directions in lacking.items() if directions}
+
+    @property
+    def flying(self) -> tuple[str, ...]:
+        """Components that reach the structure, (s,)."""
+        return tuple(component for component in self.components if component not in self.absent)
+
+    def transfer(self, frequency_hz: FloatArray) -> ComplexArray:
+        """Return line of sight per component that flies, (n, m, s) rad/N or rad/(N m); 0 where it is not known.
+
+        A budget lets the torque turn about the structure's axis. Where it turns the other way, all signs are reversed.
+        """
+        out = np.zeros((frequency_hz.size, len(self.structure.line_of_sight), len(self.flying)), dtype=np.complex128)
+        for k, component in enumerate(self.flying):
+            for direction, cosine in self._directions(component):
+                response = self.structure.along(direction, frequency_hz)
+                assert response is not None
+                out[:, :, k] += cosine * np.nan_to_num(response)
+        return out * np.sign(self._drive.sum()) if self.flying else out
+
+    def stepped_alike(self, command: Command) -> bool:
+        """Return whether any record was stepped as the command steps; else all of them count, as bounds."""
+        return self._alike(command)[1]
+
+    def rates(self, command: Command) -> tuple[float, float]:
+        """Return the least and the largest rate measured of a stepping."""
+        rates = [at.rate for record in self._alike(command)[0] for at in record.rates]
+        return min(rates), max(rates)
+
+    def at(self, command: Command, rate: float) -> SideHere:
+        """Return the components that fly at a rate."""
+        records, alike = self._alike(command)
+        cells = by_rate([at for record in records for at in record.rates])
+        here = at_rate(cells, self.components, abs(rate)).of(self.flying)
+        return here if alike else here.without_phases()
+
+    def _directions(self, component: str) -> list[tuple[str, float]]:
+        """Return the structure's directions that a component acts along, each with its cosine."""
+        kind, cosines = "t" if component in FORCES else "r", self.frame[:, COMPONENTS.index(component) % 3]
+        return [(kind + axis, float(c)) for axis, c in zip(AXES, cosines, strict=True) if abs(c) > ROUNDING]
+
+    def _alike(self, command: Command) -> tuple[tuple[SideRecord, ...], bool]:
+        wanted = (command.stepping, command.microsteps)
+        alike = tuple(r for r in self.measured.records if (r.stepping, r.microsteps) == wanted)
+        return (alike, True) if alike else (self.measured.records, False)

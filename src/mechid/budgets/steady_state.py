@@ -1,0 +1,262 @@
+"""A mechanism stepped at one rate until it repeats: its lines, their derivatives, and what does not repeat."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.budgets.lines import RELATIVE, VERIFIED, Lines, lines_of_repeating, lines_with_scatter
+from mechid.budgets.operating_mode import OperatingMode
+from mechid.budgets.orbit import MOST_PERIODS, Orbit, find_orbit
+from mechid.budgets.period_map import SAMPLE_RATE_HZ, PeriodMap, directions
+from mechid.errors import FitError
+from mechid.plant.flight import below
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.accuracy import simulate_accurately
+from mechid.simulation.block import State
+from mechid.simulation.simulator import Simulator
+from mechid.simulation.trajectory import SimulationOutcome
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+LEAST_S = 0.5
+"""Of the stretch of a motion that repeats which is shown."""
+ENDLESS_S = 4.0
+"""Of the stretch of one that does not: its lines and its power have a sampling error."""
+ROUNDS = 3
+"""So often a motion is simulated for `settle_s` until it repeats, or is taken as one that does not."""
+
+
+@dataclass(frozen=True, eq=False)
+class SteadyState:
+    """The torque on the base at one rate.
+
+    Attributes
+    ----------
+    rate : float
+        Full steps/s.
+    steps : int
+        Full steps after which the mechanism's equations are the same.
+    periods : int
+        It repeats after so many times those; 0 where it does not.
+    orders : (n,) int
+        The lines stand at these multiples of `fundamental_hz`.
+    lines : (n,) complex
+        Peak amplitude and phase, N m.
+    gradient : (n, p) complex
+        Derivative of the lines to the parameters asked for.
+    error : (n,)
+        What the lines may be off by, N m: sampling and integration, of a motion that does not repeat the scatter over
+        its stretch.
+    sample_rate_hz : float
+    samples_a_period : float
+        Of the finest samples that the lines were made from.
+    torque : (N,)
+        Of a stretch of the motion, N m.
+    residual : (N,)
+        What does not repeat, N m.
+    rms : float
+        Of the torque about its mean, N m.
+    rms_error : float
+        Standard error of `rms`, N m: of a motion that does not repeat, over its stretch; else 0.
+    x : (n_x,)
+        State at the stretch's start.
+    multipliers : (k,) complex
+        Floquet multipliers over `periods`, largest first; none where it does not repeat.
+    follows : bool
+        Whether the rotor keeps up with the command.
+    size : (n_x,)
+        How much each state moves.
+    reached : tuple of str
+        Ways in which the motion was reached: from rest, or from that of the next lower or higher rate.
+    """
+
+    rate: float
+    steps: int
+    periods: int
+    orders: NDArray[np.int64]
+    lines: ComplexArray
+    gradient: ComplexArray
+    error: FloatArray
+    sample_rate_hz: float
+    samples_a_period: float
+    torque: FloatArray
+    residual: FloatArray
+    rms: float
+    rms_error: float
+    x: FloatArray
+    multipliers: ComplexArray
+    follows: bool
+    size: FloatArray
+    reached: tuple[str, ...] = ()
+
+    @property
+    def fundamental_hz(self) -> float:
+        """Of which all lines are multiples: half the rate where the mechanism repeats after two steps."""
+        return self.rate / (self.steps * max(self.periods, 1))
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Modulus of the largest Floquet multiplier; NaN where the motion does not repeat."""
+        return float(np.abs(self.multipliers[0])) if self.multipliers.size else math.nan
+
+    @property
+    def decay_s(self) -> float:
+        """Time in which the slowest transient falls to 1/e; NaN where the motion does not repeat."""
+        largest = self.largest_multiplier
+        return -self.steps * self.periods / self.rate / math.log(largest) if largest != 0.0 else 0.0
+
+    @property
+    def frequency_hz(self) -> FloatArray:
+        """Of each line, (n,)."""
+        return np.asarray(self.fundamental_hz * self.orders, dtype=np.float64)
+
+    @property
+    def step_orders(self) -> FloatArray:
+        """Of each line, (n,): its multiple of the step rate."""
+        return np.asarray(self.orders / (self.steps * max(self.periods, 1)), dtype=np.float64)
+
+    def turned(self, moved: ComplexArray) -> FloatArray:
+        """Return by how much small changes of the lines, (k, n) N m, turn their phases, (k, n) rad; 0 of no line."""
+        here = self.lines != 0.0
+        return np.asarray(np.imag(moved * np.where(here, 1.0 / np.where(here, self.lines, 1.0), 0.0)))
+
+    @property
+    def floor(self) -> FloatArray:
+        """Amplitude above which each line is right to `lines.RELATIVE`, (n,) N m, verified down to `VERIFIED`."""
+        least = VERIFIED * float(np.abs(self.lines).max(initial=0.0))
+        return np.maximum(self.error / RELATIVE, least)
+
+    @property
+    def unsteady(self) -> float:
+        """Share of the RMS that does not repeat."""
+        return float(np.sqrt(np.mean(self.residual**2))) / self.rms if self.rms > 0.0 else 0.0
+
+
+def steady_state(
+    mechanism: Mechanism,
+    mode: OperatingMode,
+    rate: float,
+    names: Sequence[str],
+    substeps: int,
+    start: FloatArray | None = None,
+) -> SteadyState:
+    """Return the lines of a mode at one rate, on a base that holds or on its modes.
+
+    The motion is simulated until it tends to one that repeats, which shooting then finds: however slowly the rest of
+    the transient decays, it is gone. A motion that does not repeat, as any on a clock with a tick, is analysed over
+    whole periods of the equations; what lies on no line of those does not repeat.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    mode : OperatingMode
+    rate : float
+        Full steps/s.
+    names : sequence of str, (p,)
+        Parameters to which the derivative is wanted; may be empty.
+    substeps : int
+        Integration steps a sample.
+    start : (n_x,) or None
+        State from which it is run; None is at rest.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    period = PeriodMap(below(mechanism, cut_off(mode)), mode, rate, tuple(names), substeps)
+    settle = periods_to_settle(mode, period.duration_s)
+    if not period.repeats:
+        return _not_repeating(period, start, settle)
+    x = start
+    for k in range(ROUNDS):
+        x = period.settled(x, settle)
+        orbit = find_orbit(period, x, MOST_PERIODS if k + 1 == ROUNDS else 1)
+        if orbit is not None:
+            return _repeating(period, orbit)
+    return _not_repeating(period, start, ROUNDS * settle)
+
+
+def cut_off(mode: OperatingMode) -> float:
+    """Return the cut-off of the filter before a mode's lines, rad/s: at the highest that counts."""
+    return 2.0 * math.pi * mode.highest_hz
+
+
+def periods_to_settle(mode: OperatingMode, duration_s: float) -> int:
+    """Return the periods of a duration that a mode takes until it counts as steady."""
+    return math.ceil(mode.settle_s / duration_s)
+
+
+def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
+    """Return the steady state of a motion that repeats, worked out over one time round."""
+    found = lines_of_repeating(period, orbit)
+    times = math.ceil(LEAST_S / (period.duration_s * orbit.periods))
+    torque = np.tile(found.torque, max(times, 1))
+    return SteadyState(
+        **_of_lines(period, found), periods=orbit.periods, torque=torque, residual=np.zeros(torque.size), rms_error=0.0,
+        x=orbit.x, multipliers=orbit.multipliers, follows=orbit.turns == 0, size=orbit.size,
+    )  # fmt: skip
+
+
+def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
+    """Return what a motion that does not repeat is over a stretch behind so many periods."""
+    periods = math.ceil(ENDLESS_S / period.duration_s)
+    at_rest = None if start is None else State(start, np.zeros((start.size, len(period.names))))
+    found, residual, rms_error = lines_with_scatter(period, at_rest, skipped, periods)
+    x = period.settled(start, skipped)
+    on = period(x, periods)
+    return SteadyState(
+        **_of_lines(period, found), periods=0, torque=found.torque, residual=residual, rms_error=rms_error, x=x,
+        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
+    )  # fmt: skip
+
+
+def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
+    return {
+        "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
+        "gradient": found.gradient, "error": found.error, "sample_rate_hz": found.sample_rate_hz,
+        "samples_a_period": found.sample_rate_hz * period.duration_s,
+        "rms": math.sqrt(max(found.power, 0.0)),
+    }  # fmt: skip
+
+
+def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:
+    """Return the integration steps a sample that the promised accuracy needs at the mode's highest rate.
+
+    With the `names` of the derivatives that are wanted later the same kernel serves.
+    """
+    period = PeriodMap(below(mechanism, cut_off(mode)), mode, mode.highest_rate, tuple(names), 1)
+    simulator = period.simulator(round(0.2 * SAMPLE_RATE_HZ), period.lanes)
+    return simulate_accurately(simulator, period.mechanism.kernel_values()).substeps
+
+
+def simulated(
+    simulator: Simulator, mechanism: Mechanism, names: Sequence[str], substeps: int, start: State | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return torque (n, 1) and its derivatives (n, p) to the parameters named.
+
+    Raises
+    ------
+    FitError
+        The mechanism diverged.
+    """
+    p, moved = mechanism.kernel_values(), directions(mechanism, names)
+    run = simulator.run(p, substeps=substeps, directions=moved)
+    if start is not None:
+        run.restart(start)
+    n = simulator.base.samples
+    y, J = np.empty((n, 1)), np.zeros((n, len(names)))
+    for block in run.blocks():
+        y[block.start : block.stop] = block.y[:, :1]
+        if names:
+            J[block.start : block.stop] = block.jacobian[:, 0, : len(names)]
+    if run.outcome is not SimulationOutcome.COMPLETE:
+        raise FitError(f"at {max(simulator.command.rate.rates, key=abs):.6g} steps/s: {run.outcome.value}")
+    return y, J

@@ -1,0 +1,83 @@
+"""The records to choose from: steppings, rates, start angles, lengths, and sweeps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from mechid.command import Command, RateProfile
+from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS, Stepping
+from mechid.designs.planned import PlannedRecord
+from mechid.plant.load import LOAD_ON_GEAR
+from mechid.plant.mechanism import Mechanism
+from mechid.simulation.resonances import resonances
+
+RATES, BEYOND, LEAST_SHARE, HIGHEST = 12, 2.2, 1.0 / 16.0, 120.0
+"""Of the rates made where none are given: how many, and up to how many times the load's resonance on the gear; without
+such a resonance up to 120 steps/s."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateChoice:
+    """What candidates are made of; every combination becomes one.
+
+    Parameters
+    ----------
+    steppings : tuple of {"full", "half", "micro"}
+    microsteps : int
+    rates : tuple of float
+        Full steps/s; empty: 12 that reach beyond twice the load's resonance on the gear.
+    start_angles_deg : tuple of float
+        Electrical.
+    durations_s : tuple of float
+        Of the records at constant rate.
+    sweeps_s : tuple of float
+        Durations of sweeps from 0 to `sweep_to`.
+    sweep_to : float or None
+        Full steps/s; None is the highest of the rates.
+    """
+
+    steppings: tuple[Stepping, ...] = STEPPINGS
+    microsteps: int = 16
+    rates: tuple[float, ...] = ()
+    start_angles_deg: tuple[float, ...] = (0.0, 45.0)
+    durations_s: tuple[float, ...] = (1.0,)
+    sweeps_s: tuple[float, ...] = (5.0, 10.0, 20.0)
+    sweep_to: float | None = None
+
+
+def candidates(choice: CandidateChoice, mechanism: Mechanism, like: PlannedRecord) -> tuple[PlannedRecord, ...]:
+    """Return every combination of a choice, sampled and as noisy as `like`."""
+    rates = choice.rates or usual_rates(mechanism)
+    return tuple(replace(like, name=name, command=c, duration_s=s) for name, c, s in _combined(choice, rates))
+
+
+def usual_rates(mechanism: Mechanism) -> tuple[float, ...]:
+    """Return rates in full steps/s, evenly spaced on a logarithmic scale, to beyond twice the load's resonance."""
+    found = [r.frequency_hz for r in resonances(mechanism) if r.name == LOAD_ON_GEAR]
+    highest = BEYOND * found[0] if found else HIGHEST
+    return tuple(float(f"{rate:.2g}") for rate in np.geomspace(LEAST_SHARE * highest, highest, RATES))
+
+
+def _combined(choice: CandidateChoice, rates: Sequence[float]) -> Iterator[tuple[str, Command, float]]:
+    for stepping in choice.steppings:
+        n = FIXED_MICROSTEPS.get(stepping, choice.microsteps)
+        for angle in choice.start_angles_deg:
+            command = Command(stepping=stepping, microsteps=n, rate=RateProfile.constant(0.0), start_angle_deg=angle)
+            turned = f"_{_text(angle)}deg" if len(choice.start_angles_deg) > 1 else ""
+            for rate in rates:
+                driven = replace(command, rate=RateProfile.constant(rate))
+                for seconds in choice.durations_s:
+                    long = f"_{_text(seconds)}s" if len(choice.durations_s) > 1 else ""
+                    yield f"{stepping}_{_text(rate)}{turned}{long}", driven, seconds
+            top = choice.sweep_to or max(rates)
+            for seconds in choice.sweeps_s:
+                swept = replace(command, rate=RateProfile.through([(0.0, 0.0), (seconds, top)]))
+                yield f"{stepping}_sweep_{_text(top)}{turned}_{_text(seconds)}s", swept, seconds
+
+
+def _text(number: float) -> str:
+    """Return a number as part of a file name."""
+    return f"{number:g}".replace(".", "p").replace("-", "m").replace("+", "")

@@ -1,0 +1,339 @@
+"""A design: what the planned records would tell, which ones would tell more in the same time, and what to keep off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.command import Command, RateProfile
+from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS
+from mechid.designs.candidates import candidates, usual_rates
+from mechid.designs.criterion import Criterion, criterion_at
+from mechid.designs.design_file import DesignOptions
+from mechid.designs.information import informations
+from mechid.designs.loss_table import LossRow, loss_table
+from mechid.designs.planned import PlannedRecord, planned_records
+from mechid.designs.rate_map import RateMap, rate_map
+from mechid.designs.record_set import RecordSet, record_set
+from mechid.designs.rivals import Group
+from mechid.designs.screening import Screening, screening
+from mechid.designs.selection import Choice, Pool, select
+from mechid.designs.separating import Separation, separation
+from mechid.designs.standpoint import Standpoint, after_fit, before_test
+from mechid.designs.step_loss import Margins, is_stepper, margins
+from mechid.designs.trust import departing_share
+from mechid.errors import FitError, UsageError, did_you_mean
+from mechid.identification.computation.parallel import mapped, one_core_algebra
+from mechid.identification.computation.workforce import working_on
+from mechid.identification.refit.reopened import Optimum
+from mechid.plant.mechanism import Mechanism
+
+FloatArray = NDArray[np.float64]
+NEXT_S = 120.0
+"""Test time after a fit, where none is given."""
+RATE_MARGIN = 1.2
+"""The amplitude is shown to so much beyond the highest candidate rate."""
+
+
+@dataclass(frozen=True, eq=False)
+class Design:
+    """All that `mechid design` finds.
+
+    Attributes
+    ----------
+    campaign : Campaign
+    options : DesignOptions
+    standpoint : Standpoint
+    planned : RecordSet
+        The campaign's own records; after a fit nothing new, what is known.
+    chosen : RecordSet
+    trail : tuple of float
+        The criterion before the first chosen record and after each.
+    candidates : tuple of PlannedRecord
+        All that there was to choose from, the campaign's own first.
+    objections : tuple of str
+        Why a candidate cannot be driven, empty where it can.
+    peaks : (candidates,)
+        Expected peak torque, N m.
+    departing : (candidates,)
+        Share of draws in which a stick/slip falls the other way, so that the record tells less than it promises.
+    maps : tuple of RateMap
+    losses : tuple of LossRow
+    margins : mapping of str to Margins
+        Of the records planned and chosen.
+    warnings : tuple of str
+    separation : Separation or None
+        How rival explanations of a diagnosis are told apart; None where there are none.
+    """
+
+    campaign: Campaign
+    options: DesignOptions
+    standpoint: Standpoint
+    planned: RecordSet
+    chosen: RecordSet
+    trail: tuple[float, ...]
+    candidates: tuple[PlannedRecord, ...]
+    objections: tuple[str, ...]
+    peaks: FloatArray
+    departing: FloatArray
+    maps: tuple[RateMap, ...]
+    losses: tuple[LossRow, ...]
+    margins: dict[str, Margins]
+    warnings: tuple[str, ...]
+    separation: Separation | None = None
+
+    @property
+    def total_s(self) -> float:
+        """Test time that there is, s."""
+        return self.options.limits.total_s or (NEXT_S if self.standpoint.known is not None else self.planned.seconds)
+
+    @property
+    def mechanism(self) -> Mechanism:
+        """The mechanism believed."""
+        return self.standpoint.space.mechanism
+
+
+def make_design(
+    campaign: Campaign,
+    options: DesignOptions | None = None,
+    *,
+    fit: Optimum | None = None,
+    rivals: Sequence[Group] = (),
+    workers: int = 1,
+    executor: Executor | None = None,
+    told: Callable[[str], None] = lambda line: None,
+) -> Design:
+    """Return the design of the next test.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Its records need no files.
+    options : DesignOptions or None
+    fit : Optimum or None
+        A finished fit of the campaign, whose records are there already.
+    rivals : sequence of Group
+        Rival explanations of the fit's records: those that tell them apart are chosen first.
+    workers : int
+        Threads.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+    told : callable
+        Of progress.
+
+    Raises
+    ------
+    FitError
+        Nothing is to be estimated, or the records cannot be simulated.
+    UsageError
+        The options name what is not there, or the campaign is not one of step commands.
+    """
+    options = options or DesignOptions()
+    if not campaign.mechanism.free:
+        raise FitError(f"{campaign.mechanism_path}: nothing to estimate: every parameter is a bare number")
+    if not is_stepper(campaign.mechanism):
+        raise UsageError(f"{campaign.mechanism_path}: a design is made of step commands; this assembly has none")
+    count, seed = options.mechanisms, options.seed
+    with one_core_algebra(), working_on(executor):
+        here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
+        return _Making(campaign, options, here, rivals, workers, told).design()
+
+
+class _Making:
+    """A design in the making."""
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        options: DesignOptions,
+        here: Standpoint,
+        rivals: Sequence[Group],
+        workers: int,
+        told: Callable[[str], None],
+    ) -> None:
+        self.campaign, self.options, self.here, self.workers, self.told = campaign, options, here, workers, told
+        self.rivals = rivals
+        noise = options.recording.noise_Nm or here.sigma
+        self.own, self.warnings = planned_records(campaign, replace(options.recording, noise_Nm=noise))
+        self.mechanisms = [here.space.at(q) for q in here.points]
+
+    def design(self) -> Design:
+        """Do the work."""
+        pool = self._pool()
+        self.told(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
+        screened = screening(self.mechanisms, pool, self.workers)
+        objections = screened.objections(self.options.limits.risk, self.options.limits.torque_Nm)
+        self.told("what each record would show")
+        information = informations(self.here.space, pool, self.here.points, self.workers)
+        information[screened.lost] = 0.0
+        first = len(self.own)
+        planned = [] if self.here.known is not None else list(range(first))
+        self.told("which records keep what they promise")
+        departing = self._departing(pool, information)
+        hanging = [_objection(share, self.options.limits.departing) for share in departing]
+        objections = [o or h for o, h in zip(objections, hanging, strict=True)]
+        criterion = criterion_at(self.here.space, self.here.points, self.options.criterion, self.options.over)
+        worth = information * (1.0 - departing)[:, None, None]
+        apart = self._separation(pool, screened, objections)
+        choice = self._chosen(pool, worth, objections, criterion, apart.chosen if apart else ())
+        chosen = [pool[k] for k in choice.chosen]
+        self.told("rates that lose steps, amplitude over the rate")
+        maps, losses = self._maps(), self._losses()
+        records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
+        kept_off = mapped(partial(_margins, self.mechanisms[0]), records, self.workers)
+        return Design(
+            campaign=self.campaign,
+            options=self.options,
+            standpoint=self.here,
+            planned=self._set([pool[k] for k in planned], worth[:, planned], criterion),
+            chosen=self._set(_named_apart(chosen), worth[:, list(choice.chosen)], criterion),
+            trail=choice.trail,
+            candidates=tuple(pool),
+            objections=tuple(objections),
+            peaks=screened.peak[0],
+            departing=departing,
+            maps=maps,
+            losses=losses,
+            margins=dict(zip((r.name for r in records), kept_off, strict=True)),
+            warnings=(*self.warnings, *self._told_of_own(screened, planned)),
+            separation=apart,
+        )
+
+    def _pool(self) -> list[PlannedRecord]:
+        """Return the campaign's own records, then the candidates; no name twice."""
+        made = candidates(self.options.candidates, self.mechanisms[0], self.own[0])
+        mine = {r.name for r in self.own}
+        others = [replace(r, name=f"{r.name}_new") if r.name in mine else r for r in made]
+        same = {(r.command, r.duration_s) for r in self.own}
+        return [*self.own, *(r for r in others if (r.command, r.duration_s) not in same)]
+
+    def _departing(self, pool: Sequence[PlannedRecord], information: FloatArray) -> FloatArray:
+        """Return the share of draws, (records,), in which a record departs from its promise.
+
+        Draws are as far off as errors are once the time there is has been spent on all records alike.
+        """
+        seconds = self._seconds(pool)
+        spent = self._total_s(seconds) / float(seconds.sum())
+        reference = self.here.before + spent * information.sum(axis=1)
+        return departing_share(self.here.space, pool, self.here.points, information, reference,
+                               seed=self.options.seed, workers=self.workers)  # fmt: skip
+
+    def _seconds(self, pool: Sequence[PlannedRecord]) -> FloatArray:
+        return np.array([r.duration_s + self.options.limits.between_s for r in pool])
+
+    def _total_s(self, seconds: FloatArray) -> float:
+        usual = NEXT_S if self.here.known is not None else float(seconds[: len(self.own)].sum())
+        return self.options.limits.total_s or usual
+
+    def _separation(
+        self, pool: Sequence[PlannedRecord], screened: Screening, objections: Sequence[str]
+    ) -> Separation | None:
+        """Return how rivals are told apart, in the time that the records to be kept leave."""
+        if not self.rivals:
+            return None
+        self.told("how clearly each record would tell rival explanations apart")
+        limits, seconds = self.options.limits, self._seconds(pool)
+        mechanisms = [
+            m.problem.space.at(m.problem.coordinates.of_mechanism(m.q)) for g in self.rivals for m in g.models
+        ]
+        lost = screened.lost[0] | screening(mechanisms, pool, self.workers).lost.any(axis=0)
+        kept = float(sum(seconds[self._index(name)] for name in limits.keep))
+        return separation(
+            self.campaign, self.rivals, pool, driven=~lost, allowed=np.array([not o for o in objections]),
+            seconds=seconds, total_s=self._total_s(seconds) - kept, workers=self.workers,
+        )  # fmt: skip
+
+    def _chosen(
+        self,
+        pool: Sequence[PlannedRecord],
+        information: FloatArray,
+        objections: Sequence[str],
+        criterion: Criterion,
+        first: Sequence[int],
+    ) -> Choice:
+        limits, seconds = self.options.limits, self._seconds(pool)
+        kept = list(dict.fromkeys([*(self._index(name) for name in limits.keep), *first]))
+        before = np.broadcast_to(self.here.before, (len(self.here.points), *self.here.before.shape))
+        allowed, total_s = np.array([not o for o in objections]), self._total_s(seconds)
+        choice = select(Pool(information, before, seconds, total_s, allowed, limits.most_of_one), criterion, kept)
+        if not choice.chosen:
+            why = next((f", as {r.name}: {o}" for r, o in zip(pool, objections, strict=True) if o), "")
+            out = sum(map(bool, objections))
+            raise UsageError(
+                f"limits: none of {len(pool)} records fits into {total_s:g} s; {out} are left out{why}; "
+                "widen the limits, or give other candidates"
+            )
+        return choice
+
+    def _index(self, name: str) -> int:
+        names = [r.name for r in self.own]
+        if name not in names:
+            near = did_you_mean(name, names) or "; there are " + ", ".join(names)
+            raise UsageError(f'limits.keep: no record "{name}"{near}')
+        return names.index(name)
+
+    def _set(self, records: Sequence[PlannedRecord], information: FloatArray, criterion: Criterion) -> RecordSet:
+        between_s = self.options.limits.between_s
+        try:
+            return record_set(self.here, records, information, criterion, between_s=between_s, workers=self.workers)
+        except ArithmeticError as error:
+            raise FitError(f"{self.campaign.path}: {error}") from error
+
+    def _commands(self) -> list[Command]:
+        """Return a command of each stepping, to be driven at other rates."""
+        n = self.options.candidates.microsteps
+        return [
+            Command(stepping=s, microsteps=FIXED_MICROSTEPS.get(s, n), rate=RateProfile.constant(0.0))
+            for s in STEPPINGS
+        ]
+
+    def _maps(self) -> tuple[RateMap, ...]:
+        rates = self.options.candidates.rates or usual_rates(self.mechanisms[0])
+        highest = RATE_MARGIN * max(rates)
+        one = partial(_rate_map, self.mechanisms, highest)
+        return tuple(mapped(one, self._commands(), self.workers))
+
+    def _losses(self) -> tuple[LossRow, ...]:
+        commands = [c for c in self._commands() if c.stepping in self.options.candidates.steppings]
+        return loss_table(self.mechanisms[0], commands, self.workers)
+
+    def _told_of_own(self, screened: Screening, planned: Sequence[int]) -> list[str]:
+        """Warn of the campaign's own records that lose steps."""
+        lines = []
+        for k in planned:
+            share = float(screened.lost[:, k].mean())
+            if screened.lost[0, k] or share > self.options.limits.risk:
+                believed = "at the values believed" if screened.lost[0, k] else "though not at the values believed"
+                lines.append(
+                    f"record {self.own[k].name}: loses steps in {100.0 * share:.0f} % of the mechanisms that may be "
+                    f"true, {believed}"
+                )
+        return lines
+
+
+def _margins(mechanism: Mechanism, record: PlannedRecord) -> Margins:
+    return margins(mechanism, record.command, record.duration_s)
+
+
+def _rate_map(mechanisms: Sequence[Mechanism], highest: float, command: Command) -> RateMap:
+    return rate_map(mechanisms[0], mechanisms[1:], command, highest)
+
+
+def _objection(departing: float, most: float) -> str:
+    return f"near a stick/slip threshold in {100.0 * departing:.0f} % of draws" if departing > most else ""
+
+
+def _named_apart(records: Sequence[PlannedRecord]) -> list[PlannedRecord]:
+    """Return records with a number behind a name that is there again."""
+    seen: dict[str, int] = {}
+    out = []
+    for r in records:
+        seen[r.name] = seen.get(r.name, 0) + 1
+        out.append(replace(r, name=f"{r.name}_{seen[r.name]}") if seen[r.name] > 1 else r)
+    return out

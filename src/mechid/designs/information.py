@@ -1,0 +1,115 @@
+"""What each record would tell at each of several mechanisms: Fisher information with exact Jacobians."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import count
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from mechid.designs.planned import PlannedRecord
+from mechid.identification.computation.parallel import mapped
+from mechid.identification.output_error.problem import Problem
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.search.multistart import sample_box
+
+FloatArray = NDArray[np.float64]
+
+
+def informations(
+    space: SearchSpace,
+    records: Sequence[PlannedRecord],
+    points: FloatArray,
+    workers: int = 1,
+    told: Callable[[int, int], None] = lambda done, total: None,
+) -> FloatArray:
+    """Return the information of each record at each point, (points, records, n, n), in search coordinates.
+
+    Offset, drift and a free time offset of a record are projected out. Where the simulation fails it is zero: such a
+    record tells nothing.
+
+    Parameters
+    ----------
+    space : SearchSpace
+    records : sequence of PlannedRecord
+    points : (points, n)
+        In search coordinates.
+    workers : int
+        Threads.
+    told : callable
+        Of the records done, and of all.
+    """
+    number = count(1)
+
+    def ended(done: Sequence[object]) -> None:
+        for _ in done:
+            told(next(number), len(records))
+
+    order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
+    found = mapped(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
+    out = np.zeros((len(points), len(records), space.size, space.size))
+    out[:, order] = np.moveaxis(np.array(found).reshape(len(order), len(points), space.size, space.size), 0, 1)
+    return out
+
+
+def _of_record(space: SearchSpace, points: FloatArray, record: PlannedRecord) -> FloatArray:
+    """Return the information of a record at each point, (points, n, n)."""
+    problem = Problem(space, (record.target(),))
+    own = problem.start[space.size :]
+    with np.errstate(all="ignore"):
+        return np.array([_information(problem, np.concatenate([q, own])) for q in points])
+
+
+def _information(problem: Problem, q: FloatArray) -> FloatArray:
+    """Return J^T J of a problem of one record, a free time offset eliminated, (n, n); zero where it failed."""
+    size = problem.space.size
+    (triangle,) = problem.triangles(q, problem.whole())
+    if not np.all(np.isfinite(triangle.jacobian)):
+        return np.zeros((size, size))
+    return without_offsets(triangle.jacobian, size)
+
+
+def without_offsets(J: FloatArray, size: int) -> FloatArray:
+    """Return the information on the first `size` coordinates, (size, size), those behind them eliminated.
+
+    `J`, (m, n), are derivatives in sigmas; behind the mechanism's coordinates stand the free time offsets.
+    """
+    if J.shape[1] > size and np.any(J[:, size:]):
+        across, _ = np.linalg.qr(J[:, size:])
+        J = J - across @ (across.T @ J)
+    return np.asarray(J[:, :size].T @ J[:, :size], dtype=np.float64)
+
+
+def prior_points(space: SearchSpace, count: int, seed: int) -> FloatArray:
+    """Return mechanisms within what the file believes, (count, n) in search coordinates; its own values first.
+
+    As the search's starts: each parameter within the error that catalogues have, inside its bounds; one with a prior
+    `sigma` is drawn from that.
+    """
+    power = 1 << max(count - 1, 0).bit_length()  # a Sobol sequence is balanced at powers of two
+    points = sample_box(space, power, seed)[:count]
+    rng = np.random.default_rng((seed, 1))
+    for j, c in enumerate(space.coordinates):
+        p = space.mechanism.parameters[c.name]
+        if p.sigma and c.kind in ("log", "linear"):
+            values = p.value + p.sigma * norm.ppf(rng.uniform(0.01, 0.99, len(points) - 1))
+            values = np.clip(values, p.min, p.max)
+            points[1:, j] = np.log(values) if c.kind == "log" else values
+    return points
+
+
+def range_information(space: SearchSpace) -> FloatArray:
+    """Return what the file's bounds and priors tell beforehand, (n, n): a bound as a uniform distribution.
+
+    It is next to nothing beside a record, and keeps a direction that no record sees from counting as infinitely bad.
+    """
+    width = np.where(np.isfinite(space.upper - space.lower), space.upper - space.lower, 1e6)
+    told = np.diag(12.0 / width**2)
+    names, slopes = space.value_jacobian(space.start)
+    for name, row in zip(names, slopes, strict=True):
+        if sigma := space.mechanism.parameters[name].sigma:
+            told += np.outer(row, row) / sigma**2
+    return told

@@ -1,0 +1,70 @@
+"""Pull-in and pull-out rates over load inertia, friction and voltage."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+from mechid.command import Command
+from mechid.designs.rate_limit import RateLimit
+from mechid.designs.step_loss import heavier, pull_in, pull_out, rubbing, weaker
+from mechid.identification.computation.parallel import mapped
+from mechid.parameter import Role
+from mechid.plant.mechanism import Mechanism
+from mechid.plant.stepper import HOLDING
+
+WORDS = {"V": "voltage", "A": "current", "kg m2": "load inertia"}
+"""What is changed, by its unit."""
+INERTIA_FACTORS = (0.25, 0.5, 2.0, 4.0, 8.0)
+VOLTAGE_FACTORS = (0.6, 0.8, 1.2)
+TORQUE_SHARES = (0.1, 0.2, 0.4)
+"""Of the holding torque k_m U / R, added as dry friction at the rotor."""
+
+
+@dataclass(frozen=True)
+class LossRow:
+    """Limits of one stepping with one thing changed.
+
+    Attributes
+    ----------
+    stepping : str
+    changed : str
+        What is changed: empty, ``"load inertia"``, ``"voltage"``, ``"current"`` or ``"friction torque"``.
+    to : float
+        Factor on it; for friction torque what is added, N m.
+    pull_in, pull_out : RateLimit
+    """
+
+    stepping: str
+    changed: str
+    to: float
+    pull_in: RateLimit
+    pull_out: RateLimit
+
+
+def loss_table(mechanism: Mechanism, commands: Sequence[Command], workers: int = 1) -> tuple[LossRow, ...]:
+    """Return the limits of each command's stepping over load inertia, friction torque and voltage."""
+    cases = [(command, *change) for command in commands for change in _changes(mechanism)]
+    return tuple(mapped(_row, cases, workers))
+
+
+def _row(case: tuple[Command, str, float, Mechanism]) -> LossRow:
+    command, changed, to, other = case
+    started = pull_in(other, command)
+    return LossRow(command.stepping, changed, to, started, pull_out(other, command, started))
+
+
+def _changes(mechanism: Mechanism) -> Iterator[tuple[str, float, Mechanism]]:
+    yield "", 1.0, mechanism
+    has = mechanism.plant.having
+    kinds: list[tuple[Role, tuple[float, ...], Callable[[Mechanism, float], Mechanism]]] = [
+        (Role.LOAD_INERTIA, INERTIA_FACTORS, heavier),
+        (Role.SUPPLY, VOLTAGE_FACTORS, weaker),
+    ]
+    for role, factors, change in kinds:
+        word = WORDS.get(mechanism.plant.declarations[has(role)[0]].unit, "") if has(role) else ""
+        yield from ((word, factor, change(mechanism, factor)) for factor in factors if word)
+    torque = mechanism.scale(HOLDING)
+    if has(Role.DRY_FRICTION) and torque:
+        added = [share * torque for share in TORQUE_SHARES]
+        yield from (("friction torque", T, rubbing(mechanism, T)) for T in added)

@@ -1,0 +1,110 @@
+"""The records chosen as files: a campaign ready to be driven, and the design file that made it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.templates import RecordDraft, campaign_text
+from mechid.campaign.toml_file import toml_number, toml_text
+from mechid.command import Command
+from mechid.designs.design import Design
+from mechid.designs.planned import PlannedRecord
+
+GUIDE = """\
+Proposed by mechid design. Drive each record as its command says, from rest, and put the measured file in its place:
+one header line, time_s,torque_Nm. {records}, {seconds:.0f} s with {between:g} s between them; {chosen_by}.
+Lengths and noise stand in design.toml beside this file: mechid design on this folder takes them from there."""
+
+
+def command_text(command: Command) -> str:
+    """Return a command as a campaign file writes it.
+
+    Examples
+    --------
+    >>> from mechid.command import RateProfile
+    >>> command_text(Command(stepping="micro", microsteps=16, rate=RateProfile.constant(46.0)))
+    '{ stepping = "micro", microsteps = 16, rate = 46.0 }'
+    """
+    entries = [f"stepping = {toml_text(command.stepping)}"]
+    if command.stepping == "micro":
+        entries.append(f"microsteps = {command.microsteps}")
+    entries.append(_rate(command))
+    if command.start_angle_deg:
+        entries.append(f"start_angle_deg = {toml_number(command.start_angle_deg)}")
+    if command.waveform != "cosine":
+        entries.append(f"waveform = {toml_text(command.waveform)}")
+    if command.start != "commanded":
+        entries.append(f"start = {toml_text(command.start)}")
+    return "{ " + ", ".join(entries) + " }"
+
+
+def _rate(command: Command) -> str:
+    times, rates = command.rate.times_s, command.rate.rates
+    if len(times) == 1:
+        return f"rate = {toml_number(rates[0])}"
+    pairs = ", ".join(f"[{toml_number(t)}, {toml_number(r)}]" for t, r in zip(times, rates, strict=True))
+    return f"rate_profile = [{pairs}]"
+
+
+def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> str:
+    """Return campaign.toml of the records chosen, commented; the mechanism is that of the campaign."""
+    peaks = {r["name"]: r["peak_torque_Nm"] for r in data["candidates"]}
+    mechanism = Path(os.path.relpath(design.campaign.mechanism_path.absolute(), folder.absolute())).as_posix()
+    count = len(design.chosen.records)
+    guide = GUIDE.format(
+        records=f"{count} record{'s' * (count != 1)}",
+        seconds=design.chosen.seconds,
+        between=design.options.limits.between_s,
+        chosen_by=f"chosen by {criterion_words(data)}",
+    )
+    drafts = [
+        RecordDraft(name=r.name, file=f"{r.name}.csv", command=command_text(r.command) + _remark(r, data, peaks))
+        for r in design.chosen.records
+    ]
+    return campaign_text(drafts, guide, mechanism=mechanism)
+
+
+def criterion_words(data: Mapping[str, Any]) -> str:
+    """Return the criterion in words."""
+    kind = data["criterion"]["kind"]
+    return f"the standard error of {kind}" if data["criterion"]["is_parameter"] else f"the {kind}-criterion"
+
+
+def _remark(record: PlannedRecord, data: Mapping[str, Any], peaks: Mapping[str, float]) -> str:
+    """Return a comment: how long, and what torque to expect."""
+    remark = f"  # {record.duration_s:g} s"
+    if record.name in peaks:
+        remark += f", peak {peaks[record.name]:.2g} N m expected"
+    found = data["margins"].get(record.name)
+    if found and found["voltage"] is not None:
+        remark += f", steps are lost below {100.0 * (1.0 - found['voltage']):.0f} % of the voltage"
+    for group in data["rivals"] or ():
+        if record.name in group["records"]:
+            remark += f"; is to tell {' from '.join(group['names'])}"
+    return remark
+
+
+def proposed_options(design: Design) -> str:
+    """Return design.toml of a design: what is needed to look at the proposed campaign again."""
+    return "\n".join(_option_lines(design)) + "\n"
+
+
+def _option_lines(design: Design) -> Iterator[str]:
+    limits = design.options.limits
+    first = design.candidates[0]
+    yield "# Of the campaign beside this file, for mechid design."
+    yield "[recording]"
+    yield f"noise_Nm = {toml_number(first.sigma)}"
+    yield f"sample_rate_hz = {toml_number(first.sample_rate_hz)}"
+    pairs = ", ".join(f"{r.name} = {toml_number(r.duration_s)}" for r in design.chosen.records)
+    yield f"durations_s = {{ {pairs} }}"
+    yield "[limits]"
+    yield f"total_s = {toml_number(design.total_s)}"
+    yield f"between_s = {toml_number(limits.between_s)}"
+    if limits.torque_Nm:
+        yield f"torque_Nm = {toml_number(limits.torque_Nm)}"
+    yield "[criterion]"
+    yield f"kind = {toml_text(design.options.criterion)}"

@@ -1,0 +1,94 @@
+"""Records together: what they would tell at the values believed and over the mechanisms that may be true."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.designs.criterion import Criterion
+from mechid.designs.planned import PlannedRecord
+from mechid.designs.prediction import PredictedErrors, planned_problem, predicted_errors
+from mechid.designs.standpoint import Standpoint
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class RecordSet:
+    """Records, what they would tell, and what they take.
+
+    Attributes
+    ----------
+    records : tuple of PlannedRecord
+    errors : PredictedErrors
+        At the values believed, together with what a fit knows.
+    spread : mapping of str to (float, float)
+        Median and 90 % quantile of each standard error over the mechanisms that may be true.
+    criterion : float
+        Logarithm of a standard error.
+    seconds : float
+        Test time, what is between records included.
+    """
+
+    records: tuple[PlannedRecord, ...]
+    errors: PredictedErrors
+    spread: dict[str, tuple[float, float]]
+    criterion: float
+    seconds: float
+
+
+def record_set(
+    here: Standpoint,
+    records: Sequence[PlannedRecord],
+    information: FloatArray,
+    criterion: Criterion,
+    *,
+    between_s: float,
+    workers: int = 1,
+) -> RecordSet:
+    """Return what records would tell together.
+
+    Parameters
+    ----------
+    here : Standpoint
+    records : sequence of PlannedRecord
+    information : (points, records, n, n)
+        Of each at each mechanism of the standpoint.
+    criterion : Criterion
+    between_s : float
+        Test time beside each record, s.
+    workers : int
+        Threads.
+
+    Raises
+    ------
+    ArithmeticError
+        A record cannot be simulated at the values believed.
+    """
+    total = here.before + information.sum(axis=1)
+    return RecordSet(
+        records=tuple(records),
+        errors=_errors(here, records, workers),
+        spread=_spread(here, total),
+        criterion=float(criterion.of(total)),
+        seconds=sum(r.duration_s + between_s for r in records),
+    )
+
+
+def _errors(here: Standpoint, records: Sequence[PlannedRecord], workers: int) -> PredictedErrors:
+    problem = planned_problem(here.space, records, priors=here.priors, workers=workers)
+    own = problem.start[here.space.size :]
+    return predicted_errors(problem, np.concatenate([here.points[0], own]), here.known)
+
+
+def _spread(here: Standpoint, total: FloatArray) -> dict[str, tuple[float, float]]:
+    """Return median and 90 % quantile of each parameter's standard error over the mechanisms."""
+    rows = []
+    for q, information in zip(here.points, total, strict=True):
+        names, slopes = here.space.value_jacobian(q)
+        rows.append(np.sqrt(np.einsum("ij,jk,ik->i", slopes, np.linalg.inv(information), slopes).clip(min=0.0)))
+    middle, high = np.quantile(rows, (0.5, 0.9), axis=0)
+    return {name: (float(a), float(b)) for name, a, b in zip(names, middle, high, strict=True)}

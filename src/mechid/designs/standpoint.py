@@ -1,0 +1,79 @@
+"""From where a design looks: the mechanisms that may be true, and what is known of them already."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.campaign import Campaign
+from mechid.designs.information import prior_points, range_information, without_offsets
+from mechid.identification.output_error.space import SearchSpace
+from mechid.identification.refit.reopened import Optimum
+from mechid.parameter import Status
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Standpoint:
+    """What is believed before the next test.
+
+    Attributes
+    ----------
+    space : SearchSpace
+        Its mechanism has the values believed, everything to be estimated is free.
+    points : (s, n)
+        Mechanisms that may be true, the one believed first, in search coordinates.
+    before : (n, n)
+        What is known, as Fisher information: bounds and priors of the file, and the records of a fit.
+    known : (n, n) or None
+        That of the fit alone; None before a fit.
+    priors : mapping of str to (float, float)
+        Of the mechanism file, as identify counts them.
+    sigma : float or None
+        Noise that the fit left, N m.
+    """
+
+    space: SearchSpace
+    points: FloatArray
+    before: FloatArray
+    known: FloatArray | None = None
+    priors: Mapping[str, tuple[float, float]] | None = None
+    sigma: float | None = None
+
+
+def before_test(campaign: Campaign, count: int, seed: int) -> Standpoint:
+    """Return the standpoint of who has but the mechanism file: anything within what catalogues err."""
+    space = SearchSpace(campaign.mechanism)
+    priors = {q.name: (q.value, q.sigma) for q in campaign.mechanism.free if q.sigma}
+    counted = priors if campaign.options.priors == "fit" else {}
+    return Standpoint(space, prior_points(space, count, seed), range_information(space), priors=counted)
+
+
+def after_fit(optimum: Optimum, count: int, seed: int) -> Standpoint:
+    """Return the standpoint of who has a fit: its estimate, and draws from what it knows.
+
+    Parameters that the fit held because its records did not tell them are free again: a next record may.
+    """
+    problem, size = optimum.problem, optimum.problem.space.size
+    mechanism = problem.space.at(optimum.q[:size])
+    held = {
+        name: replace(mechanism.parameters[name], status=Status.FREE)
+        for name, p in optimum.parameters.items()
+        if p["status"] == Status.FROZEN and name in mechanism.parameters
+    }
+    space = SearchSpace(mechanism.with_parameters(held), problem.space.polar)
+    wider = replace(problem, space=space)
+    q = np.concatenate([space.start, optimum.q[size:]])
+    J = wider.joint(q, optimum.windows).jacobian
+    known = without_offsets(J, space.size)
+    before = known + range_information(space)
+    values, vectors = np.linalg.eigh(before)
+    root = vectors / np.sqrt(np.maximum(values, 1e-300))
+    steps = np.random.default_rng((seed, 2)).standard_normal((count - 1, space.size)) @ root.T
+    points = np.vstack([space.start, np.clip(space.start + steps, space.lower, space.upper)])
+    sigma = float(np.median([t.leading.sigma for t in problem.targets]))
+    return Standpoint(space, points, before, known, {}, sigma)

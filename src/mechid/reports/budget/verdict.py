@@ -1,0 +1,155 @@
+"""The verdict on a budget: are the requirements met, what drives the margin, where is it worst, is one-way enough."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from mechid.reports.digits import plain
+from mechid.reports.summary import BAD, CAUTION, GOOD
+
+Data = Mapping[str, Any]
+HEADLINE = {
+    GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
+    CAUTION: "No requirement is exceeded; read the cautions before this is relied on.",
+    BAD: "Not all requirements are met.",
+}
+NOTHING_ASKED = "No requirement is given; the disturbance alone is shown."
+SHOWN_SHARES, LEAST_SHARE = 3, 0.01
+SHOWN_ROWS = 4
+"""Of the requirements, those of the least margins first; all are in the table."""
+NEAR = 0.03
+DIFFERS = 0.05
+"""Relative difference of two-way and one-way from which on it is told as one."""
+
+
+def budget_verdict(data: Data) -> dict[str, Any]:
+    """Return grade, headline and answers, made of the numbers of `budget_data`."""
+    rows = sorted(data["requirements"], key=lambda r: r["decided"]["margin95"][0])
+    grade = _grade(data)
+    return {
+        "grade": grade,
+        "headline": HEADLINE[grade] if rows else NOTHING_ASKED,
+        "questions": [
+            {"question": "Are the requirements met?", "answers": _all_met(rows)},
+            {"question": "What drives the margin?", "answers": _drivers(rows)},
+            {"question": "Where is it worst?", "answers": _worst(data)},
+            {"question": "Is one-way coupling enough?", "answers": _coupling(data)},
+        ],
+    }
+
+
+def _grade(data: Data) -> str:
+    rows = data["requirements"]
+    if any(r["decided"]["margin"] < 0.0 for r in rows):
+        return BAD
+    return GOOD if all(r["decided"]["met"] for r in rows) and not data["warnings"] else CAUTION
+
+
+def _all_met(rows: Sequence[Data]) -> list[str]:
+    more = len(rows) - SHOWN_ROWS
+    rest = (
+        [f"{more} more, with margins above {100.0 * rows[SHOWN_ROWS - 1]['decided']['margin95'][0]:.1f} % at 95 %"]
+        if more > 0
+        else []
+    )
+    return [*(_met(r) for r in rows[:SHOWN_ROWS]), *rest] or [NOTHING_ASKED]
+
+
+def _met(r: Data) -> str:
+    decided = r["decided"]
+    low, high = (100.0 * m for m in decided["margin95"])
+    at = "" if r["at_rate"] is None else f" at {plain(r['at_rate'], 4)} steps/s"
+    line = (
+        f"{r['requirement']}, {r['mode']}{at}: {standing_word(decided)}; margin {100.0 * decided['margin']:.1f} % of "
+        f"the limit ({low:.1f} to {high:.1f} %)"
+    )
+    return line if decided["coupling"] == "one-way" else f"{line} two-way; {100.0 * r['margin']:.1f} % one-way"
+
+
+def standing_word(decided: Data) -> str:
+    """Return how a requirement stands, in a word or two."""
+    if decided["met"]:
+        return "met"
+    return "exceeded" if decided["margin"] < 0.0 else "not sure"
+
+
+def drivers(shares: Mapping[str, float], shown: int = SHOWN_SHARES) -> str:
+    """Return the largest shares in words.
+
+    Examples
+    --------
+    >>> drivers({"gear.damping": 0.7, "friction.viscous": 0.295, "load.inertia": 0.005})
+    'gear.damping 70 %, friction.viscous 30 %'
+    """
+    largest = sorted(shares.items(), key=lambda item: -abs(item[1]))[:shown]
+    return ", ".join(f"{name} {100.0 * s:.0f} %" for name, s in largest if abs(s) >= LEAST_SHARE)
+
+
+def _drivers(rows: Sequence[Data]) -> list[str]:
+    out, told = [], set()
+    for r in rows:
+        if r["requirement"] in told:
+            continue
+        told.add(r["requirement"])
+        line = f"{r['requirement']}, {r['mode']}: the band by {drivers(r['variance_shares']) or 'nothing'}"
+        if r["residual_share"] >= LEAST_SHARE:
+            line += f"; what the model lacks takes {100.0 * r['residual_share']:.2g} % of the limit"
+        spread = drivers(r["spread_shares"])
+        out.append(f"{line}; the ensemble by {spread}" if spread else line)
+    return out or [NOTHING_ASKED]
+
+
+def _worst(data: Data) -> list[str]:
+    out = []
+    for mode in data["modes"]:
+        size = ", ".join(
+            f"{axis} {plain(v, 3)} rad"
+            for axis, v in zip(data["line_of_sight"], mode["line_of_sight_rms_rad"], strict=True)
+        )
+        when = f" ({plain(mode['worst_time_s'], 4)} s into the profile)" if mode["kind"] == "profile" else ""
+        near = _nearest_crossing(data, mode["worst_rate"])
+        out.append(f"{mode['name']}: largest RMS at {plain(mode['worst_rate'], 4)} steps/s{when}, {size}{near}")
+        for name, ranges in mode["avoid"].items():
+            if ranges:
+                told = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in ranges)
+                out.append(f"{mode['name']}, {name}: avoid {told} steps/s")
+    return out
+
+
+def _nearest_crossing(data: Data, rate: float) -> str:
+    """Return the crossing nearest to a rate, within 3 % of it."""
+    off = {abs(c["rate"] / rate - 1.0): c for c in data["crossings"]} if rate else {}
+    if not off or min(off) > NEAR:
+        return ""
+    c = off[min(off)]
+    return f"; there order {c['order']:g} meets {c['mode']} ({plain(c['frequency_hz'], 4)} Hz)"
+
+
+def _coupling(data: Data) -> list[str]:
+    coupling = data["coupling"]
+    gain, enough = coupling["largest_at_lines"], coupling["suffices_below"]
+    if not _known(gain):
+        return ["The driving-point receptance is not known, so that the criterion cannot be given: one-way alone."]
+    said = (
+        f"|driving-point receptance x dynamic stiffness| is {plain(gain, 2)} at most where lines stand or pass; "
+        f"one-way suffices where it is far below 1, here {enough:g}: "
+    )
+    joined = any(mode["line_of_sight_rms_two_way_rad"] is not None for mode in data["modes"])
+    remedy = "the two-way result decides" if joined else "give the structure's modes for a two-way result"
+    out = [said + ("it does." if gain <= enough else f"it does not, {remedy}.")]
+    for mode in data["modes"]:
+        two_way = mode["line_of_sight_rms_two_way_rad"]
+        if two_way is None:
+            out.append(f"{mode['name']}: no two-way result, the structure has no modes to join")
+            continue
+        pairs = [(o, t) for o, t in zip(mode["line_of_sight_rms_rad"], two_way, strict=True) if o > 0.0]
+        change = max((t / o - 1.0 for o, t in pairs), key=abs, default=0.0)
+        word = " (a difference that counts)" if abs(change) > DIFFERS else ""
+        out.append(f"{mode['name']}: joined, the RMS changes by {100.0 * change:+.2g} %{word}")
+    return out
+
+
+def _known(value: Any) -> bool:
+    return value is not None and math.isfinite(value)

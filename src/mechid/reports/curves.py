@@ -1,0 +1,208 @@
+"""What the figures of a record draw: its trace, spectra, whiteness, and the spectrogram of a sweep."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.commanded_rate import commanded_rate
+from mechid.analysis.prediction import Prediction, as_fitted, predict
+from mechid.analysis.validation import ChannelValidation, RecordValidation
+from mechid.campaign import Campaign, CampaignRecord
+from mechid.identification.result.fit import ChannelFit, Fit
+from mechid.reports.outline import Outline, outline_of
+from mechid.reports.quantities import channel_key
+from mechid.reports.trace import Trace, trace_of
+from mechid.signal import autocorrelation, peak_spectrum
+from mechid.signal.envelope import envelope
+from mechid.signal.series import IntArray, Series, blocks, mean_of, stretch_of
+from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
+from mechid.signal.stored import is_long
+from mechid.simulation.simulator import TimeBase
+
+FloatArray = NDArray[np.float64]
+GROUPS = 3000
+"""Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
+LAGS = 100
+COLUMNS = 800
+"""Of a curve over time on paper; each holds its least and its largest sample."""
+START_S = 0.3
+WORST = "least followed"
+"""The stretch of a long record that the model follows least."""
+"""Of a record's start that is drawn by itself."""
+HIGHEST_BINS = 500
+"""Of a spectrogram, kept at most."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Spectrogram:
+    """Amplitudes in N m, (F, C) each, of record and prediction at frequencies (F,) Hz and record times (C,) s."""
+
+    time_s: FloatArray
+    frequency_hz: FloatArray
+    measured: FloatArray
+    modelled: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Lines:
+    """What draws a stretch of a record on paper: record times in s and samples, (2, M) each."""
+
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curves:
+    """The curves of one channel of a record.
+
+    Attributes
+    ----------
+    name : str
+        Of the record; with the quantity where it is not the record's leading channel.
+    record, quantity : str
+    base : TimeBase
+    whole, start : Lines
+        Measured less offset and drift, modelled, and what is left; for figures on paper.
+    largest_s : float
+        Record time of the measured sample furthest from the mean.
+    trace : Trace or Outline
+        Every sample, for the page; of a long record the outline, and every sample of some stretches.
+    spectrum_hz, measured, modelled, residual : (M,)
+        Amplitude spectra over the record, N m, the peak of each group of bins; offset and drift removed.
+    density_hz, residual_density : (D,)
+        Root of Welch's density of the residual, N m/sqrt(Hz).
+    noise_density : float
+        The same of white noise at the record's floor.
+    correlation : (L,)
+        Autocorrelation of the residual from lag 1.
+    limit : float
+        Within plus and minus this 95 % of a white series' autocorrelations lie.
+    rate : (R, 2)
+        Record time in s and full steps/s, linear between; one row is a constant rate.
+    spectrogram : Spectrogram or None
+        Where the rate varies.
+    """
+
+    name: str
+    record: str
+    quantity: str
+    base: TimeBase
+    whole: Lines
+    start: Lines
+    largest_s: float
+    trace: Trace | Outline
+    spectrum_hz: FloatArray
+    measured: FloatArray
+    modelled: FloatArray
+    residual: FloatArray
+    density_hz: FloatArray
+    residual_density: FloatArray
+    noise_density: float
+    correlation: FloatArray
+    limit: float
+    rate: FloatArray
+    spectrogram: Spectrogram | None
+
+    @property
+    def trace_name(self) -> str:
+        """What the figure of its samples is called."""
+        return f"{self.name}_{self.quantity}" if self.name == self.record else self.name
+
+    @property
+    def largest_rate(self) -> float:
+        """Largest magnitude of the rate over the record, full steps/s."""
+        return float(np.abs(self.rate[:, 1]).max())
+
+
+def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) -> list[Curves]:
+    """Return the curves of each channel of a record; NaN where its simulation failed."""
+    record, leading = campaign.record(validation.name), next(iter(validation.channels))
+    predictions = predict(record, fit)
+    return [
+        _curves(record, fit, channel_key(record.name, quantity, leading), channel, predictions[quantity])
+        for quantity, channel in validation.channels.items()
+    ]
+
+
+def _curves(record: CampaignRecord, fit: Fit, name: str, channel: ChannelValidation, p: Prediction) -> Curves:
+    noise = fit.records[record.name].known_noise_of(channel.quantity)
+    rate_hz = p.base.sample_rate_hz
+    start = min(max(round(START_S * rate_hz) + 1, 2), p.base.samples)
+    rate = rate_over(as_fitted(record, fit), p.base)
+    with np.errstate(all="ignore"):
+        frequency, measured = peak_spectrum(p.level, rate_hz, GROUPS)
+        return Curves(
+            name=name,
+            record=record.name,
+            quantity=channel.quantity,
+            base=p.base,
+            whole=_lines(p, p.base.samples),
+            start=_lines(p, start),
+            largest_s=p.base.start_s + _largest(p.measured) / rate_hz,
+            trace=_trace(p, noise, fit.records[record.name].channels[channel.quantity]),
+            spectrum_hz=frequency,
+            measured=measured,
+            modelled=peak_spectrum(p.modelled, rate_hz, GROUPS)[1],
+            residual=peak_spectrum(p.residual, rate_hz, GROUPS)[1],
+            density_hz=channel.spectrum_hz[1:],
+            residual_density=np.sqrt(channel.residual_density[1:]),
+            noise_density=noise * math.sqrt(2.0 / rate_hz),
+            correlation=autocorrelation(p.residual, LAGS)[1:],
+            limit=1.96 / math.sqrt(p.measured.size),
+            rate=rate,
+            spectrogram=_spectrogram(p) if len(rate) > 1 else None,
+        )
+
+
+def _trace(p: Prediction, noise: float, fitted: ChannelFit) -> Trace | Outline:
+    """Return the samples of a record for the page; what of a long one is shown in every sample."""
+    if not is_long(p.base.samples):
+        return trace_of(p, noise)
+    largest_s = p.base.start_s + _largest(p.measured) / p.base.sample_rate_hz
+    return outline_of(p, noise, {"start": p.base.start_s, "largest": largest_s, WORST: fitted.worst_at_s})
+
+
+def rate_over(record: CampaignRecord, base: TimeBase) -> FloatArray:
+    """Return the commanded rate over a record's time, (R, 2) of s and full steps/s; (1, 2) where it is constant."""
+    return commanded_rate(record.command.rate, record.time_offset.value, base)
+
+
+def drawn(y: Series, base: TimeBase) -> FloatArray:
+    """Return the record times in s, and samples, (2, M), that draw a record: extremes of each column of the picture."""
+    kept = envelope(y, COLUMNS)
+    values = np.concatenate([y[part][_within(kept, part)] for part in blocks(y.size)])
+    return np.stack((base.start_s + kept / base.sample_rate_hz, values))
+
+
+def _within(kept: IntArray, part: slice) -> IntArray:
+    """Return those of ascending numbers that are in a block, from its first."""
+    return np.asarray(kept[slice(*np.searchsorted(kept, (part.start, part.stop)))] - part.start, dtype=np.int64)
+
+
+def _lines(p: Prediction, samples: int) -> Lines:
+    """Return what draws the first samples."""
+    series = (p.level, p.modelled, p.residual)
+    measured, modelled, residual = (drawn(stretch_of(y, 0, samples), p.base) for y in series)
+    return Lines(measured=measured, modelled=modelled, residual=residual)
+
+
+def _largest(y: Series) -> int:
+    """Return the sample furthest from the mean."""
+    mean = mean_of(y)
+    furthest = [int(part.start + np.argmax(np.abs(y[part] - mean))) for part in blocks(y.size)]
+    return max(furthest, key=lambda k: float(abs(y[k : k + 1][0] - mean)))
+
+
+def _spectrogram(p: Prediction) -> Spectrogram:
+    window = usual_window_s(p.measured.size / p.base.sample_rate_hz)
+    time, frequency, measured = spectrogram(p.level, p.base.sample_rate_hz, window, WINDOWS)
+    modelled = spectrogram(p.modelled, p.base.sample_rate_hz, window, WINDOWS)[2]
+    kept = slice(0, HIGHEST_BINS)
+    return Spectrogram(
+        time_s=time + p.base.start_s, frequency_hz=frequency[kept], measured=measured[kept], modelled=modelled[kept]
+    )

@@ -1,0 +1,140 @@
+"""The figures of a diagnosis: spectra of what is left with the share of each effect, and the worst stretch in time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.figure import Figure
+
+from mechid.identification.diagnosis.pictures import Pictures, ResidualSpectra, Stretch
+from mechid.reports.curves import drawn
+from mechid.reports.figures import (
+    LEFT_IN,
+    MARK,
+    MEASURED,
+    MODELLED,
+    NOISE,
+    RESIDUAL_COLOUR,
+    RIGHT_IN,
+    STYLE,
+    WIDTH_IN,
+    Drawing,
+    in_powers,
+    made,
+    over_time,
+)
+from mechid.reports.quantities import DENSITY, FREQUENCY, RESIDUAL, TIME, TORQUE, axis_labels
+from mechid.simulation.simulator import TimeBase
+
+SHARES = (MEASURED, MARK, "#E69F00", "#0072B2", "#B8A900", "#8C8C8C")
+"""Colours of the effects, that of the largest share first."""
+BELOW_NOISE = 10.0
+"""Of the noise's density, by which the picture reaches below it."""
+FAINTEST = 1e-3
+"""Of where the picture ends: no logarithm is drawn of nothing."""
+LEGEND_COLUMNS, LEGEND_ROW_IN, TOP_IN = 3, 0.17, 0.1
+LABEL_ROWS, LABEL_IN = 3, 0.3
+STRETCH_NAME = "diagnosis_stretch"
+AS_WRITTEN, WITH_EFFECTS, NEAREST = "mechanism as written", "with the effects", "with what comes nearest"
+"""Of the library; nothing of it is named where it explains too little."""
+
+
+def spectrum_name(record: str) -> str:
+    """Return what the figure of a record's spectra is called."""
+    return f"diagnosis_{record}_spectrum"
+
+
+def hertz(frequency: float) -> str:
+    """Return a frequency to three digits.
+
+    Examples
+    --------
+    >>> hertz(56.75), hertz(1000.0)
+    ('56.8', '1000')
+    """
+    return f"{float(f'{frequency:.3g}'):g}"
+
+
+def diagnosis_figures(pictures: Pictures) -> Iterator[tuple[str, Figure]]:
+    """Yield the figures with their names."""
+    for name, height, draw in _drawings(pictures):
+        with mpl.rc_context(STYLE), np.errstate(all="ignore"):
+            yield name, made(draw, height)
+
+
+def _drawings(pictures: Pictures) -> Iterator[tuple[str, float, Drawing]]:
+    for one in pictures.spectra:
+        acts = {name: own[one.record].frequencies_hz for name, own in pictures.acts.items()}
+        yield spectrum_name(one.record), 3.0, partial(_spectra, one, acts)
+    if pictures.stretch:
+        yield STRETCH_NAME, 3.6, partial(_stretch, pictures.stretch, WITH_EFFECTS if pictures.acts else NEAREST)
+
+
+def _spectra(one: ResidualSpectra, acts: Mapping[str, Sequence[float]], figure: Any) -> None:
+    """Draw what is left before and after on logarithmic axes, each effect's share as an area, the noise dashed."""
+    axes, f = figure.subplots(), one.frequency_hz
+    low, high = one.noise / BELOW_NOISE, 2.0 * float(max(one.before.max(), one.after.max()))
+    names = sorted(one.shares, key=lambda name: -float(one.shares[name].max()))
+    colours = {name: SHARES[min(k, len(SHARES) - 1)] for k, name in enumerate(names)}
+    for name in names:
+        share = np.maximum(one.shares[name], FAINTEST * low)
+        axes.fill_between(f, low, share, color=colours[name], alpha=0.25, linewidth=0.0)
+        axes.plot(f, share, color=colours[name], linewidth=0.8, label=f"share of {name}")
+    axes.plot(f, one.before, color=RESIDUAL_COLOUR, linewidth=1.1, label=f"residual, {AS_WRITTEN}")
+    if not np.array_equal(one.before, one.after):
+        words = WITH_EFFECTS if names else NEAREST
+        axes.plot(f, one.after, color=MODELLED, linewidth=0.8, label=f"residual, {words}")
+    axes.axhline(one.noise, color=NOISE, linewidth=1.0, linestyle="--", label="noise floor")
+    axes.set(xscale="log", yscale="log", xlim=(f[0], f[-1]), ylim=(low, high))
+    axes.set(xlabel=FREQUENCY, ylabel=axis_labels(one.quantity)[DENSITY])
+    in_powers(axes.xaxis)
+    in_powers(axes.yaxis)
+    _mark(axes, [(hz, colours[name]) for name in names for hz in acts.get(name, ())])
+    _legend_above(figure, axes)
+
+
+def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
+    """Mark frequencies with their number at the upper edge where there is room: the table beside has all of them."""
+    low, high = axes.get_xlim()
+    room = (high / low) ** (LABEL_IN / (WIDTH_IN - LEFT_IN - RIGHT_IN))
+    free_from = [low] * LABEL_ROWS
+    for hz, colour in sorted(places):
+        axes.axvline(hz, color=colour, linewidth=0.7, linestyle=":", zorder=0)
+        row = next((k for k, free in enumerate(free_from) if free <= hz), None)
+        if row is not None:
+            free_from[row] = hz * room
+            axes.annotate(hertz(hz), (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * row),
+                          textcoords="offset points", va="top", color="#000000", fontsize=7)  # fmt: skip
+
+
+def _legend_above(figure: Any, axes: Any) -> None:
+    """Write the legend above the axes, and leave it the room that it needs."""
+    handles, labels = axes.get_legend_handles_labels()
+    rows = -(-len(labels) // LEGEND_COLUMNS)
+    figure.subplots_adjust(top=1.0 - (TOP_IN + LEGEND_ROW_IN * rows) / figure.get_figheight())
+    place = {"loc": "upper right", "bbox_to_anchor": (1.0 - RIGHT_IN / WIDTH_IN, 1.0), "borderaxespad": 0.2}
+    figure.legend(handles, labels, ncols=LEGEND_COLUMNS, fontsize=7.0, **place)
+
+
+def _stretch(one: Stretch, words_after: str, figure: Any) -> None:
+    """Draw measured and modelled, before and after, above what each leaves."""
+    labels = axis_labels(one.quantity)
+    base = TimeBase(one.sample_rate_hz, one.measured.size, one.start_s)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2], gridspec_kw={"hspace": 0.08})
+    over_time(above, drawn(one.measured, base), MEASURED, 2.2, "measured")
+    is_same = np.array_equal(one.before, one.after)
+    for modelled, colour, width, words in (
+        (one.before, RESIDUAL_COLOUR, 0.9, AS_WRITTEN),
+        (one.after, MODELLED, 0.9, words_after),
+    )[: 1 if is_same else 2]:
+        over_time(above, drawn(modelled, base), colour, width, words)
+        over_time(below, drawn(one.measured - modelled, base), colour, width, words)
+    above.set_ylabel(labels[TORQUE])
+    below.set(xlabel=TIME, ylabel=labels[RESIDUAL])
+    below.set_xlim(one.start_s, one.start_s + (one.measured.size - 1) / one.sample_rate_hz)
+    figure.align_ylabels([above, below])
+    _legend_above(figure, above)

@@ -1,0 +1,27 @@
+"""A fleet's report as one HTML file that needs nothing beside it; its figures take the page's colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from mechid.reports.fleet.verdict import SYNTHETIC
+from mechid.reports.page import asset, environment
+from mechid.reports.themed import themed
+
+
+def fleet_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    data : mapping
+        As `fleet_contents` makes it.
+    pictures : mapping of str to str
+        The figures as SVG, by name.
+    """
+    figures = {name.removeprefix("fleet_"): Markup(themed(text)) for name, text in pictures.items()}
+    template = environment().get_template("fleet.html")
+    return template.render(data=data, figures=figures, style=asset("report.css"), synthetic_words=SYNTHETIC)

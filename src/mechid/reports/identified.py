@@ -1,0 +1,178 @@
+"""An identification with all that it leaves in a folder: its journal, its results, its report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from mechid.analysis import RecordValidation, validate
+from mechid.campaign import Campaign, load_campaign
+from mechid.campaign.mechanism_text import write_mechanism
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.diagnosis.suggestion import with_suggestions
+from mechid.identification.identify import identify
+from mechid.identification.output_error.inputs import campaign_digests
+from mechid.identification.result.estimated_mechanism import signed
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.grade import Grade
+from mechid.identification.result.journal_file import FILE_NAME, StageLines
+from mechid.reports.pens import Pens
+from mechid.reports.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
+from mechid.reports.tables import report_data
+
+ESTIMATED_NAME = "mechanism_estimated.toml"
+"""Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
+COMPLETED_NAME = "mechanism_completed.toml"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Audience:
+    """Who hears of an identification.
+
+    Parameters
+    ----------
+    followed : callable
+        Gives a context for each search, which yields who listens to its progress.
+    told : callable
+        Told of single lines.
+    """
+
+    followed: Callable[[], AbstractContextManager[Listener]]
+    told: Callable[[str], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identified:
+    """A fit, what its report shows (`report_data`), and the files left."""
+
+    fit: Fit
+    data: Mapping[str, Any]
+    files: tuple[Path, ...]
+
+
+def identified_into(
+    campaign: Campaign,
+    folder: Path,
+    audience: Audience,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    truth: Mapping[str, float] | None = None,
+    resume: bool = False,
+    complete: bool = False,
+) -> Identified:
+    """Identify a campaign and leave journal, results and report in a folder; also where it failed or was interrupted.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    folder : Path
+        Made with its parents where it is missing.
+    audience : Audience
+    seed, workers
+        As of `mechid.identification.identify.identify`.
+    truth : mapping or None
+        That of a synthetic campaign; where it is given the report says so.
+    resume : bool
+        The last run in the folder's journal is taken up where it was stopped.
+    complete : bool
+        The mechanism gets what its records say it lacks, and is identified again.
+
+    Raises
+    ------
+    FitError
+        Nothing is free, or no record is to be estimated from.
+    UsageError
+        The folder cannot be written to, or the run to be resumed had other inputs.
+    """
+    fit, journal = _identified(campaign, folder, audience, seed, workers, resume)
+    diagnosed: list[Path] = []
+    if complete and fit.grade is not Grade.FAILED:
+        campaign, fit, diagnosed = _completed(campaign, fit, folder, audience, seed, workers)
+    fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
+    with Pens() as pens:
+        validation = validate(campaign, fit)
+        is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
+        mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
+        fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
+        data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+        files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
+        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, pens)]
+    return Identified(fit=fit, data=data, files=tuple(files))
+
+
+def _identified(
+    campaign: Campaign, folder: Path, audience: Audience, seed: int, workers: int | None, resume: bool
+) -> tuple[Fit, Path]:
+    """Run the identification with its progress told and in the journal."""
+    path = folder / FILE_NAME
+    about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
+    journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
+    if resume:
+        audience.told(f"{path}: {len(journal.known)} steps are there already")
+    stages = StageLines(journal)
+    with audience.followed() as listener:
+
+        def tell(progress: Progress) -> None:
+            listener(progress)
+            stages.tell(progress)
+
+        fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
+        stages.finish(fit)
+    return fit, path
+
+
+def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
+    """Return the digests by which the journal of an identification knows its inputs."""
+    return {**campaign_digests(campaign), "seed": str(seed)}
+
+
+def _completed(
+    campaign: Campaign, fit: Fit, folder: Path, audience: Audience, seed: int, workers: int | None
+) -> tuple[Campaign, Fit, list[Path]]:
+    """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
+    from mechid.identification.diagnosis.completion import identified_with
+    from mechid.identification.diagnosis.diagnosis import diagnose
+    from mechid.reports.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
+
+    with audience.followed() as listener:
+        found = diagnose(campaign, fit, workers=workers, listener=listener)
+        files = write_diagnosis(found, diagnosis_data(found), folder)
+        if found.mechanism is None:
+            return campaign, replace(fit, completed=()), files
+        path = folder / COMPLETED_NAME
+        write_mechanism(found.mechanism, path, PROPOSED)
+        whole = load_campaign(campaign.path, mechanism_file=path)
+        again = identified_with(whole, found, seed=seed, workers=workers, listener=listener)
+    return whole, again, [path, *files]
+
+
+def _report(
+    data: Mapping[str, Any],
+    campaign: Campaign,
+    fit: Fit,
+    validation: Mapping[str, RecordValidation],
+    folder: Path,
+    told: Callable[[str], None],
+    pens: Pens,
+) -> list[Path]:
+    """Write the report; where that fails say so, since the estimate is on disk already."""
+    told("making the report ...")
+    try:
+        from mechid.reports.writing import write_report
+
+        files = write_report(data, campaign, fit, validation, folder, pens)
+        return [path for path in files if path.name != REPORT_NAME]
+    except KeyboardInterrupt:
+        told(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
+        raise
+    except Exception as error:
+        what = " ".join(f"{type(error).__name__}: {error}".split())
+        told(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
+        return []

@@ -1,0 +1,27 @@
+"""A look as one HTML file that needs nothing beside it; its figures take the page's colours."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from mechid.reports.page import asset, environment
+from mechid.reports.quantities import quantity_words
+from mechid.reports.themed import themed
+
+
+def look_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    data : mapping
+        As `look_data` makes it.
+    pictures : mapping of str to str
+        The figures as SVG, by name.
+    """
+    figures = {name: Markup(themed(text)) for name, text in pictures.items()}
+    template = environment().get_template("look.html")
+    return template.render(data=data, figures=figures, style=asset("report.css"), words=quantity_words)

@@ -1,0 +1,77 @@
+"""The path of a search for what a mechanism lacks: its steps, and what the model was after each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from mechid.reports.digits import digits
+from mechid.reports.text_table import Column
+
+AS_WRITTEN = "the mechanism as written"
+COMPLETED_TITLE = "How the mechanism was completed"
+COMPLETED = (
+    "The records asked for the effects below, which were added to the mechanism file as mechanism_completed.toml; "
+    "everything here is of that mechanism. The campaign's own mechanism file is as it was."
+)
+NOTHING_ADDED = "Completion was asked for, and nothing was added: the records ask for no effect of the library by name."
+MEANING = (
+    "Residual over noise is 1 where all is explained. The Bayesian criterion counts the misfit and each free "
+    "parameter: the smaller, the better."
+)
+PATH_COLUMNS = (
+    Column("step", "step"),
+    Column("what", "what", words=True),
+    Column("residual / noise", "over_noise"),
+    Column("free", "free"),
+    Column("Bayesian criterion", "bic"),
+)
+HEADER = tuple(column.header for column in PATH_COLUMNS)
+
+
+def path_rows(steps: Iterable[Mapping[str, Any]], first: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
+    """Return a row for each step, numbered from 1.
+
+    Parameters
+    ----------
+    steps : iterable of mapping
+        As `Step` has them; those of an estimate.json of an earlier version may lack what is shown.
+    first : mapping or None
+        What there was before any, row 0.
+    """
+    begin = [_row(0, AS_WRITTEN, first)] if first else []
+    return [*begin, *(_row(number, _what(step), step) for number, step in enumerate(steps, 1))]
+
+
+def completed_data(steps: Sequence[Mapping[str, Any]] | None) -> dict[str, Any] | None:
+    """Return what a report says of the steps by which a mechanism was completed; None where nobody asked for it."""
+    if steps is None:
+        return None
+    return {"said": [COMPLETED, MEANING] if steps else [NOTHING_ADDED], "rows": path_rows(steps)}
+
+
+def cells(row: Mapping[str, Any]) -> list[str]:
+    """Return a row's texts in the order of the columns."""
+    return [str(row["text"][column.key]) for column in PATH_COLUMNS]
+
+
+def _what(step: Mapping[str, Any]) -> str:
+    return f"{step['added']} added" if step.get("added") else f"{step.get('removed')} removed"
+
+
+def _row(number: int, what: str, step: Mapping[str, Any]) -> dict[str, Any]:
+    ratio, criterion, free = (step.get(key) for key in ("over_noise", "bic", "free"))
+    return {
+        "step": number,
+        "what": what,
+        "over_noise": ratio,
+        "bic": criterion,
+        "free": free,
+        "text": {
+            "step": str(number),
+            "what": what,
+            "over_noise": digits(ratio, 4),
+            "bic": "-" if criterion is None else f"{criterion:.0f}",
+            "free": "-" if free is None else str(free),
+        },
+    }

@@ -1,0 +1,126 @@
+"""Processes that draw figures beside this one.
+
+A figure is a fifth of a second of Python under the interpreter's lock, so threads do not share the work. A pen is an
+interpreter of its own that has loaded Matplotlib and the drawings alone; it is sent sheets and writes their files.
+It is no fork, as this process has threads, and it does not import the script that runs mechid.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import subprocess
+import sys
+from collections.abc import Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
+from threading import Lock, local
+from types import TracebackType
+from typing import IO, Any, TypeAlias
+
+from mechid.reports.sheet import Sheet
+
+Process: TypeAlias = "subprocess.Popen[bytes]"
+MOST = 4
+"""Pens: of more, the last would begin to draw when the others are done."""
+SCRIPT = (
+    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
+    "from mechid.reports.pens import serve; serve()"
+)  # fmt: skip
+
+
+class Pens:
+    """Some processes that draw: there within a ``with`` statement, gone behind it.
+
+    Where none can be started, the figures are drawn by this process.
+    """
+
+    def __init__(self) -> None:
+        self._count = min(os.cpu_count() or 1, MOST)
+        self._threads = ThreadPoolExecutor(self._count, thread_name_prefix="pen")
+        self._own = local()
+        self._here = Lock()
+        self._processes: list[Process] = []
+        self._idle: list[Process] = []
+
+    def __enter__(self) -> Pens:
+        """Start the processes, which load what they need while something else goes on."""
+        with suppress(OSError):
+            for _ in range(self._count):
+                self._processes.append(_started())
+        self._idle = list(self._processes)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """End the processes; where an error passes, what they draw is given up."""
+        self._threads.shutdown(wait=kind is None, cancel_futures=True)
+        for process in self._processes:
+            if kind is not None:
+                process.kill()
+            with suppress(OSError):  # what was not sent has no reader any more
+                _of(process.stdin).close()
+            process.wait()
+            _of(process.stdout).close()
+
+    def draw(self, sheets: Iterable[Sheet], folder: Path) -> dict[str, Future[str]]:
+        """Begin to draw sheets into a folder, each as SVG and PNG; return the SVG texts to come, by name."""
+        return {sheet.name: self._threads.submit(self._drawn, sheet, folder) for sheet in sheets}
+
+    def _drawn(self, sheet: Sheet, folder: Path) -> str:
+        """Have this thread's process draw a sheet, and return the SVG's text."""
+        if not hasattr(self._own, "process"):
+            self._own.process = self._idle.pop() if self._idle else None
+        pen: Process | None = self._own.process
+        if pen is None:
+            with self._here:
+                return _written(sheet, folder)
+        try:
+            _send(_of(pen.stdin), (sheet, folder))
+            found = pickle.load(_of(pen.stdout))
+        except (EOFError, BrokenPipeError):
+            raise RuntimeError(f"a process that draws figures ended with code {pen.wait()}") from None
+        if isinstance(found, BaseException):
+            raise found
+        return str(found)
+
+
+def _started() -> Process:
+    pen = subprocess.Popen([sys.executable, "-c", SCRIPT], stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    _send(_of(pen.stdin), sys.path)
+    return pen
+
+
+def _of(stream: IO[bytes] | None) -> IO[bytes]:
+    assert stream is not None  # both are pipes
+    return stream
+
+
+def _send(stream: IO[bytes], message: Any) -> None:
+    pickle.dump(message, stream, protocol=pickle.HIGHEST_PROTOCOL)
+    stream.flush()
+
+
+def _written(sheet: Sheet, folder: Path) -> str:
+    from mechid.reports.drawings import draw
+    from mechid.reports.figures import write_figure
+
+    return write_figure(sheet.name, draw(sheet), folder)
+
+
+def serve() -> None:
+    """Draw the sheets that come on stdin until it ends, and answer each on stdout with the SVG's text, or an error."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
+    answers, sys.stdout = sys.stdout.buffer, sys.stderr
+
+    while True:
+        try:
+            sheet, folder = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        try:
+            found: object = _written(sheet, folder)
+        except Exception as error:  # the process that waits raises it
+            found = error
+        _send(answers, found)

@@ -1,0 +1,116 @@
+"""Profiles: every number in one dict, its files, and its ink for a terminal."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from mechid.identification.refit.profile import Point, Profile
+from mechid.identification.result.estimate_file import json_text
+from mechid.reports.digits import like, with_sigma
+from mechid.reports.terminal import print_lines, say
+from mechid.reports.text_table import Column, print_tables
+from mechid.writing import write_together
+
+FORMAT = "mechid-profile/1"
+FILE_NAME, POINTS_NAME = "profile.json", "profile.csv"
+LOCAL = 1.959964
+WORTH_SAYING = 0.1
+"""Sigmas squared by which a refit below the estimate's cost is worth a line."""
+NAME = (Column("parameter", "name", words=True), Column("estimate", "estimate"), Column("unit", "unit", words=True))
+LIMITS = (Column("local from", "local_low"), Column("to", "local_high"), Column("profile from", "low"),
+          Column("to", "high"), Column("for colour from", "coloured_low"), Column("to", "coloured_high"))  # fmt: skip
+LAYOUTS = (((*NAME, *LIMITS),), (NAME, (NAME[0], *LIMITS)))
+
+
+def profile_data(profiles: Sequence[Profile]) -> dict[str, Any]:
+    """Return all that profiles show: numbers, and beside those that need rounding their text."""
+    return {
+        "format": FORMAT,
+        "profiles": {p.name: _profile(p) for p in profiles},
+        "warnings": [line for p in profiles for line in _warnings(p)],
+    }
+
+
+def write_profiles(data: Mapping[str, Any], folder: Path | str) -> list[Path]:
+    """Write profile.json and profile.csv, one line a point, into a folder, made where it is missing.
+
+    Raises
+    ------
+    UsageError
+        The folder cannot be written to.
+    """
+    rows = ["parameter,unit,value,cost_rise_sigma2,note"]
+    for name, p in data["profiles"].items():
+        rows += [f"{name},{p['unit']},{q['value']!r},{q['rise']!r},{q['note']}" for q in p["points"]]
+    return write_together(folder, {FILE_NAME: json_text(data), POINTS_NAME: "\n".join(rows) + "\n"})
+
+
+def print_profiles(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
+    """Print what `profile_data` made, and where the files are."""
+    say(console, "95 % intervals: by the standard error, and by profile likelihood", "bold")
+    print_tables(console, LAYOUTS, [{"name": name, **p} for name, p in data["profiles"].items()])
+    print_lines(console, "warning", data["warnings"], "yellow")
+    print_lines(console, "written", [str(path) for path in files])
+
+
+def _profile(p: Profile) -> dict[str, Any]:
+    local = (p.value - LOCAL * p.std_error, p.value + LOCAL * p.std_error) if p.std_error else (None, None)
+    limits = {"local": local, "profile": p.interval, "coloured": p.interval_coloured}
+    texts = {
+        f"{key}_{side}": _text(p, x)
+        for key, pair in limits.items()
+        for side, x in zip(("low", "high"), pair, strict=True)
+    }
+    return {
+        "unit": p.unit,
+        "value": p.value,
+        "std_error": p.std_error,
+        "std_error_white": p.std_error_white,
+        "ci95_local": list(local),
+        "level": p.level,
+        "ci95": list(p.interval),
+        "level_coloured": p.level_coloured,
+        "ci95_coloured": list(p.interval_coloured),
+        "ends": [{"code": end.name.lower(), "message": end.value} for end in p.ends],
+        "cliffs": [{"between": [c.below, c.above], "jump": c.jump} for c in p.cliffs],
+        "points": [_point(point) for point in p.points],
+        "text": {
+            **texts,
+            "low": texts["profile_low"],
+            "high": texts["profile_high"],
+            "estimate": with_sigma(p.value, p.std_error)[0],
+            "unit": "" if p.unit == "1" else p.unit,
+        },
+    }  # fmt: skip
+
+
+def _point(point: Point) -> dict[str, Any]:
+    return {"value": point.value, "rise": point.rise, "note": point.note}
+
+
+def _text(p: Profile, value: float | None) -> str:
+    return "" if value is None else like(value, p.std_error)
+
+
+def _warnings(p: Profile) -> list[str]:
+    """Say what of a profile is no smooth rise."""
+    lines = [f"{p.name}: at {0.5 * (c.below + c.above):.9g} {p.unit} the cost jumps by {abs(c.jump):.3g}: a stick/slip "
+             "falls the other way there" for c in p.cliffs]  # fmt: skip
+    sides = zip(("below", "above"), p.interval, p.ends, strict=True)
+    lines += [
+        f"{p.name}: no end of the interval {side} the estimate: {end.value}" for side, x, end in sides if x is None
+    ]
+    if p.gain > WORTH_SAYING:
+        best = min(p.points, key=lambda point: point.rise)
+        lines.append(
+            f"{p.name}: a refit at {best.value:.9g} {p.unit} costs less by {p.gain:.3g}; identify again from there"
+        )
+    unsettled = sum(bool(point.note) for point in p.points if math.isfinite(point.rise))
+    if unsettled:
+        lines.append(f"{p.name}: {unsettled} of {len(p.points)} refits stopped at a threshold or before they converged")
+    return lines

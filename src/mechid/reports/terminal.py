@@ -1,0 +1,212 @@
+"""The ink of a terminal, plain where it is none."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.text import Text
+
+from mechid.reports.lacking import LACKING
+from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS
+from mechid.reports.quantities import torque_alone
+from mechid.reports.side import SIDE_COLUMNS, SIDE_TITLE
+from mechid.reports.text_table import Column, print_table, print_tables
+from mechid.reports.use import held_out, left_out
+from mechid.reports.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
+
+LOG_WIDTH = 120
+"""Columns where the output is no terminal and COLUMNS says nothing."""
+GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
+PARAMETER = Column("parameter", "key", words=True)
+VALUES = (
+    Column("nominal", "nominal"),
+    Column("estimate", "estimate"),
+    Column("+- sigma", "std_error"),
+    Column("unit", "unit", words=True),
+)
+TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
+LIMITS = (Column("min", "min"), Column("max", "max"), Column("status", "status", words=True))
+PARAMETER_LAYOUTS = (
+    ((PARAMETER, *VALUES, *TRUTH, *LIMITS),),
+    ((PARAMETER, *VALUES, *TRUTH), (PARAMETER, *LIMITS)),
+    ((PARAMETER, *VALUES), (PARAMETER, *TRUTH, *LIMITS)),
+)
+PRIOR_COLUMNS = (
+    PARAMETER,
+    Column("prior", "prior"),
+    Column("+- sigma", "prior_sigma"),
+    Column("estimate", "estimate"),
+    Column("+- sigma", "std_error"),
+    Column("records alone", "without_prior"),
+)
+RECORD = Column("record", "name", words=True)
+FOLLOWED = (
+    Column("use", "use", words=True),
+    Column("samples", "samples"),
+    Column("fit %", "fit_percent"),
+    Column("residual", "residual_rms"),
+    Column("noise", "noise_sigma"),
+    Column("followed %", "followed_percent"),
+)
+LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
+RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))
+CHANNEL_LAYOUTS = (
+    ((RECORD, *CHANNEL, *FOLLOWED, *LINEAR),),
+    ((RECORD, *CHANNEL, *FOLLOWED), (RECORD, *CHANNEL, *LINEAR)),
+)
+HELD_OUT_WORDS = "Prediction of the records held out"
+LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
+OWN_COLUMNS = (
+    Column("name", "name", words=True),
+    Column("value", "value"),
+    Column("std error", "std_error"),
+    Column("unit", "unit", words=True),
+)
+BESIDE_COLUMNS = (*OWN_COLUMNS, Column("meaning", "meaning", words=True))
+STAGE_COLUMNS = (
+    Column("stage", "name", words=True),
+    Column("records", "records"),
+    Column("record s", "record_s"),
+    Column("free", "free"),
+    Column("cost", "cost"),
+    Column("evaluations", "evaluations"),
+    Column("took s", "seconds"),
+)
+
+
+def console_on(*, err: bool = False) -> Console:
+    """Return a console on stdout or stderr, as wide as it is."""
+    stream = sys.stderr if err else sys.stdout
+    wide = None if stream.isatty() or "COLUMNS" in os.environ else LOG_WIDTH
+    return Console(file=stream, width=wide, markup=False, highlight=False, emoji=False)
+
+
+def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
+    """Print what `report_data` made, and where the files are."""
+    if data["synthetic"]:
+        say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
+    say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
+    for reason in data["reasons"]:
+        print_lines(console, reason["words"], [reason["text"]])
+        print_lines(console, "next", [reason["next_command"]])
+    if not any(reason["text"].startswith(data["outcome"]["message"]) for reason in data["reasons"]):
+        say(console, data["outcome"]["message"])
+    console.print()
+    legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
+    say(console, f"Parameters{legend}", "bold")
+    print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
+    _print_priors(data, console)
+    _print_lacking(data["lacking"], console)
+    _print_completed(data["completed"], console)
+    _print_missing(data, console)
+    _print_beside(data["beside"], console)
+    if torque_alone(data["channels"]):
+        say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
+        print_tables(console, RECORD_LAYOUTS, data["records"])
+    else:
+        say(console, "Channels; residual, noise and offset in the unit, drift in the unit a second", "bold")
+        print_tables(console, CHANNEL_LAYOUTS, data["channels"])
+    _print_held_out(data, console)
+    if data["side"]:
+        say(console, f"{SIDE_TITLE}: the largest lines of each component", "bold")
+        print_table(console, SIDE_COLUMNS, data["side"])
+    say(console, "Stages", "bold")
+    print_table(console, STAGE_COLUMNS, data["stages"])
+    print_lines(console, "warning", data["warnings"], "yellow")
+    print_lines(console, "note", data["notes"], "dim")
+    print_lines(console, "written", [str(path) for path in files])
+
+
+def _print_completed(completed: Mapping[str, Any] | None, console: Console) -> None:
+    """Print the steps by which the mechanism was completed, where that was asked for."""
+    if completed is None:
+        return
+    say(console, COMPLETED_TITLE, "bold")
+    for line in completed["said"]:
+        say(console, line)
+    if completed["rows"]:
+        console.print()
+        print_table(console, PATH_COLUMNS, completed["rows"])
+    else:
+        console.print()
+
+
+def _print_lacking(lines: Sequence[str], console: Console) -> None:
+    """Print what the model is missing; nothing where it lacks nothing."""
+    if lines:
+        say(console, LACKING, "bold")
+        for line in lines:
+            say(console, line)
+        console.print()
+
+
+def _print_missing(data: Mapping[str, Any], console: Console) -> None:
+    """Print what the files do not declare and the fit has, and what declares it."""
+    for one in data["missing"]:
+        text = one["text"]
+        said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
+        say(console, said, "bold")
+        print_table(console, OWN_COLUMNS, one["rows"])
+        say(console, "To declare it, at the end of campaign.toml:")
+        for line in one["toml"].strip().splitlines():
+            say(console, f"    {line}" if line else "")
+        console.print()
+
+
+def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
+    """Print the terms that the fit has beside the mechanism; of those that are not told from nothing the names."""
+    if not beside:
+        return
+    say(console, "Terms beside the mechanism file", "bold")
+    for line in beside["said"]:
+        say(console, line)
+    console.print()
+    if beside["clear_terms"]:
+        print_table(
+            console,
+            BESIDE_COLUMNS,
+            [{**row, "table": f"{row['words']} ({row['term']})"} for row in beside["clear_terms"]],
+        )
+    if beside["other_terms"]:
+        names = dict.fromkeys(row["term"] for row in beside["other_terms"])
+        say(console, f"{beside['other_words']} {', '.join(names)}")
+        console.print()
+
+
+def _print_priors(data: Mapping[str, Any], console: Console) -> None:
+    """Print the priors, and how sure the records alone would be, where there are any."""
+    rows = [row for row in data["parameters"] if row["prior"]]
+    if rows:
+        say(console, "Priors; records alone: sigma without any prior, empty where the last fit left them out", "bold")
+        print_table(console, PRIOR_COLUMNS, rows)
+
+
+def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
+    """Print how the records kept out of the fit are predicted, where there are any; those left out by themselves."""
+    for rows, words in ((held_out(data["validation"]), HELD_OUT_WORDS), (left_out(data["validation"]), LEFT_OUT_WORDS)):
+        if rows:
+            unit = "N m" if torque_alone(rows) else "the unit"
+            say(console, f"{words}; residual in {unit}", "bold")
+            print_tables(console, VALIDATION_LAYOUTS, rows)
+    orders = held_out(data["orders"])
+    if orders:
+        unit = "N m" if torque_alone(orders) else "the unit"
+        said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"
+        say(console, said, "bold")
+        print_table(console, ORDER_COLUMNS, orders)
+
+
+def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:
+    """Print lines that begin with a word."""
+    for line in lines:
+        say(console, f"{word}: {line}", style)
+
+
+def say(console: Console, line: str, style: str = "") -> None:
+    """Print a line, wrapped by words on a terminal alone: elsewhere a line stays a line."""
+    console.print(Text(line, style=style), soft_wrap=not console.is_terminal)

@@ -1,0 +1,39 @@
+"""Figures on paper that stand within a page: as wide as there is room, their colours the page's."""
+
+from __future__ import annotations
+
+import re
+
+from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR
+
+THEMED = {
+    MEASURED: "measured", MODELLED: "modelled", NOISE: "noise", MARK: "resonance", RESIDUAL_COLOUR: "residual",
+    "#000000": "ink", "#b0b0b0": "line", "#ffffff": "paper",
+}  # fmt: skip
+"""Colours of the figures on paper, and the page's of the same meaning."""
+_HEAD = re.compile(r"^.*?(?=<svg)", re.DOTALL)
+_PAINT = re.compile(r"(fill|stroke): ?(#[0-9a-fA-F]{6})")
+_NAMES = re.compile(r' id="[a-zA-Z0-9-]+_\d+"')
+_SIZE = re.compile(r'(<svg[^>]*?) width="[^"]+"')
+_HEIGHT = re.compile(r'(<svg[^>]*?) height="[^"]+"')
+_STYLE = re.compile(r"<style[^>]*>.*?</style>", re.DOTALL)
+_METADATA = re.compile(r"<metadata>.*?</metadata>", re.DOTALL)
+
+
+def themed(svg: str) -> str:
+    """Return a figure's SVG to stand within the page: as wide as there is room, its colours the page's.
+
+    Examples
+    --------
+    >>> themed('<?xml?><svg width="9pt" height="4pt"><g id="axes_1"><path style="fill: #56b4e9"/></g></svg>')
+    '<svg><g><path style="fill: var(--measured)"/></g></svg>'
+    """
+    known = {colour.lower(): name for colour, name in THEMED.items()}
+
+    def paint(found: re.Match[str]) -> str:
+        name = known.get(found[2].lower())
+        return f"{found[1]}: var(--{name})" if name else found[0]
+
+    text = _METADATA.sub("", _STYLE.sub("", _HEAD.sub("", svg)))
+    text = _HEIGHT.sub(r"\1", _SIZE.sub(r"\1", text, count=1), count=1)
+    return _PAINT.sub(paint, _NAMES.sub("", text)).strip()

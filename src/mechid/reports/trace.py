@@ -1,0 +1,133 @@
+"""Every sample of a record and of its prediction, small enough for a page.
+
+Both are rounded to whole steps of a tenth of the record's noise, so that a sample is off by at most a twentieth
+of it. The prediction goes as its second differences, the record as its difference to the prediction: small
+numbers both, which deflate well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.analysis.prediction import Prediction
+from mechid.reports.packing import Packed, pack_integer_blocks, unpack
+from mechid.signal.series import IntArray, Series, blocks, stretch_of
+
+FloatArray = NDArray[np.float64]
+SHARE_OF_NOISE = 0.1
+ALL = slice(None)
+LARGEST = 2.0**27
+"""Steps from zero to the largest sample at most; of its second differences zigzag needs three bits more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trace:
+    """A record beside its prediction, rounded and packed.
+
+    Attributes
+    ----------
+    samples : int
+    start_s, sample_rate_hz : float
+    step : float
+        What one whole number stands for, N m.
+    offset, drift : float
+        What was removed from the record, N m at its first sample and N m a sample.
+    model : Packed
+        Second differences of the prediction; as many as the simulation reached.
+    difference : Packed
+        Record less offset, drift and prediction; beyond the prediction, less the first two alone.
+    """
+
+    samples: int
+    start_s: float
+    sample_rate_hz: float
+    step: float
+    offset: float
+    drift: float
+    model: Packed
+    difference: Packed
+
+
+def trace_of(prediction: Prediction, noise: float, part: slice = ALL) -> Trace:
+    """Return a record and its prediction for a page.
+
+    Parameters
+    ----------
+    prediction : Prediction
+    noise : float
+        Standard deviation of the record's noise, N m.
+    part : slice
+        Which samples of it; all by default.
+    """
+    base, line, step = prediction.base, prediction.level.line, step_of(prediction, noise, part)
+    first, stop, _ = part.indices(base.samples)
+    measured, modelled = (stretch_of(one, first, stop) for one in (prediction.level, prediction.modelled))
+    modelled = stretch_of(modelled, 0, reached_by(modelled))
+    return Trace(
+        samples=stop - first,
+        start_s=base.start_s + first / base.sample_rate_hz,
+        sample_rate_hz=base.sample_rate_hz,
+        step=step,
+        offset=line.offset + line.slope * first,
+        drift=line.slope,
+        model=pack_integer_blocks(modelled.size, _second_differences(modelled, step)),
+        difference=pack_integer_blocks(stop - first, _differences(measured, modelled, step)),
+    )
+
+
+def step_of(prediction: Prediction, noise: float, part: slice = ALL) -> float:
+    """Return what one whole number stands for, N m: a tenth of the noise, or more where samples are very large."""
+    series = (stretch_of(one, *part.indices(one.size)[:2]) for one in (prediction.level, prediction.modelled))
+    measured, modelled = series
+    largest = max(_largest(measured), _largest(stretch_of(modelled, 0, reached_by(modelled))))
+    return max(SHARE_OF_NOISE * noise if np.isfinite(noise) else 0.0, largest / LARGEST) or 1.0
+
+
+def reached_by(modelled: Series) -> int:
+    """Return up to which sample a prediction is finite."""
+    for part in blocks(modelled.size):
+        lost = np.flatnonzero(~np.isfinite(modelled[part]))
+        if lost.size:
+            return int(part.start + lost[0])
+    return modelled.size
+
+
+def _largest(series: Series) -> float:
+    return max((float(np.abs(series[part]).max()) for part in blocks(series.size)), default=0.0)
+
+
+def _steps(y: FloatArray, step: float) -> IntArray:
+    return np.rint(y / step).astype(np.int64)
+
+
+def _second_differences(y: Series, step: float) -> Iterator[IntArray]:
+    """Yield those of the whole steps of samples, zeros before the first, block by block."""
+    for part in blocks(y.size):
+        two = _steps(y[max(part.start - 2, 0) : part.start], step)
+        before = np.concatenate((np.zeros(2 - two.size, dtype=np.int64), two))
+        yield np.diff(_steps(y[part], step), n=2, prepend=before)
+
+
+def _differences(measured: Series, modelled: Series, step: float) -> Iterator[IntArray]:
+    """Yield the whole steps of samples less those of the prediction, as far as it goes, block by block."""
+    for part in blocks(measured.size):
+        steps, model = _steps(measured[part], step), _steps(modelled[part], step)
+        steps[: model.size] -= model
+        yield steps
+
+
+def decode(trace: Trace) -> tuple[FloatArray, FloatArray]:
+    """Return the record less offset and drift, (N,), and the prediction, (N,), NaN where it has none; N m.
+
+    The slow twin of the page's script.
+    """
+    whole = np.cumsum(np.cumsum(unpack(trace.model)))
+    measured = unpack(trace.difference)
+    measured[: whole.size] += whole
+    modelled = np.full(trace.samples, np.nan)
+    modelled[: whole.size] = whole * trace.step
+    return measured * trace.step, modelled
