@@ -40,8 +40,9 @@ html_static_path = ["_static"]
 html_css_files = ["mechid.css"]
 templates_path = ["_templates"]
 
-# The tutorials are run where MECHID_SITE_EXECUTE asks for it, each again only when it has changed.
+# `make site` runs the tutorials, each again when it has changed; `make pages` does not.
 nb_execution_timeout = 1800
+nb_execution_in_temp = True
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 nb_execution_mode = "off"

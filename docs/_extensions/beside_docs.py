@@ -1,13 +1,21 @@
-"""Pages that lie beside docs/ in the repository: README, CONTRIBUTING, CHANGELOG stand in the site as pages too."""
+"""What lies beside docs/ in the repository: README, CHANGELOG and others stand in the site as pages, scripts as text."""
 
 import re
 from pathlib import Path
 
 from sphinx.application import Sphinx
 
-PAGES = {"readme": "README.md", "contributing": "CONTRIBUTING.md", "changes": "CHANGELOG.md"}
+PAGES = {
+    "readme": "README.md",
+    "contributing": "CONTRIBUTING.md",
+    "changes": "CHANGELOG.md",
+    "security": "SECURITY.md",
+    "releasing": "RELEASING.md",
+}
 """What the site calls them, and their files; in docs/ a short page of that name links to each."""
 LINK = re.compile(r"\]\((?!https?:|#|mailto:)([^)\s]+)\)")
+SCRIPT = re.compile(r"^\[[\w./]+\]\(([\w./]+\.py)\)$", re.MULTILINE)
+"""A line that is nothing but a link to a script."""
 
 
 def seen_from_docs(link: str) -> str:
@@ -28,6 +36,7 @@ def read(app: Sphinx, name: str, source: list[str]) -> None:
         file = Path(app.srcdir).parent / PAGES[name]
         app.env.note_dependency(file)
         source[0] = LINK.sub(lambda found: f"]({seen_from_docs(found[1])})", file.read_text(encoding="utf-8"))
+    source[0] = SCRIPT.sub(r"```{literalinclude} \1\n:language: python\n```", source[0])
     source[0] = to_pages(source[0], "../" * name.count("/"))
 
 
