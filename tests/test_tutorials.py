@@ -1,4 +1,4 @@
-"""The tutorials and the gallery run as they stand. Truth: what their cells claim of the synthetic bench, and exit codes."""
+"""The tutorials and the gallery run as they stand. Truth: what their cells claim of the synthetic bench."""
 
 import os
 import re

@@ -1,4 +1,4 @@
-"""What lies beside docs/ in the repository: README, CHANGELOG and others stand in the site as pages, scripts as text."""
+"""What lies beside docs/ in the repository: README and others stand in the site as pages, scripts as text."""
 
 import re
 from pathlib import Path
