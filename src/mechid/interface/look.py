@@ -56,7 +56,7 @@ def look(
     >>> hum = 0.01 * np.sin(2.0 * np.pi * 50.0 * np.arange(20_000) / 10_000.0)
     >>> noisy = hum + 0.001 * np.random.default_rng(0).standard_normal(hum.size)
     >>> seen = mechid.look(mechid.make_record("quiet", noisy, sample_rate_hz=10_000.0))
-    >>> round(seen.looks[0].channels[0].mains[0].frequency_hz)
+    >>> round(seen.looks[0].channels[0].mains[0].line.frequency_hz)
     50
     """
     hints = Hints(sample_rate_hz=sample_rate_hz, columns=tuple(columns), quantity=quantity, unit=unit)
