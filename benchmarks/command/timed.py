@@ -24,7 +24,7 @@ PARTS = {
     "suggestions": ("mechid.reports.identified", "with_suggestions"),
     "validation": ("mechid.reports.identified", "validate"),
     "results": ("mechid.reports.identified", "write_results"),
-    "curves": ("mechid.reports.writing", "record_curves"),
+    "curves": ("mechid.reports.illustration", "record_curves"),
     "page": ("mechid.reports.writing", "report_page"),
     "equations": ("mechid.reports.writing", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,11 @@ from mechid.units import SI_UNIT
 
 FloatArray = NDArray[np.float64]
 TORQUE = "torque"
+Listener: TypeAlias = "Callable[[RecordValidation, Mapping[str, Prediction]], None]"
+
+
+def _nobody(validation: RecordValidation, predictions: Mapping[str, Prediction]) -> None:
+    """Listen to nothing."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,7 +140,7 @@ class RecordValidation:
         return {"command": dict(self.command), "channels": channels}
 
 
-def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
+def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> dict[str, RecordValidation]:
     """Predict each record of a campaign with a fit, untouched, and judge the residual.
 
     The whole record counts, also where a stage used a window of it or the model follows it in part. A record
@@ -146,6 +151,8 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
     campaign : Campaign
         With its records read, as the fit had it.
     fit : Fit
+    listener : callable
+        Called with each record's validation and its predictions by quantity, as soon as they are there.
 
     Returns
     -------
@@ -159,14 +166,20 @@ def validate(campaign: Campaign, fit: Fit) -> dict[str, RecordValidation]:
     >>> held_out = mechid.validate(campaign, mechid.identify(campaign))["sweep"]  # doctest: +SKIP
     >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
     """
+    found: dict[str, RecordValidation] = {}
     with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
-        return {
-            record.name: _validated(record, campaign, fit) for record in campaign.records if record.data is not None
-        }
+        for record in campaign.records:
+            if record.data is not None:
+                predicted = predict(record, fit)
+                found[record.name] = _validated(record, campaign, fit, predicted)
+                listener(found[record.name], predicted)
+    return found
 
 
-def _validated(record: CampaignRecord, campaign: Campaign, fit: Fit) -> RecordValidation:
-    predicted, fitted = predict(record, fit), as_fitted(record, fit)
+def _validated(
+    record: CampaignRecord, campaign: Campaign, fit: Fit, predicted: Mapping[str, Prediction]
+) -> RecordValidation:
+    fitted = as_fitted(record, fit)
     components = _components(fitted) if TORQUE in predicted else ()
     return RecordValidation(
         name=record.name,

@@ -24,13 +24,15 @@ def bootstrap(
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
     from mechid.cli.printed import followed, print_result
+    from mechid.holding import held
     from mechid.interface.finished_fit import finished_fit
     from mechid.interface.refits import bootstrap as bootstrapped
 
     found = finished_fit(fit, campaign)
-    with on_scheduler(scheduler), followed() as listener:
-        done = bootstrapped(
-            found.campaign, found, draws, seed=seed, workers=workers, listener=listener,
-            journal=out / JOURNAL_NAME, resume=resume,
-        )  # fmt: skip
-    print_result(done, out)
+    with held(out):
+        with on_scheduler(scheduler), followed() as listener:
+            done = bootstrapped(
+                found.campaign, found, draws, seed=seed, workers=workers, listener=listener,
+                journal=out / JOURNAL_NAME, resume=resume,
+            )  # fmt: skip
+        print_result(done, out)

@@ -18,10 +18,9 @@ def budget(
 ) -> None:
     """Predict the line of sight's error against requirements."""
     from mechid.cli.printed import print_result, say
+    from mechid.holding import held
     from mechid.interface.budget import budget as budgeted
-    from mechid.writing import refuse_unwritable
 
-    refuse_unwritable(out)
-    with on_scheduler(scheduler):
+    with held(out), on_scheduler(scheduler):
         made = budgeted(file, workers=workers, told=say)
-    print_result(made, out)
+        print_result(made, out)

@@ -33,19 +33,19 @@ def design(
     from mechid.campaign import load_campaign
     from mechid.cli.printed import print_result, say
     from mechid.errors import UsageError
+    from mechid.holding import held
     from mechid.interface.design import design as designed
     from mechid.interface.finished_fit import finished_fit
     from mechid.reports.design import refuse_own_folder
-    from mechid.writing import refuse_unwritable
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
-    refuse_unwritable(out)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
-    with on_scheduler(scheduler):
-        made = designed(
-            loaded, options, fit=finished_fit(fit, loaded.path) if fit else None, diagnosis=diagnosis,
-            criterion=criterion, total_s=total_s, workers=workers, told=say,
-        )  # fmt: skip
-    print_result(made, out)
+    with held(out):
+        with on_scheduler(scheduler):
+            made = designed(
+                loaded, options, fit=finished_fit(fit, loaded.path) if fit else None, diagnosis=diagnosis,
+                criterion=criterion, total_s=total_s, workers=workers, told=say,
+            )  # fmt: skip
+        print_result(made, out)

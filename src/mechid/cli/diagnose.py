@@ -23,14 +23,14 @@ def diagnose(
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
     from mechid.cli.printed import followed, print_result
+    from mechid.holding import held
     from mechid.interface.diagnose import diagnose as diagnosed
     from mechid.interface.finished_fit import finished_fit
-    from mechid.writing import refuse_unwritable
 
     finished = finished_fit(fit, campaign)
-    refuse_unwritable(out)
-    with on_scheduler(scheduler), followed() as listener:
-        found = diagnosed(
-            finished.campaign, finished.estimate, consider=consider or (), workers=workers, listener=listener
-        )
-    print_result(found, out)
+    with held(out):
+        with on_scheduler(scheduler), followed() as listener:
+            found = diagnosed(
+                finished.campaign, finished.estimate, consider=consider or (), workers=workers, listener=listener
+            )
+        print_result(found, out)

@@ -27,10 +27,12 @@ def fleet(
     from mechid.cli.printed import print_result, say
     from mechid.errors import FitError
     from mechid.fleets.fleet import fleet as together
+    from mechid.holding import held
 
-    with on_scheduler(scheduler):
-        made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, told=say)
-    print_result(made, out)
+    with held(out):
+        with on_scheduler(scheduler):
+            made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, told=say)
+        print_result(made, out)
     if made.failed:
         of = f"{len(made.failed)} of {len(made.asked.members)} campaigns have no estimate to use"
         raise FitError(f"fleet: {of}: {', '.join(made.failed)}; {out} holds what was reached, and why")

@@ -27,11 +27,11 @@ def look(
     """Look at records before any model: health, noise, lines, resonances, and how they seem to be driven."""
     from mechid.cli.printed import print_result
     from mechid.errors import RecordError
+    from mechid.holding import held
     from mechid.interface.look import look as looked
-    from mechid.writing import refuse_unwritable
 
-    refuse_unwritable(out)
-    found = looked(*records, sample_rate_hz=sample_rate_hz, columns=column or (), quantity=quantity, unit=unit)
-    print_result(found, out)
+    with held(out):
+        found = looked(*records, sample_rate_hz=sample_rate_hz, columns=column or (), quantity=quantity, unit=unit)
+        print_result(found, out)
     if found.left_out:
         raise RecordError(f"{len(found.left_out)} of {len(records)} could not be read: {found.left_out[0].message}")

@@ -23,13 +23,15 @@ def profile(
 ) -> None:
     """Profile the likelihood over a parameter, all others refitted."""
     from mechid.cli.printed import followed, print_result
+    from mechid.holding import held
     from mechid.interface.finished_fit import finished_fit
     from mechid.interface.refits import profile as profiled
 
     found = finished_fit(fit, campaign)
-    with on_scheduler(scheduler), followed() as listener:
-        done = profiled(
-            found.campaign, found, parameter, workers=workers, listener=listener,
-            journal=out / JOURNAL_NAME, resume=resume,
-        )  # fmt: skip
-    print_result(done, out)
+    with held(out):
+        with on_scheduler(scheduler), followed() as listener:
+            done = profiled(
+                found.campaign, found, parameter, workers=workers, listener=listener,
+                journal=out / JOURNAL_NAME, resume=resume,
+            )  # fmt: skip
+        print_result(done, out)

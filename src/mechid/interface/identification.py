@@ -10,6 +10,7 @@ from pathlib import Path
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
+from mechid.holding import held
 from mechid.identification.computation.progress import Listener
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis import completion
@@ -117,7 +118,7 @@ def identify_into(
     FitError
         Nothing is free, or no record is to be estimated from.
     UsageError
-        The folder cannot be written to, or the run to be resumed had other inputs.
+        The folder cannot be written to, another run holds it, or the run to be resumed had other inputs.
     WorkersError
         The executor's workers are lost, or cannot do the work.
 
@@ -133,7 +134,7 @@ def identify_into(
             yield tell
 
     audience = Audience(followed=followed, told=told or _unheard)
-    with working_on(executor):
+    with held(out), working_on(executor):
         done = identified_into(
             campaign, Path(out), audience, seed=seed, workers=workers, truth=truth, resume=resume, complete=complete
         )

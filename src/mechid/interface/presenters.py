@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+
+from mechid.holding import held
 
 HTML_WIDTH, TEXT_WIDTH = 110, 120
 """Columns of a result in a notebook, and as text."""
@@ -49,7 +52,8 @@ def data_of(result: object) -> dict[str, Any]:
 def written(result: object, folder: Path) -> list[Path]:
     """Write a result's files into a folder, and return them."""
     own = presenter_of(result)
-    return own.files(result, own.data(result), folder)
+    with held(folder):
+        return own.files(result, own.data(result), folder)
 
 
 def line_of(result: object) -> str:
@@ -79,7 +83,8 @@ def show_written(result: object, folder: Path | None, console: Console) -> None:
     """Print a result as its command does, its files written into a folder where one is given."""
     own = presenter_of(result)
     data = own.data(result)
-    own.ink(data, console, own.files(result, data, folder) if folder is not None else [])
+    with held(folder) if folder is not None else nullcontext():
+        own.ink(data, console, own.files(result, data, folder) if folder is not None else [])
 
 
 def _print(result: object, console: Console) -> None:

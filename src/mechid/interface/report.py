@@ -8,7 +8,9 @@ from pathlib import Path
 from mechid.analysis import validate
 from mechid.campaign import Campaign
 from mechid.errors import UsageError
+from mechid.holding import held
 from mechid.identification.result.fit import Fit
+from mechid.reports.illustration import Illustration
 from mechid.reports.pens import Pens
 from mechid.reports.results import write_results
 from mechid.reports.tables import report_data
@@ -53,11 +55,12 @@ def report(
     >>> mechid.report(mechid.load_fit("fit"), "again")  # doctest: +SKIP
     """
     own, folder, synthetic = campaign_of(fit, campaign), Path(out), synthetic or truth is not None
-    with Pens() as pens:
-        validation = validate(own, fit)
+    with held(folder), Pens() as pens:
+        illustration = Illustration(own, fit, folder, pens)
+        validation = validate(own, fit, illustration.begin)
         data = report_data(fit, truth, synthetic=synthetic, validation=validation)
         files = write_results(fit, data, folder, validation=validation)
-        files += write_report(data, own, fit, validation, folder, pens)
+        files += write_report(data, own, fit, validation, folder, illustration)
     return list(dict.fromkeys(files))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,10 +120,12 @@ class Curves:
         return float(np.abs(self.rate[:, 1]).max())
 
 
-def record_curves(campaign: Campaign, fit: Fit, validation: RecordValidation) -> list[Curves]:
-    """Return the curves of each channel of a record; NaN where its simulation failed."""
+def record_curves(
+    campaign: Campaign, fit: Fit, validation: RecordValidation, predictions: Mapping[str, Prediction] | None = None
+) -> list[Curves]:
+    """Return the curves of each channel of a record, predicted anew if need be; NaN where its simulation failed."""
     record, leading = campaign.record(validation.name), next(iter(validation.channels))
-    predictions = predict(record, fit)
+    predictions = predictions or predict(record, fit)
     return [
         _curves(record, fit, channel_key(record.name, quantity, leading), channel, predictions[quantity])
         for quantity, channel in validation.channels.items()

@@ -65,12 +65,14 @@ def write_figures(figures: Iterable[tuple[str, Figure]], folder: Path) -> dict[s
     gc.freeze()  # only what the figures make is looked through below
     for name, figure in figures:
         texts[name] = write_figure(name, figure, folder)
+        figure.clear()  # whoever made it may hold it still
+        gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
     gc.unfreeze()
     return texts
 
 
 def write_figure(name: str, figure: Figure, folder: Path) -> str:
-    """Write a figure as SVG and PNG, clear it, and return the SVG's text."""
+    """Write a figure as SVG and PNG, and return the SVG's text."""
     svg, png = io.BytesIO(), io.BytesIO()
     with mpl.rc_context(STYLE):
         figure.savefig(svg, format="svg", metadata={"Date": None, "Title": name, "Creator": "mechid"})
@@ -78,8 +80,6 @@ def write_figure(name: str, figure: Figure, folder: Path) -> str:
     for suffix, content in (("svg", svg), ("png", png)):
         with whole(folder / f"{name}.{suffix}") as beside:
             beside.write_bytes(content.getvalue())
-    figure.clear()
-    gc.collect()  # parts of a figure refer to one another; uncollected, those of a report are 50 MB
     return svg.getvalue().decode("utf-8")
 
 

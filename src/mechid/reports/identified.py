@@ -13,6 +13,7 @@ from typing import Any
 from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.mechanism_text import write_mechanism
+from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.diagnosis.suggestion import with_suggestions
@@ -22,6 +23,7 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
+from mechid.reports.illustration import Illustration
 from mechid.reports.pens import Pens
 from mechid.reports.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 from mechid.reports.tables import report_data
@@ -95,15 +97,16 @@ def identified_into(
     diagnosed: list[Path] = []
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, audience, seed, workers)
-    fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
     with Pens() as pens:
-        validation = validate(campaign, fit)
+        illustration = Illustration(campaign, fit, folder, pens)
+        validation = validate(campaign, fit, illustration.begin)
+        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
         is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
         mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
         fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
         data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
         files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
-        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, pens)]
+        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, illustration)]
     return Identified(fit=fit, data=data, files=tuple(files))
 
 
@@ -160,17 +163,19 @@ def _report(
     validation: Mapping[str, RecordValidation],
     folder: Path,
     told: Callable[[str], None],
-    pens: Pens,
+    illustration: Illustration,
 ) -> list[Path]:
-    """Write the report; where that fails say so, since the estimate is on disk already."""
+    """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
     told("making the report ...")
     try:
         from mechid.reports.writing import write_report
 
-        files = write_report(data, campaign, fit, validation, folder, pens)
+        files = write_report(data, campaign, fit, validation, folder, illustration)
         return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         told(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
+        raise
+    except UnwritableError:
         raise
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())

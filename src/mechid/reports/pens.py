@@ -7,6 +7,7 @@ It is no fork, as this process has threads, and it does not import the script th
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
 import signal
@@ -15,6 +16,7 @@ import sys
 from collections.abc import Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from importlib import import_module
 from pathlib import Path
 from threading import Lock, local
 from types import TracebackType
@@ -25,6 +27,8 @@ from mechid.reports.sheet import Sheet
 Process: TypeAlias = "subprocess.Popen[bytes]"
 MOST = 4
 """Pens: of more, the last would begin to draw when the others are done."""
+OBJECTS_UNSEEN = 50_000
+"""How many a figure may make before Python looks for those that nobody needs."""
 SCRIPT = (
     "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
     "from mechid.reports.pens import serve; serve()"
@@ -113,7 +117,9 @@ def serve() -> None:
     """Draw the sheets that come on stdin until it ends, and answer each on stdout with the SVG's text, or an error."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that waits
     answers, sys.stdout = sys.stdout.buffer, sys.stderr
-
+    import_module("mechid.reports.drawings")
+    gc.set_threshold(OBJECTS_UNSEEN)
+    gc.freeze()  # what has been loaded stays; only what a figure makes is looked through
     while True:
         try:
             sheet, folder = pickle.load(sys.stdin.buffer)
@@ -124,3 +130,4 @@ def serve() -> None:
         except Exception as error:  # the process that waits raises it
             found = error
         _send(answers, found)
+        gc.collect()  # parts of a figure refer to one another: what it took is given back while nobody waits

@@ -1,0 +1,81 @@
+"""The curves of a report's records and their figures, begun as soon as a record is validated.
+
+Figures take longer than all else of a report. Drawn record by record they are made while the next record is validated,
+and while what has no figures is worked out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import Future
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from mechid.analysis.prediction import Prediction
+from mechid.analysis.validation import RecordValidation
+from mechid.campaign import Campaign
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.result.fit import Fit
+from mechid.reports.curves import Curves, record_curves
+from mechid.reports.details import resonance_data
+from mechid.reports.paper import channel_sheets, matrix_sheets
+from mechid.reports.pens import Pens
+from mechid.reports.sheet import FOLDER_NAME
+from mechid.simulation.resonances import resonances
+from mechid.writing import writable
+
+
+class Illustration:
+    """What the figures of a report show, and the figures that are being drawn.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    fit : Fit
+        As it is validated.
+    folder : Path
+        Of the report; the figures get one in it.
+    pens : Pens
+    """
+
+    def __init__(self, campaign: Campaign, fit: Fit, folder: Path, pens: Pens) -> None:
+        self.folder = folder / FOLDER_NAME
+        self._campaign, self._fit, self._pens = campaign, fit, pens
+        self._curves: list[Curves] = []
+        self._pictures: dict[str, Future[str]] = {}
+        self._failed: Exception | None = None
+
+    @cached_property
+    def _resonances(self) -> list[dict[str, Any]]:
+        return resonance_data(resonances(self._fit.mechanism))
+
+    def begin(self, record: RecordValidation, predictions: Mapping[str, Prediction] | None = None) -> None:
+        """Work out the curves of a record, and have its figures drawn.
+
+        Nothing is raised here: whoever validates has results to write first. `finished` raises it.
+        """
+        if self._failed:
+            return
+        try:
+            with writable(self.folder), one_core_algebra():
+                curves = record_curves(self._campaign, self._fit, record, predictions)
+            for one in curves:
+                self._pictures |= self._pens.draw(channel_sheets(one, self._resonances), self.folder)
+            self._curves += curves
+        except Exception as error:
+            self._failed = error
+
+    def finished(self, contents: Mapping[str, Any]) -> tuple[list[Curves], dict[str, str]]:
+        """Return the curves in the order begun, and the SVG texts by name once all is drawn; matrices are drawn last.
+
+        Raises
+        ------
+        UsageError
+            The folder cannot be written to.
+        """
+        if self._failed:
+            raise self._failed
+        with writable(self.folder):
+            self._pictures |= self._pens.draw(matrix_sheets(contents), self.folder)
+            return self._curves, {name: picture.result() for name, picture in self._pictures.items()}

@@ -1,0 +1,105 @@
+"""Figures that are drawn beside what goes on, and the processes that draw them."""
+
+import os
+import signal
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from mechid.analysis import validate
+from mechid.reports import pens as pens_module
+from mechid.reports.illustration import Illustration
+from mechid.reports.pens import Pens
+from mechid.reports.sheet import Sheet
+
+HZ = np.arange(1.0, 200.0)
+
+
+def sheet(name="line", drawing="spectrum", **more):
+    """Return a sheet of a spectrum with one line at 46 Hz, N m."""
+    amplitudes = 1e-4 + np.where(HZ == 46.0, 0.5, 0.0)
+    data = {
+        "quantity": "torque",
+        "hz": HZ,
+        "amplitudes": (amplitudes,) * 3,
+        "marks": [(46.0, "order 1")],
+        "shown_hz": 200.0,
+    }
+    return Sheet(name, 2.4, drawing, data | more)
+
+
+def test_a_process_draws_what_this_one_would(tmp_path, monkeypatch):
+    """Truth: the same sheet drawn within this process, to the byte."""
+    with Pens() as pens:
+        elsewhere = pens.draw([sheet()], tmp_path)["line"].result()
+    picture = (tmp_path / "line.png").read_bytes()
+    monkeypatch.setattr(pens_module, "_started", unable)
+    with Pens() as none:
+        here = none.draw([sheet()], tmp_path)["line"].result()
+    assert here == elsewhere
+    assert (tmp_path / "line.svg").read_text() == elsewhere
+    assert (tmp_path / "line.png").read_bytes() == picture
+    assert "order 1" in elsewhere
+
+
+def unable():
+    """Refuse to start a process."""
+    raise OSError
+
+
+def test_what_cannot_be_drawn_is_raised_where_it_is_asked_for(tmp_path):
+    """And the process goes on with the next sheet."""
+    with Pens() as pens:
+        wrong = pens.draw([sheet("wrong", "no such drawing")], tmp_path)["wrong"]
+        with pytest.raises(KeyError, match="no such drawing"):
+            wrong.result()
+        assert pens.draw([sheet()], tmp_path)["line"].result()
+
+
+def test_a_process_that_ends_is_said(tmp_path):
+    with Pens() as pens:
+        for process in pens._processes:
+            os.kill(process.pid, signal.SIGKILL)
+        with pytest.raises(RuntimeError, match="ended with code -9"):
+            pens.draw([sheet()], tmp_path)["line"].result()
+
+
+def test_figures_are_begun_before_validation_ends(reported, tmp_path):
+    """The first record's are asked for before the second is validated; all that a report has come out of it."""
+    asked = []
+
+    class Asking(Pens):
+        def draw(self, sheets, folder):
+            found = super().draw(sheets, folder)
+            asked.append(sorted(found))
+            return found
+
+    with Asking() as pens:
+        illustration = Illustration(reported.campaign, reported.fit, tmp_path, pens)
+        seen = []
+
+        def begin(record, predictions):
+            seen.append((record.name, len(asked)))
+            illustration.begin(record, predictions)
+
+        validate(reported.campaign, reported.fit, begin)
+        nothing = {"correlation": {"names": []}, "information": None}
+        curves, pictures = illustration.finished(nothing)
+    assert seen == [("full_46", 0), ("sweep", 1)]
+    assert [one.name for one in curves] == ["full_46", "sweep"]
+    figures = {path.stem: path.read_text() for path in (reported.folder / "figures").glob("*.svg")}
+    matrices = {"correlation", "information"}
+    assert pictures == {name: text for name, text in figures.items() if name not in matrices}
+
+
+def test_what_fails_waits_until_the_figures_are_asked_for(reported, tmp_path):
+    """Truth: the rule that an estimate is written before anything of its report can stop it."""
+    stranger = SimpleNamespace(name="nobody's", channels={"torque": None})
+    with Pens() as pens:
+        illustration = Illustration(reported.campaign, reported.fit, tmp_path, pens)
+        illustration.begin(stranger)
+        illustration.begin(reported.validation["full_46"])
+        with pytest.raises(Exception, match="nobody's"):
+            illustration.finished({})
+    assert not list((tmp_path / "figures").iterdir())
