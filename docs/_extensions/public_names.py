@@ -11,7 +11,23 @@ import mechid
 LOG = logging.getLogger(__name__)
 FUNCTION = "```{{eval-rst}}\n.. autofunction:: mechid.{name}\n```\n"
 VALUE = "```{{eval-rst}}\n.. autoclass:: mechid.{name}\n   :members:\n```\n"
-PLACES = {"<!-- functions -->": (inspect.isroutine, FUNCTION), "<!-- values -->": (inspect.isclass, VALUE)}
+
+
+def is_error(value: object) -> bool:
+    """Tell of an error."""
+    return inspect.isclass(value) and issubclass(value, Exception)
+
+
+def is_value(value: object) -> bool:
+    """Tell of a class that is no error."""
+    return inspect.isclass(value) and not is_error(value)
+
+
+PLACES = {
+    "<!-- functions -->": (inspect.isroutine, FUNCTION),
+    "<!-- values -->": (is_value, VALUE),
+    "<!-- errors -->": (is_error, VALUE),
+}
 """Where a page has them, which names those are, and what is written of each."""
 
 
