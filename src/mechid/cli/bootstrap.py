@@ -30,6 +30,7 @@ def bootstrap(
     """Refit simulated records, and see how estimates scatter."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
+    from mechid.holding import held
     from mechid.identification.computation.journal import Journal
     from mechid.identification.computation.parallel import one_core_algebra
     from mechid.identification.computation.progress import Progress
@@ -40,17 +41,18 @@ def bootstrap(
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began, ended = time.perf_counter(), 0
-    with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-        optimum = reopened(found.campaign, found.estimate, workers=count)
+    with held(out):
+        with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
+            optimum = reopened(found.campaign, found.estimate, workers=count)
 
-        def told(draw: Draw) -> None:
-            nonlocal ended
-            ended += 1
-            where = f"{ended} of {draws} draws, number {draw.number} {draw.outcome.code.replace('_', ' ')}"
-            line.tell(Progress(1, 1, "bootstrap", where, draw.cost, time.perf_counter() - began))
+            def told(draw: Draw) -> None:
+                nonlocal ended
+                ended += 1
+                where = f"{ended} of {draws} draws, number {draw.number} {draw.outcome.code.replace('_', ' ')}"
+                line.tell(Progress(1, 1, "bootstrap", where, draw.cost, time.perf_counter() - began))
 
-        journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
-        done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=journal, told=told)
-    data = bootstrap_data(done, seed)
-    files = write_bootstrap(data, out)
-    print_bootstrap(data, console_on(), files)
+            journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
+            done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=journal, told=told)
+        data = bootstrap_data(done, seed)
+        files = write_bootstrap(data, out)
+        print_bootstrap(data, console_on(), files)

@@ -21,15 +21,14 @@ def budget(
     from mechid.budgets.budget_file import read_budget_file
     from mechid.budgets.hand_off import write_budget
     from mechid.budgets.numbers import budget_data
+    from mechid.holding import held
     from mechid.reports.budget.terminal import print_budget
     from mechid.reports.budget.writing import write_budget_report
     from mechid.reports.terminal import console_on
-    from mechid.writing import refuse_unwritable
 
     asked = read_budget_file(file)
-    refuse_unwritable(out)
-    with on_scheduler(scheduler):
+    with held(out), on_scheduler(scheduler):
         made = make_budget(asked, workers, lambda line: typer.echo(line, err=True))
-    data = budget_data(made)
-    files = write_budget(made, out, data)
-    print_budget(data, console_on(), [*files, *write_budget_report(data, out)])
+        data = budget_data(made)
+        files = write_budget(made, out, data)
+        print_budget(data, console_on(), [*files, *write_budget_report(data, out)])

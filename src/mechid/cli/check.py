@@ -34,6 +34,8 @@ def check(
     prepare_kernels(loaded)
     print_campaign(campaign_data(loaded, (*declaration_warnings(loaded), *start_warnings(loaded))), console_on())
     if out is not None:
+        from mechid.holding import held
         from mechid.reports.record_figures import write_record_figures
 
-        print_lines(console_on(), "written", map(str, write_record_figures(loaded, out)))
+        with held(out):
+            print_lines(console_on(), "written", map(str, write_record_figures(loaded, out)))

@@ -38,10 +38,10 @@ def design(
     from mechid.designs.diagnosis_file import read_diagnosed
     from mechid.designs.rivals import Group, rival_groups
     from mechid.errors import UsageError
+    from mechid.holding import held
     from mechid.identification.refit.reopened import reopened
     from mechid.reports.design import print_design, refuse_own_folder, write_design
     from mechid.reports.terminal import console_on
-    from mechid.writing import refuse_unwritable
 
     def tell(line: str) -> None:
         typer.echo(line, err=True)
@@ -49,7 +49,6 @@ def design(
     count = workers or os.cpu_count() or 1
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)
-    refuse_unwritable(out)
     asked = (read_design_file(options) if options else beside(loaded.path)).asking(criterion, total_s)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
@@ -59,13 +58,14 @@ def design(
             f"{diagnosed.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one"
         )
 
-    with on_scheduler(scheduler):
-        optimum, rivals = None, tuple[Group, ...]()
-        if fit:
-            found = finished_fit(fit, loaded.path)
-            optimum = reopened(found.campaign, found.estimate, workers=count)
-            if diagnosed:
-                rivals = rival_groups(found.campaign, found.estimate, diagnosed, workers=count, told=tell)
-        made = make_design(loaded, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
-    data, files = write_design(made, out)
-    print_design(data, console_on(), files)
+    with held(out):
+        with on_scheduler(scheduler):
+            optimum, rivals = None, tuple[Group, ...]()
+            if fit:
+                found = finished_fit(fit, loaded.path)
+                optimum = reopened(found.campaign, found.estimate, workers=count)
+                if diagnosed:
+                    rivals = rival_groups(found.campaign, found.estimate, diagnosed, workers=count, told=tell)
+            made = make_design(loaded, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
+        data, files = write_design(made, out)
+        print_design(data, console_on(), files)

@@ -25,16 +25,16 @@ def diagnose(
     """Say which effects the mechanism file lacks, and propose a file that has them."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
+    from mechid.holding import held
     from mechid.identification.diagnosis.diagnosis import diagnose as diagnosed
     from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
     from mechid.reports.terminal import console_on
-    from mechid.writing import refuse_unwritable
 
     finished = finished_fit(fit, campaign)
     asked = replace(finished.campaign, considered=tuple(consider)) if consider else finished.campaign
-    refuse_unwritable(out)
-    with on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-        found = diagnosed(asked, finished.estimate, workers=workers, listener=line.tell)
-    data = diagnosis_data(found)
-    files = write_diagnosis(found, data, out)
-    print_diagnosis(data, console_on(), files)
+    with held(out):
+        with on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
+            found = diagnosed(asked, finished.estimate, workers=workers, listener=line.tell)
+        data = diagnosis_data(found)
+        files = write_diagnosis(found, data, out)
+        print_diagnosis(data, console_on(), files)

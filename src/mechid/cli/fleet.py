@@ -29,15 +29,17 @@ def fleet(
     from mechid.fleets.fleet_file import read_members
     from mechid.fleets.hand_off import write_fleet
     from mechid.fleets.numbers import fleet_data
+    from mechid.holding import held
     from mechid.reports.fleet.terminal import print_fleet
     from mechid.reports.fleet.writing import write_fleet_report
     from mechid.reports.terminal import console_on
 
     asked = read_members(sources)
-    with on_scheduler(scheduler):
-        made = make_fleet(asked, out, seed=seed, workers=workers, complete=complete, told=_say)
-    data = fleet_data(made, out)
-    print_fleet(data, console_on(), [*write_fleet(data, out), *write_fleet_report(data, out)])
+    with held(out):
+        with on_scheduler(scheduler):
+            made = make_fleet(asked, out, seed=seed, workers=workers, complete=complete, told=_say)
+        data = fleet_data(made, out)
+        print_fleet(data, console_on(), [*write_fleet(data, out), *write_fleet_report(data, out)])
     if made.failed:
         of = f"{len(made.failed)} of {len(asked.members)} campaigns have no estimate to use"
         raise FitError(f"fleet: {of}: {', '.join(made.failed)}; {out} holds what was reached, and why")

@@ -29,17 +29,17 @@ def look(
 
     from mechid.analysis.survey import survey
     from mechid.errors import RecordError
+    from mechid.holding import held
     from mechid.records.bare import Hints
     from mechid.reports.look.contents import look_data
     from mechid.reports.look.terminal import print_look
     from mechid.reports.look.writing import write_look
     from mechid.reports.terminal import console_on
-    from mechid.writing import refuse_unwritable
 
-    refuse_unwritable(out)
     hints = Hints(sample_rate_hz=sample_rate_hz, columns=tuple(column or ()), quantity=quantity, unit=unit)
-    found = survey(records, hints)
-    data = look_data(found.looks, [asdict(one) for one in found.left_out])
-    print_look(data, console_on(), write_look(data, found.looks, out))
+    with held(out):
+        found = survey(records, hints)
+        data = look_data(found.looks, [asdict(one) for one in found.left_out])
+        print_look(data, console_on(), write_look(data, found.looks, out))
     if found.left_out:
         raise RecordError(f"{len(found.left_out)} of {len(records)} could not be read: {found.left_out[0].message}")

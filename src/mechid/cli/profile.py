@@ -29,6 +29,7 @@ def profile(
     """Profile the likelihood over a parameter, all others refitted."""
     from mechid.cli.finished_fit import finished_fit
     from mechid.cli.progress_line import ProgressLine
+    from mechid.holding import held
     from mechid.identification.computation.journal import Journal
     from mechid.identification.computation.parallel import one_core_algebra
     from mechid.identification.computation.progress import Progress
@@ -39,17 +40,18 @@ def profile(
 
     found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
     began = time.perf_counter()
-    with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-        optimum = reopened(found.campaign, found.estimate, workers=count)
+    with held(out):
+        with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
+            optimum = reopened(found.campaign, found.estimate, workers=count)
 
-        def told(name: str, point: Point) -> None:
-            where = f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}"
-            line.tell(Progress(1, 1, "profile", where, None, time.perf_counter() - began))
+            def told(name: str, point: Point) -> None:
+                where = f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}"
+                line.tell(Progress(1, 1, "profile", where, None, time.perf_counter() - began))
 
-        for name in parameter:
-            optimum.one(name)
-        journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
-        done = profiles(optimum, list(dict.fromkeys(parameter)), workers=count, journal=journal, told=told)
-    data = profile_data(done)
-    files = write_profiles(data, out)
-    print_profiles(data, console_on(), files)
+            for name in parameter:
+                optimum.one(name)
+            journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
+            done = profiles(optimum, list(dict.fromkeys(parameter)), workers=count, journal=journal, told=told)
+        data = profile_data(done)
+        files = write_profiles(data, out)
+        print_profiles(data, console_on(), files)

@@ -170,7 +170,10 @@ def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
         travel = n * duration * (start_rate + end_rate) / 2
         total = float(np.sum(np.abs(travel)))
     if not total <= MOST_EDGES:
-        raise UsageError(f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s)")
+        raise UsageError(
+            f"{total:.3g} steps in {duration_s} s, more than {MOST_EDGES}; check the rate (full steps/s), "
+            "and whether the record's time is in ms"
+        )
     end = running_sum(travel)
     start = np.concatenate([[0.0], end[:-1]])
     return Pieces(start_s, duration, n * start_rate, n * end_rate, start[: end.size], end)

@@ -20,9 +20,9 @@ from mechid.fleets.significance import Tested, tested
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, trend, without
 from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
+from mechid.holding import held
 from mechid.identification.computation.parallel import Done, is_lent, mapped
 from mechid.identification.computation.workforce import working_on
-from mechid.writing import refuse_unwritable
 
 UNITS_NAME = "units"
 """Folder of the campaigns' own results."""
@@ -161,15 +161,15 @@ def make_fleet(
     told: Told = silent,
 ) -> Fleet:
     """Identify the campaigns of a fleet, and say what they say together; see `fleet`."""
-    refuse_unwritable(out)
-    tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete) for m in asked.members]
+    with held(out) as hold:
+        tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete, hold=hold) for m in asked.members]
 
-    def ended(done: Sequence[Done[UnitRun]]) -> None:
-        for number, run, _ in done:
-            told(f"{tasks[number].label}: {run.words}")
+        def ended(done: Sequence[Done[UnitRun]]) -> None:
+            for number, run, _ in done:
+                told(f"{tasks[number].label}: {run.words}")
 
-    identified = run_unit if is_lent() else partial(run_unit, told=told)
-    return fleet_of(asked, mapped(identified, tasks, 1, ended))
+        identified = run_unit if is_lent() else partial(run_unit, told=told)
+        return fleet_of(asked, mapped(identified, tasks, 1, ended))
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:
