@@ -17,12 +17,12 @@ def report(
     """Make the report of an identification anew."""
     from mechid.analysis import validate
     from mechid.campaign import load_campaign
-    from mechid.cli.finished_fit import completed_file
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.holding import held
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.fit_file import read_fit
     from mechid.identification.result.journal_file import identified_campaign
+    from mechid.interface.finished_fit import completed_file
     from mechid.reports import read_truth, report_data
     from mechid.reports.illustration import Illustration
     from mechid.reports.pens import Pens

@@ -31,6 +31,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import Shown
 
 FAR = 1.2
 """What is left over the noise with all effects found, from which the fit may stand on a wrong branch."""
@@ -47,8 +48,8 @@ class Tried:
     why: str
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Diagnosis(Shown):
     """What a mechanism file lacks.
 
     Attributes

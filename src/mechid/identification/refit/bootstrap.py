@@ -33,6 +33,7 @@ from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
+from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 
 FloatArray = NDArray[np.float64]
@@ -92,13 +93,14 @@ class Spread:
     interval: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Bootstrap:
+@dataclass(frozen=True, repr=False)
+class Bootstrap(Shown):
     """All draws, in order, and what they say of each parameter. Only failed ones are in no quantile."""
 
     draws: tuple[Draw, ...]
     spreads: tuple[Spread, ...]
     noise: Mapping[str, Mapping[str, Autoregression]]
+    seed: int = 0
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:
@@ -138,7 +140,7 @@ def bootstrap(
         found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
     done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
-    return Bootstrap(done, _spreads(optimum, done), noise)
+    return Bootstrap(done, _spreads(optimum, done), noise, seed)
 
 
 def _draw(number: int, found: Mapping[str, Any]) -> Draw:
