@@ -22,6 +22,10 @@ class UsageError(MechidError):
     exit_code = 2
 
 
+class UnwritableError(UsageError):
+    """A file or a folder cannot be written to: no room, no permission, a name that is too long."""
+
+
 class WorkersError(MechidError):
     """Workers that were lent for a computation, or their scheduler, cannot be reached, are lost or are not alike."""
 

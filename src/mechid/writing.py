@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import os
+import shutil
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import platformdirs
 
-from mechid.errors import UsageError
+from mechid.errors import UnwritableError
 
 CACHE = "MECHID_CACHE"
 """Variable of the environment that names another folder for kernels and for the samples of long records."""
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+NO_ROOM_WORDS = os.strerror(errno.ENOSPC)
 
 
 def cache_folder() -> Path:
@@ -28,8 +32,22 @@ def whole(path: Path) -> Iterator[Path]:
     try:
         yield beside
         beside.replace(path)
+    except OSError as error:
+        raise placed(error, path) from None
     finally:
         beside.unlink(missing_ok=True)
+
+
+@contextmanager
+def aside(folder: Path, name: str) -> Iterator[Path]:
+    """Yield an empty folder within another, for files that are put in their place when all are whole; then it goes."""
+    beside = folder / f".{name}.{os.getpid()}.part"
+    shutil.rmtree(beside, ignore_errors=True)
+    beside.mkdir()
+    try:
+        yield beside
+    finally:
+        shutil.rmtree(beside, ignore_errors=True)
 
 
 def write_whole(path: Path, content: str | Iterable[str]) -> None:
@@ -45,35 +63,61 @@ def _write(path: Path, content: str | Iterable[str]) -> None:
 
 @contextmanager
 def writable(folder: Path | str) -> Iterator[None]:
-    """Make a folder with its parents, and refuse it where that, or writing within the block, is not possible.
+    """Make a folder with its parents, and refuse it where that, or writing to it within the block, is not possible.
 
     Raises
     ------
-    UsageError
+    UnwritableError
         The folder cannot be written to.
     """
     try:
         Path(folder).mkdir(parents=True, exist_ok=True)
         yield
     except OSError as error:
-        raise _refusal(Path(folder), error) from error
+        if not is_refusal_of(folder, error):
+            raise
+        raise refusal(Path(folder), error) from error
 
 
 def refuse_unwritable(folder: Path | str) -> None:
-    """Raise UsageError where a folder cannot be made or written to; nothing is made. For what takes long before it."""
+    """Raise UnwritableError where a folder cannot be made or written to; nothing is made. For long work."""
     folder = Path(folder)
-    place = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+    try:
+        place = next(p for p in (folder, *folder.absolute().parents) if p.exists())
+    except OSError as error:  # as of a name that is too long
+        raise refusal(folder, error) from error
     if not place.is_dir():
-        raise _refusal(folder, NotADirectoryError())
+        raise refusal(folder, NotADirectoryError())
     if not os.access(place, os.W_OK):
-        raise _refusal(folder, PermissionError(0, "no permission"))
+        raise refusal(folder, PermissionError(0, "no permission"))
 
 
-def _refusal(folder: Path, error: OSError) -> UsageError:
+def placed(error: OSError, path: Path) -> OSError:
+    """Return an error that names the file it is about, which that of a full disk does not."""
+    if error.filename is None:
+        error.filename = str(path)
+    return error
+
+
+def is_refusal_of(folder: Path | str, error: OSError) -> bool:
+    """Whether an error says that a folder cannot be written to.
+
+    It is about something in it, or about room, where no file is named.
+    """
+    if error.filename is None:
+        return error.errno in NO_ROOM or NO_ROOM_WORDS in str(error)  # the latter as h5py has it
+    place, whole_folder = Path(os.fsdecode(error.filename)).absolute(), Path(folder).absolute()
+    return whole_folder == place or whole_folder in place.parents or place in whole_folder.parents
+
+
+def refusal(folder: Path, error: OSError) -> UnwritableError:
     """Return the error that a folder cannot be written to, with the reason."""
-    files = [place for place in (folder, *folder.parents) if place.is_file()]
+    files: list[Path] = []
+    with suppress(OSError):  # as of a name that is too long
+        files = [place for place in (folder, *folder.parents) if place.is_file()]
     why = f"{files[0]} is a file" if files else error.strerror or error
-    return UsageError(f"{folder}: cannot be written to ({why}); give another folder")
+    remedy = "make room, or give another folder" if error.errno in NO_ROOM else "give another folder"
+    return UnwritableError(f"{folder}: cannot be written to ({why}); {remedy}")
 
 
 def write_together(folder: Path | str, texts: Mapping[str, str | Iterable[str]]) -> list[Path]:
@@ -86,7 +130,7 @@ def write_together(folder: Path | str, texts: Mapping[str, str | Iterable[str]])
 
     Raises
     ------
-    UsageError
+    UnwritableError
         The folder cannot be written to.
     """
     files = {Path(folder) / name: text for name, text in texts.items()}

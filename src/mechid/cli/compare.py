@@ -13,10 +13,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for comparison.json.")] = None,
 ) -> None:
     """Compare finished fits of the same records."""
-    from mechid.analysis import compare as compare_fits
-    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
-    from mechid.reports.terminal import console_on
+    from mechid.cli.printed import print_result
+    from mechid.interface.compare import compare as compared
 
-    data = comparison_data(compare_fits(*fits))
-    files = [write_comparison(data, out)] if out else []
-    print_comparison(data, console_on(), files)
+    print_result(compared(*fits), out)

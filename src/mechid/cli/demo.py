@@ -18,12 +18,14 @@ def demo(
     from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.holding import held
     from mechid.reports.writing import PAGE_NAME
 
     refuse_measured_campaign(out)
-    prepare_kernel(catalogue_mechanism().plant)
-    typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
-    campaign = load_campaign(write_bench(out, seed))
-    write_example(out)
-    identify_into(campaign, out, seed=seed, truth=TRUTH)
+    with held(out):
+        prepare_kernel(catalogue_mechanism().plant)
+        typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
+        campaign = load_campaign(write_bench(out, seed))
+        write_example(out)
+        identify_into(campaign, out, seed=seed, truth=TRUTH)
     typer.echo(f"next: open {out / PAGE_NAME}, and mechid budget {out / BUDGET_NAME} --out {out / 'budget'}")

@@ -25,8 +25,10 @@ def identify(
     from mechid.campaign import load_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernels
+    from mechid.holding import held
 
     loaded = load_campaign(campaign)
-    prepare_kernels(loaded)
-    with on_scheduler(scheduler):
-        identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)
+    with held(out):
+        prepare_kernels(loaded)
+        with on_scheduler(scheduler):
+            identify_into(loaded, out, seed=seed, workers=workers, resume=resume, complete=complete)

@@ -23,17 +23,17 @@ def simulate(
     from mechid.campaign.prediction import simulate_all, time_base_warnings
     from mechid.campaign.trajectory_file import refuse_measured, write_trajectories
     from mechid.cli.kernel_notice import prepare_kernel
+    from mechid.holding import held
     from mechid.reports.simulated import print_simulated, simulated_data
     from mechid.reports.terminal import console_on, print_lines
-    from mechid.writing import refuse_unwritable
 
     loaded = load_campaign(campaign, need_files=False)
-    refuse_unwritable(out)
-    measured = [record.file for record in loaded.records if record.file is not None]
-    refuse_measured(measured, [record.name for record in loaded.records], out)
-    warnings = (*loaded.warnings, *time_base_warnings(loaded, sample_rate_hz, duration_s))
-    print_lines(console_on(err=True), "warning", warnings)
-    prepare_kernel(loaded.mechanism.plant)
-    trajectories = simulate_all(loaded, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
-    files = write_trajectories(trajectories, out)
-    print_simulated(simulated_data(trajectories, files), console_on())
+    with held(out):
+        measured = [record.file for record in loaded.records if record.file is not None]
+        refuse_measured(measured, [record.name for record in loaded.records], out)
+        warnings = (*loaded.warnings, *time_base_warnings(loaded, sample_rate_hz, duration_s))
+        print_lines(console_on(err=True), "warning", warnings)
+        prepare_kernel(loaded.mechanism.plant)
+        trajectories = simulate_all(loaded, sample_rate_hz=sample_rate_hz, duration_s=duration_s)
+        files = write_trajectories(trajectories, out)
+        print_simulated(simulated_data(trajectories, files), console_on())

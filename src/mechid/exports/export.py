@@ -6,16 +6,17 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from types import ModuleType
 from typing import Any
 
 from mechid.campaign import Campaign
 from mechid.errors import UsageError, did_you_mean
 from mechid.exports.handover import Handover, handover
+from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
-from mechid.writing import writable, write_whole
+from mechid.shown import Shown
+from mechid.writing import aside, writable, write_whole
 
 FORMAT = "mechid-export/1"
 FILE_NAME = "mechid_export.json"
@@ -64,8 +65,8 @@ class Written:
     words: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Exported:
+@dataclass(frozen=True, repr=False)
+class Exported(Shown):
     """What was written, where and for which target."""
 
     target: str
@@ -116,6 +117,12 @@ def export(
         There is no such target, it cannot express the mechanism, or the folder cannot be written to.
     FitError
         The fit has failed.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
+    >>> mechid.export(fit, to="tables", out="tables", campaign=fit.campaign).written.files  # doctest: +SKIP
     """
     left = Path(folder) if folder is not None else None
     what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway, folder=left)
@@ -133,11 +140,11 @@ def exported(what: Handover, target: str, folder: Path, options: object = None) 
     module = import_module(TARGETS[target])
     asked = _options(module, target, options)
     write: Callable[..., Written] = module.written
-    with writable(folder), TemporaryDirectory(prefix=".mechid_export_", dir=folder) as aside:
-        done = Exported(target, folder, write(what, Path(aside), *asked), what.provenance)
-        write_whole(Path(aside) / FILE_NAME, json_text(done.to_dict()))
+    with held(folder), writable(folder), aside(folder, "export") as beside:
+        done = Exported(target, folder, write(what, beside, *asked), what.provenance)
+        write_whole(beside / FILE_NAME, json_text(done.to_dict()))
         for name in (*done.written.files, FILE_NAME):
-            (Path(aside) / name).replace(folder / name)
+            (beside / name).replace(folder / name)
     return done
 
 

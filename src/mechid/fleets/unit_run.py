@@ -14,6 +14,7 @@ from mechid.campaign.campaign_file import FILE_NAME as CAMPAIGN_NAME
 from mechid.errors import MechidError
 from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
+from mechid.holding import held
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports.identified import Audience, identified_into
@@ -60,6 +61,8 @@ class UnitTask:
         Threads; None takes one per core.
     complete : bool
         Add what the records say the mechanism file lacks.
+    hold : str
+        Token of the fleet's own hold of its folder.
     """
 
     label: str
@@ -68,6 +71,7 @@ class UnitTask:
     seed: int
     workers: int | None
     complete: bool
+    hold: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,7 +100,7 @@ class UnitRun:
         return f"{HOW_WORDS[self.how]}{f' ({self.said})' if self.said else ''}, {self.seconds:.1f} s"
 
 
-def task_of(member: Member, out: Path, seed: int, workers: int | None, *, complete: bool) -> UnitTask:
+def task_of(member: Member, out: Path, seed: int, workers: int | None, *, complete: bool, hold: str) -> UnitTask:
     """Return the task of a member of a fleet, its results in a folder within `out`."""
     return UnitTask(
         label=member.label,
@@ -105,6 +109,7 @@ def task_of(member: Member, out: Path, seed: int, workers: int | None, *, comple
         seed=seed,
         workers=workers,
         complete=complete,
+        hold=hold,
     )
 
 
@@ -138,8 +143,9 @@ def _done(task: UnitTask, told: Told) -> tuple[How, str, str]:
         if since == ():
             return how, str(place), ""
         changed = since if place == folder else changed
-    resumed = can_resume(campaign, folder, task.seed)
-    _identify(campaign, task, told, resume=resumed)
+    with held(folder, within=task.hold):
+        resumed = can_resume(campaign, folder, task.seed)
+        _identify(campaign, task, told, resume=resumed)
     if changed is not None:
         return How.CHANGED, task.folder, f"changed: {', '.join(changed)}"
     return How.RESUMED if resumed else How.IDENTIFIED, task.folder, ""

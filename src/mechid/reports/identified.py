@@ -13,6 +13,7 @@ from typing import Any
 from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign, load_campaign
 from mechid.campaign.mechanism_text import write_mechanism
+from mechid.errors import UnwritableError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.progress import Listener, Progress
 from mechid.identification.diagnosis.suggestion import with_suggestions
@@ -164,7 +165,7 @@ def _report(
     told: Callable[[str], None],
     illustration: Illustration,
 ) -> list[Path]:
-    """Write the report; where that fails say so, since the estimate is on disk already."""
+    """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
     told("making the report ...")
     try:
         from mechid.reports.writing import write_report
@@ -173,6 +174,8 @@ def _report(
         return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
         told(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
+        raise
+    except UnwritableError:
         raise
     except Exception as error:
         what = " ".join(f"{type(error).__name__}: {error}".split())

@@ -22,7 +22,7 @@ import numpy as np
 from mechid.errors import UsageError
 from mechid.identification.computation.installation import source_digest
 from mechid.identification.computation.parallel import Done, mapped
-from mechid.writing import writable
+from mechid.writing import placed, writable
 
 STARTED, RESUMED, STEP = "started", "resumed", "step"
 VERSION = "version of mechid"
@@ -76,10 +76,13 @@ class Journal:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
         text = "".join(json.dumps({"time": now, **line}) + "\n" for line in lines)
-        with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
+        try:
+            with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
+                file.write(text)
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            raise placed(error, self.path) from None
 
     def step(
         self, kind: str, inputs: Sequence[Any], work: Callable[[], Any], rng: np.random.Generator | None = None

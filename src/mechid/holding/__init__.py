@@ -1,0 +1,6 @@
+"""Result folders held by one run at a time: a lock file says by whom, and what a killed run left is swept away."""
+
+from mechid.holding.folder import held
+from mechid.holding.leftovers import LOCK_NAME, sweep
+
+__all__ = ["LOCK_NAME", "held", "sweep"]
