@@ -125,6 +125,17 @@ class Model:
         """Whether its windows leave nothing of the records out."""
         return dict(self.setting.windows) == dict(self.setting.problem.whole())
 
+    @property
+    def share(self) -> float:
+        """Share of all samples of its records that its windows hold."""
+        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole()).samples
+
+    def where(self, other: Model) -> Model:
+        """Return it where another one is, in its windows and at its noise levels."""
+        there = replace(self, setting=other.setting)
+        q = lifted(other.problem, other.q, there.problem)
+        return replace(there, q=q, cost=there.problem.total_norm(q, other.setting.windows) ** 2)
+
     def within(self, horizons: Mapping[str, int]) -> Model:
         """Return it over so many first samples of each record, where it is."""
         windows = {name: (0, n) for name, n in horizons.items()}

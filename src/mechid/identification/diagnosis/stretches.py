@@ -25,12 +25,16 @@ PATIENT = 8
 ROUNDS = 12
 QUIETER = 4
 """Times that noise levels are lowered by one growth at most."""
+ENOUGH = 0.3
+"""Share of the records from which on effects are named: in less of them many imitate one another."""
 FURTHER = 1.001
 """Times as much of the records as before, from which a round has led further."""
 
 
 def in_stretches(before: Model, told: Told) -> Model | None:
-    """Return a model that follows all records, with the effects found on the way; None where none does.
+    """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
+
+    None where no model follows enough of the records for effects to be told apart.
 
     Parameters
     ----------
@@ -44,26 +48,33 @@ def in_stretches(before: Model, told: Told) -> Model | None:
         return None
     model, growth = _followed(begun, before, ESCAPES)
     for _ in range(ROUNDS):
-        told(f"{_reached(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
+        told(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
         attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, told))
         further = next((each for each in attempts if _leads_further(*each, model)), None)
         if further is None:
-            return None
+            break
         model, growth = further
-    return None
+    part = model.within(growth.horizons)
+    return part.fitted(part) if growth.reached(model.problem) > ENOUGH and model.effects else None
 
 
-def _reached(model: Model, growth: Growth) -> str:
+def _percent(model: Model, growth: Growth) -> str:
     return f"{100.0 * growth.reached(model.problem):.1f} %"
 
 
 def _leads_further(model: Model, growth: Growth, other: Model) -> bool:
     """Tell whether a model follows the records further than another does at the same noise levels."""
-    there, gates = other.at_levels(model.problem), floors(model.problem)
-    least = {t.name: followed(there.problem, t, there.q) for t in there.problem.targets}
-    return sum(growth.horizons.values()) > FURTHER * sum(max(least[name], n) for name, n in gates.items())
+    return growth.reached(model.problem) > FURTHER * reach(other.at_levels(model.problem))
+
+
+def reach(model: Model) -> float:
+    """Return the share of all samples that a model follows where it is."""
+    problem = model.problem
+    least = floors(problem)
+    reached = sum(max(followed(problem, t, model.q), least[t.name]) for t in problem.targets)
+    return reached / sum(t.samples for t in problem.targets)
 
 
 def _from_best_start(before: Model) -> Model | None:
