@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from mechid.campaign.identify_options import IdentifyOptions
     from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
     from mechid.campaign.mechanism_text import write_mechanism
-    from mechid.campaign.prediction import simulate
+    from mechid.campaign.prediction import simulate, simulate_all
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
     from mechid.designs.design import Design
@@ -66,7 +66,7 @@ _NAMES = {
     "campaign.identify_options": ("IdentifyOptions",),
     "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
     "campaign.mechanism_text": ("write_mechanism",),
-    "campaign.prediction": ("simulate",),
+    "campaign.prediction": ("simulate", "simulate_all"),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
     "designs.design": ("Design",),
@@ -169,6 +169,7 @@ __all__ = [
     "profile",
     "report",
     "simulate",
+    "simulate_all",
     "validate",
     "write_mechanism",
 ]
