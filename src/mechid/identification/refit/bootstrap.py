@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
@@ -206,7 +205,7 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
 
 
 def _near(world: _World, at: FloatArray, problem: Problem, end: Arrived) -> dict[str, object]:
-    far = _distance(world, end.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum()))
+    far = _distance(world, end.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE)
     outcome = DrawOutcome.ELSEWHERE if far else DrawOutcome.CONVERGED
     return {"outcome": outcome.code, "cost": end.cost, "values": problem.coordinates.values(end.q)}
 
@@ -221,7 +220,7 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
         outcome = DrawOutcome.NOT_CONVERGED
     elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
         outcome = DrawOutcome.CLIFF
-    elif _distance(world, solution.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
+    elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE):
         outcome = DrawOutcome.ELSEWHERE
     return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 
@@ -237,7 +236,7 @@ def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
 
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
     white = model.sigma * rng.standard_normal(samples + (WARM_UP if model.order else 0))
-    return np.asarray(lfilter([1.0], model.coefficients, white)[-samples:], dtype=np.float64)
+    return model.coloured(white, np.zeros(model.order))[0][-samples:]
 
 
 def _distance(world: _World, step: FloatArray) -> float:
