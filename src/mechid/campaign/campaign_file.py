@@ -26,6 +26,7 @@ from mechid.campaign.timing_entry import with_clocks
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
 from mechid.plant.mechanism import Mechanism
+from mechid.reading.whole import is_file, is_folder
 from mechid.records import Mounting, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
@@ -124,9 +125,9 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
 
 
 def _campaign_file(path: Path) -> Path:
-    if not path.is_dir():
+    if not is_folder(path):
         return path
-    if not (path / FILE_NAME).is_file():
+    if not is_file(path / FILE_NAME):
         raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
     return path / FILE_NAME
 
@@ -145,7 +146,7 @@ def _with_data(record: CampaignRecord, mechanism: Mechanism, mounting: Mounting 
 
 def _begins_anywhere(record: CampaignRecord) -> bool:
     """Tell of a record that begins where its file alone says."""
-    return record.command.start == ESTIMATED and record.file is not None and record.file.is_file()
+    return record.command.start == ESTIMATED and record.file is not None and is_file(record.file)
 
 
 def _warnings(records: Iterable[CampaignRecord], places: Iterable[Place]) -> tuple[str, ...]:

@@ -22,10 +22,11 @@ def check(
     from mechid.errors import UsageError
     from mechid.identification.identifiability.visibility import start_warnings
     from mechid.identification.stages.first_seen import declaration_warnings
+    from mechid.reading.whole import is_folder
     from mechid.reports import campaign_data, file_data, print_campaign, print_file
     from mechid.reports.terminal import console_on, print_lines
 
-    if campaign.suffix.lower() not in ("", ".toml") and not campaign.is_dir():
+    if campaign.suffix.lower() not in ("", ".toml") and not is_folder(campaign):
         if out is not None:
             raise UsageError(f"--out: {campaign} is a data file; pictures are of a campaign's records")
         print_file(file_data(campaign), console_on())

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import InputFileError, did_you_mean
-from mechid.structure.checks import response_findings
+from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
 from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.selection import ROTATIONS, Selection
@@ -77,6 +77,8 @@ def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]
 
 def responses_along(frequency_hz: NDArray[np.float64], lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
     """Return the receptances of the lines of sight, (n,) each, to what acts along a direction at the interface."""
+    for name, column in found.items():
+        refuse_no_numbers(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST)
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     return FrequencyResponse(frequency_hz, np.column_stack([unknown, *lines_of_sight]))
 
