@@ -26,6 +26,7 @@ from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.contradiction.first_sight import SCALES, FirstSight, first_sight
+from mechid.identification.contradiction.own_evidence import own_evidence
 from mechid.identification.output_error.declaration import Taken, taken_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -66,17 +67,23 @@ def sight_of(campaign: Campaign) -> FirstSight:
         return first_sight(Problem(SearchSpace(campaign.mechanism), tuple(map(target_of, campaign.estimated))))
 
 
+def own_lines_of(campaign: Campaign) -> list[str]:
+    """Return what the records of a campaign show by themselves."""
+    return own_evidence(tuple(map(target_of, campaign.estimated)), {})
+
+
 def as_declared(arguments: argparse.Namespace) -> None:
     """Print what is said where all is right; anything is a false alarm."""
     counted, alarms, seconds = Counter(), Counter(), []
     for kind, name, campaign in _right(arguments):
         began = time.process_time()
         sight = sight_of(campaign)
+        lines = own_lines_of(campaign)
         seconds.append(time.process_time() - began)
         counted[kind] += 1
-        if sight != FirstSight():
+        if sight != FirstSight() or lines:
             alarms[kind] += 1
-            print(f"{kind} {name}: {sight}", flush=True)
+            print(f"{kind} {name}: {sight}", *lines, flush=True)
     for kind, count in counted.items():
         print(f"{kind}: {alarms[kind]} alarms in {count} campaigns")
     print(f"CPU seconds: median {sorted(seconds)[len(seconds) // 2]:.2f}, worst {max(seconds):.2f}")

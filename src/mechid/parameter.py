@@ -35,6 +35,8 @@ class Role(StrEnum):
     """Of copper: it rises with the winding's temperature, by 0.39 % a kelvin."""
     TRANSDUCER_GAIN = "transducer gain"
     """What the transducer's conditioning makes of the torque."""
+    CUT_OFF = "cut-off"
+    """Of a low-pass in front of the recorder: the frequency above which it takes away."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,8 @@ SWEEP = 'record "sweep": '
 def test_more_than_one_step_between_two_samples(changed):
     """Truth: at 2500 full steps/s and 1 kHz, at most three edges 0.4 ms apart fit into 1 ms."""
     path = changed("campaign.toml", "rate = 46.0", "rate = 2500.0")
-    warning = f"{FULL}up to 3 steps fall between two samples; they are simulated exactly, check the rate"
+    warning = f"{FULL}up to 3 steps fall between two samples; they are simulated exactly, check the rate, "
+    warning += "and whether the time is in ms or the sample rate in kHz"
     assert load_campaign(path).warnings == (warning,)
 
 

@@ -74,13 +74,14 @@ def with_a_gap(row):
     return time
 
 
+BACK = "; is another column the time?"
 REFUSED = {
-    "back": (changed(50, 0.048), None, "row 50: the clock goes back, from 0.049 s to 0.048 s"),
-    "back with a rate": (changed(50, 0.048), 1000.0, "row 50: the clock goes back, from 0.049 s to 0.048 s"),
+    "back": (changed(50, 0.048), None, f"row 50: the clock goes back, from 0.049 s to 0.048 s{BACK}"),
+    "back with a rate": (changed(50, 0.048), 1000.0, f"row 50: the clock goes back, from 0.049 s to 0.048 s{BACK}"),
     "restarted": (
         np.concatenate((regular(), regular())),
         None,
-        "row 200: the clock goes back, from 0.199 s to 0 s",
+        f"row 200: the clock goes back, from 0.199 s to 0 s{BACK}",
     ),
     "repeated": (
         changed(50, 0.049),

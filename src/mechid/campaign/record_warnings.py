@@ -13,6 +13,7 @@ from mechid.signal.moments import standard_deviation
 
 FAR_OFF = 1e6
 """Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
+TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in kHz"
 SLACK_SAMPLES = 1.5
 """A record of a command's own length ends one sample interval before the command does."""
 
@@ -108,4 +109,4 @@ def _dense_edges(record: CampaignRecord, data: Record, place: Place) -> Iterator
     except UsageError as error:
         raise place.key("command").error(str(error)) from error
     if most > 1:
-        yield f"up to {most} steps fall between two samples; they are simulated exactly, check the rate"
+        yield f"up to {most} steps fall between two samples; they are simulated exactly, {TOO_DENSE}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -23,6 +23,7 @@ from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
 from mechid.holding import held
 from mechid.identification.computation.parallel import Done, is_lent, mapped
 from mechid.identification.computation.workforce import working_on
+from mechid.shown import Shown
 
 UNITS_NAME = "units"
 """Folder of the campaigns' own results."""
@@ -65,8 +66,8 @@ class FleetParameter:
         return self.observed.name
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fleet:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Fleet(Shown):
     """What many campaigns say together.
 
     Attributes
@@ -80,6 +81,8 @@ class Fleet:
         All that any campaign estimates or held, and known ones that are not the same number everywhere.
     trends, groups, changes, mean_changes : tuple of Tested
         Each is a family of tests of its own.
+    folder : Path
+        Where the results of its campaigns lie.
     """
 
     asked: Members
@@ -90,6 +93,7 @@ class Fleet:
     groups: tuple[Tested[GroupDifference], ...]
     changes: tuple[Tested[Change], ...]
     mean_changes: tuple[Tested[MeanChange], ...]
+    folder: Path = Path()
 
     @property
     def failed(self) -> tuple[str, ...]:
@@ -169,7 +173,7 @@ def make_fleet(
                 told(f"{tasks[number].label}: {run.words}")
 
         identified = run_unit if is_lent() else partial(run_unit, told=told)
-        return fleet_of(asked, mapped(identified, tasks, 1, ended))
+        return replace(fleet_of(asked, mapped(identified, tasks, 1, ended)), folder=out)
 
 
 def fleet_of(asked: Members, runs: Sequence[UnitRun]) -> Fleet:

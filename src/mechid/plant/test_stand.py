@@ -134,7 +134,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
         Declaration(key="order", symbol="n_a", unit="1", lower=1.0, upper=float(MOST_ORDER), structural=True,
                     default=4.0, source=BUTTERWORTH, meaning="order of the Butterworth filter"),
         Declaration(key="frequency", symbol=w.name, unit="rad/s", lower=0.0, source=BUTTERWORTH, hertz_below=FAST,
-                    meaning="cut-off of the anti-alias filter"),
+                    role=Role.CUT_OFF, meaning="cut-off of the anti-alias filter"),
     )  # fmt: skip
     return Block(
         name=name,

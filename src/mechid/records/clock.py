@@ -85,7 +85,8 @@ def _refuse_back(table: Table, time: Series, first: int) -> None:
     row = _first_row(time, lambda start, stop: np.diff(time[start : stop + 1]) < 0.0)
     if row is not None:
         raise table.error(
-            f"the clock goes back, from {sample_at(time, row):.9g} s to {sample_at(time, row + 1):.9g} s",
+            f"the clock goes back, from {sample_at(time, row):.9g} s to {sample_at(time, row + 1):.9g} s; "
+            "is another column the time?",
             first + row + 1,
         )
 

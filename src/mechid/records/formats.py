@@ -77,7 +77,7 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     """
     began = time.perf_counter()
     with readable(spec.path):
-        record = _record(path, spec, open_table(path, spec.path, spec.external_files))
+        record = record_from(path, spec, open_table(path, spec.path, spec.external_files), digest_of(path))
     return replace(record, reading_s=time.perf_counter() - began)
 
 
@@ -152,7 +152,14 @@ def _libraries(path: Path) -> tuple[str, ...]:
     return (LIBRARIES[reader],) if reader in LIBRARIES else ()
 
 
-def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
+def record_from(path: Path, spec: RecordSpec, table: Table, digest: str) -> Record:
+    """Return the record of an opened table; `path` and `digest` say where its samples are from.
+
+    Raises
+    ------
+    RecordError
+        The samples cannot be used.
+    """
     layout = choose_columns(table, spec)
     samples = sample(table, layout, spec)
     if samples.data[0].size < MINIMUM_SAMPLES:
@@ -163,7 +170,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     return Record(
         name=spec.name,
         path=path,
-        digest=digest_of(path),
+        digest=digest,
         time_start_s=samples.clock.start_s,
         sample_rate_hz=samples.clock.rate_hz,
         channels=channels,

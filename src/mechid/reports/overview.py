@@ -66,8 +66,9 @@ def campaign_data(campaign: Campaign, warnings: Sequence[str] = ()) -> dict[str,
 
 
 def print_campaign(data: Mapping[str, Any], console: Console) -> None:
-    """Print what `campaign_data` made."""
+    """Print what `campaign_data` made; what is odd comes first, where it is read."""
     say(console, f"{data['campaign']} with {data['mechanism']}", "bold")
+    print_lines(console, "warning", data["warnings"], "yellow")
     say(console, f"{data['estimated']} records to estimate from, {data['validated']} to validate with")
     console.print()
     for record in data["records"]:
@@ -87,7 +88,6 @@ def print_campaign(data: Mapping[str, Any], console: Console) -> None:
         say(console, f"stage {number}: {', '.join(stage['free'])}; {', '.join(stage['records'])}, {window}")
     if not data["stages"]:
         say(console, "no stages: mechid plans its own")
-    print_lines(console, "warning", data["warnings"], "yellow")
 
 
 LONG = "a long record: read block by block in {:.3g} s, kept in a temporary file while mechid runs"

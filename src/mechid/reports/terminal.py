@@ -22,6 +22,8 @@ from mechid.reports.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
+ABOUT_RECORDS = ("record ", "records ", "all records")
+"""How a warning begins that says whom of the records it concerns."""
 PARAMETER = Column("parameter", "key", words=True)
 VALUES = (
     Column("nominal", "nominal"),
@@ -87,10 +89,15 @@ def console_on(*, err: bool = False) -> Console:
 
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
-    """Print what `report_data` made, and where the files are."""
+    """Print what `report_data` made, and where the files are; what is odd about records comes first."""
     if data["synthetic"]:
         say(console, "SYNTHETIC bench: the records were simulated, nothing of this was measured.", "bold")
     say(console, data["grade_words"], GRADE_STYLE[data["grade"]])
+    about_records, others = _told_apart(data["warnings"])
+    if data["missing"]:
+        found = "; ".join(f"{one['name']}: {one['words']}" for one in data["missing"])
+        say(console, f"found, not declared: {found} (below)", "yellow")
+    print_lines(console, "warning", about_records, "yellow")
     for reason in data["reasons"]:
         print_lines(console, reason["words"], [reason["text"]])
         print_lines(console, "next", [reason["next_command"]])
@@ -117,9 +124,15 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
         print_table(console, SIDE_COLUMNS, data["side"])
     say(console, "Stages", "bold")
     print_table(console, STAGE_COLUMNS, data["stages"])
-    print_lines(console, "warning", data["warnings"], "yellow")
+    print_lines(console, "warning", others, "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
+
+
+def _told_apart(warnings: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Return the warnings about records, which mostly are why a fit is as it is, and the others."""
+    about = [line for line in warnings if line.startswith(ABOUT_RECORDS)]
+    return about, [line for line in warnings if line not in about]
 
 
 def _print_completed(completed: Mapping[str, Any] | None, console: Console) -> None:

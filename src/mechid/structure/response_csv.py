@@ -77,8 +77,6 @@ def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]
 
 def responses_along(frequency_hz: NDArray[np.float64], lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
     """Return the receptances of the lines of sight, (n,) each, to what acts along a direction at the interface."""
-    for name, column in found.items():
-        refuse_no_numbers(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST)
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     return FrequencyResponse(frequency_hz, np.column_stack([unknown, *lines_of_sight]))
 
@@ -90,6 +88,8 @@ def structure_of_responses(
     names = tuple(name for name in found if name != INTERFACE)
     if not names:
         raise InputFileError(f'{label}: no line of sight; give at least one response beside "{INTERFACE}"')
+    for name, column in found.items():
+        refuse_no_numbers(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST)
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     values = np.column_stack([found.get(INTERFACE, unknown), *(found[name] for name in names)])
     try:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations
 
@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import MeasuredCommand
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.contradiction.record_sight import (
     COARSE,
     FULL_STEPS,
@@ -34,14 +34,17 @@ from mechid.identification.output_error.declaration import DECLARED, Taken, take
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.multistart import sample_box
+from mechid.parameter import Role
 
 FloatArray = NDArray[np.float64]
 POINTS, BEST = 16, 4
 """Points of the box at which the declared commands are run, and of these those at which others are."""
 SCALES = (1e-3, 1e-2, 1e2, 1e3)
 """What a torque is to be multiplied by where its unit is a wrong one: mN m, N cm for N m, and the reverse."""
+CUT_OFFS_HZ = (30.0, 50.0, 70.0, 100.0, 140.0, 200.0, 280.0, 400.0, 560.0)
+"""Of low-passes that a record may have passed; of one beyond them too little is seen."""
 USUAL_MICROSTEPS = 16
-COMMON, UNIT, STEPPING, RATE, SWAP = 1.2, 2.5, 1.15, 1.2, 1.2
+COMMON, UNIT, STEPPING, RATE, SWAP, LOW_PASS = 1.2, 2.5, 1.15, 1.2, 1.2, 2.5
 """Times as far off as declared than as read otherwise, from which a record is plainly so."""
 RIVAL = 2.0
 """Times as far off by a hundred as by a thousand, or the reverse, up to which it may be either."""
@@ -63,11 +66,14 @@ class FirstSight:
         What is plainly otherwise with single records.
     doubtful : frozenset of str
         Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
+    cut_off_hz : mapping of record to float
+        From about where on records fall as behind a low-pass, where the mechanism has none.
     """
 
     common_scale: float = 1.0
     otherwise: Mapping[str, Taken] = field(default_factory=dict)
     doubtful: frozenset[str] = frozenset()
+    cut_off_hz: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def sure(self) -> dict[str, Taken]:
@@ -89,19 +95,40 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
     own = problem.coordinates.of_records(problem.start)
     points = [np.concatenate([q, own]) for q in sample_box(problem.space, POINTS, seed)]
     scales = (1.0, *SCALES)
-    each = partial(_declared, problem, points, scales)
+    cut_offs = () if problem.space.mechanism.plant.having(Role.CUT_OFF) else CUT_OFFS_HZ
+    each = partial(_declared, problem, points, scales, cut_offs)
     of = dict(zip(sights, mapped(each, list(sights.values()), problem.workers), strict=True))
     of = {name: distances for name, distances in of.items() if np.isfinite(distances[:, 0]).any()}
     if not of:
         return FirstSight()
+    coarse = {name: some for name, some in of.items() if sights[name].command.microsteps <= COARSE}
+    low_passed = _behind_low_pass({name: np.min(some, axis=0) for name, some in coarse.items()}, len(scales))
+    of = {name: some[:, : len(scales)] for name, some in of.items()}
     total = np.sum(np.sqrt(list(of.values())), axis=0)
     least = np.min(total, axis=0)
     common = int(np.argmin(least))
+    if low_passed and len(low_passed) == len(coarse) > 1:
+        return FirstSight(cut_off_hz=low_passed)
     if common and least[0] > COMMON * least[common]:
         return FirstSight(scales[common])
     best = np.argsort(total[:, 0], kind="stable")[:BEST]
     at = _Comparison(problem, [points[i] for i in best], {name: sights[name] for name in of})
-    return at.otherwise({name: distances[best] for name, distances in of.items()})
+    seen = at.otherwise({name: distances[best] for name, distances in of.items()})
+    return replace(seen, cut_off_hz={name: hz for name, hz in low_passed.items() if name not in seen.otherwise})
+
+
+def _behind_low_pass(least: Mapping[str, FloatArray], scales: int) -> dict[str, float]:
+    """Return the records that are plainly nearer behind a low-pass than in any unit, each with its cut-off.
+
+    `least` are the least distances of a record over the points, (scales + cut-offs,): of those in full or half steps,
+    since microsteps leave the spectrum too empty to tell.
+    """
+    found = {}
+    for name, some in least.items():
+        plain, behind = some[:scales], some[scales:]
+        if behind.size and plain.min() > LOW_PASS * behind.min():
+            found[name] = CUT_OFFS_HZ[int(np.argmin(behind))]
+    return found
 
 
 def _is_looked_at(target: Target) -> bool:
@@ -109,10 +136,12 @@ def _is_looked_at(target: Target) -> bool:
 
 
 def _declared(
-    problem: Problem, points: Sequence[FloatArray], scales: Sequence[float], sight: RecordSight
-) -> FloatArray:
-    """Return how far off a record is as declared, (points, scales)."""
-    return np.array([sight.distances(sight.modelled(problem, DECLARED, q), scales) for q in points])
+    problem: Problem, points: Sequence[FloatArray], scales: Sequence[float], cut_offs: Sequence[float],
+    sight: RecordSight,
+) -> FloatArray:  # fmt: skip
+    """Return how far off a record is as declared, in other units and behind low-passes, (points, scales + cut-offs)."""
+    powers = (sight.modelled(problem, sight.target, q) for q in points)
+    return np.array([[*sight.distances(one, scales), *sight.distances_behind(one, cut_offs)] for one in powers])
 
 
 @dataclass(frozen=True)
@@ -129,7 +158,10 @@ class _Comparison:
         `distances` are those as declared, (points, scales) by record.
         """
         declared = {name: float(some[:, 0].min()) for name, some in distances.items()}
-        singles = {name: self._single(self.sights[name], some) for name, some in distances.items()}
+        each = in_threads(
+            lambda name: self._single(self.sights[name], distances[name]), list(distances), self.problem.workers
+        )
+        singles = dict(zip(distances, each, strict=True))
         swapped = self._swapped(declared, {name: off for name, (off, _) in singles.items()})
         otherwise = {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
         doubtful = {name for name, taken in otherwise.items() if self._is_doubtful(name, taken, distances[name])}
@@ -146,9 +178,9 @@ class _Comparison:
 
     def _distance(self, sight: RecordSight, taken: Taken, declared: float) -> float:
         """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
-        least = math.inf
+        least, read = math.inf, sight.read_as(taken)
         for q in self.points:
-            least = min(least, *sight.distances(sight.modelled(self.problem, taken, q), [1.0]))
+            least = min(least, *sight.distances(sight.modelled(self.problem, read, q), [1.0]))
             if least > GIVEN_UP * declared:
                 break
         return least

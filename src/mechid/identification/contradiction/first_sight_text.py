@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
 from mechid.identification.contradiction.first_sight import SCALES, FirstSight
@@ -19,6 +21,7 @@ def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> l
         Whether single records are read so in what follows.
     """
     lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
+    lines += [_low_passed(sight.cut_off_hz)] if sight.cut_off_hz else []
     for name, taken in sight.otherwise.items():
         doubtful = name in sight.doubtful
         if taken.swapped is None:
@@ -34,6 +37,16 @@ def _common(campaign: Campaign, scale: float) -> str:
         f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
         f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong "
         "unit in the mechanism file"
+    )
+
+
+def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
+    """Say from where on records fall; the frequency is that of a coarse grid, and mostly above the filter's own."""
+    names, hz = ", ".join(cut_off_hz), max(cut_off_hz.values())
+    return (
+        f"record{'s' * (len(cut_off_hz) > 1)} {names}: the spectrum falls as behind a low-pass below about {hz:g} "
+        "Hz, and the mechanism file declares none: if the recorder or its amplifier has one, write [anti_alias] with "
+        "order and frequency (rad/s) in the mechanism file, or record through a wider one"
     )
 
 

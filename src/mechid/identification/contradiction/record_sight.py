@@ -16,7 +16,7 @@ from mechid.identification.output_error.declaration import DECLARED, Taken, take
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
-from mechid.signal.likeness import noise_power, power_over_time, spectral_distance
+from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
 
 FloatArray = NDArray[np.float64]
@@ -25,6 +25,8 @@ COARSE = 2
 STEPS, LEAST_S, MOST_S, PIECE_S = 8.0, 0.25, 2.0, 0.5
 """Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move."""
 HIGHEST_HZ = 1000.0
+ORDER = 4
+"""Of the low-pass that a record may have passed; |H|^2 = 1/(1 + (f/f_c)^(2 n))."""
 OWN_LINES_S, OWN_RIDGE_S = 4.0, 8.0
 """How much of a record is looked at for its own step rate, by its lines and over time."""
 SAME_RATE, SAME_END = 0.01, 0.1
@@ -95,9 +97,12 @@ class RecordSight:
         """As declared."""
         return self.whole.command
 
-    def modelled(self, problem: Problem, taken: Taken, q: FloatArray) -> FloatArray | None:
-        """Return the model's power under another command, or None where it cannot be run."""
-        own = self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+    def read_as(self, taken: Taken) -> Target:
+        """Return what is looked at under another command."""
+        return self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+
+    def modelled(self, problem: Problem, own: Target, q: FloatArray) -> FloatArray | None:
+        """Return the model's power under the command of a target, or None where it cannot be run."""
         y = problem.model.predict(own, q, own.samples)[0]
         return power_over_time(y, self.pieces)[:, : self.bins] if np.all(np.isfinite(y)) else None
 
@@ -106,6 +111,15 @@ class RecordSight:
         if modelled is None:
             return [math.inf] * len(scales)
         return [spectral_distance(self.power, modelled / scale**2, self.noise) for scale in scales]
+
+    def distances_behind(self, modelled: FloatArray | None, cut_offs_hz: Sequence[float]) -> list[float]:
+        """Return how far it is off if it passed a low-pass, noise and all, for each cut-off, Hz."""
+        if modelled is None:
+            return [math.inf] * len(cut_offs_hz)
+        size = self.target.samples // self.pieces
+        f = (np.arange(self.bins) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
+        passed = [1.0 / (1.0 + (f / one) ** (2 * ORDER)) for one in cut_offs_hz]
+        return [spectral_distance(self.power, modelled * part, self.noise) for part in passed]
 
 
 def sight_of(target: Target) -> RecordSight:

@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from typing import Any
 
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mechid.campaign import Campaign
 from mechid.errors import FitError
@@ -31,6 +31,7 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
 from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import Shown
 
 FAR = 1.2
 """What is left over the noise with all effects found, from which the fit may stand on a wrong branch."""
@@ -47,8 +48,8 @@ class Tried:
     why: str
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Diagnosis:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Diagnosis(Shown):
     """What a mechanism file lacks.
 
     Attributes
@@ -238,7 +239,7 @@ def _missing(found: Found, proposal: Proposal, name: str, words: Mapping[str, st
         chi_square=score.chi_square,
         dof=score.dof,
         share=score.share,
-        p_value=float(chi2.sf(score.chi_square, score.dof)),
+        p_value=float(chdtrc(score.dof, score.chi_square)),
         records=_records(found.less[name], found.model),
         toml=proposal.tomls[name],
         block="" if is_disturbance else table.rstrip(".0123456789"),

@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
@@ -36,6 +35,7 @@ from mechid.identification.search.first_moments import (
     robust_cost,
 )
 from mechid.identification.search.run_up import TRIES, run_up
+from mechid.identification.search.sobol import sobol_points
 from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.kernel.batch.source import SETS
 from mechid.parameter import Declaration
@@ -63,7 +63,7 @@ class Candidate:
 
 def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
     """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
-    unit = qmc.Sobol(space.size, scramble=True, rng=np.random.default_rng(seed)).random(points)
+    unit = sobol_points(space.size, points, seed)
     rows = [space.start] + [_point(space, u) for u in unit[1:]]
     return np.array(rows)
 

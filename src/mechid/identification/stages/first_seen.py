@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.contradiction.first_sight import first_sight
 from mechid.identification.contradiction.first_sight_text import first_sight_lines
+from mechid.identification.contradiction.own_evidence import own_evidence
 from mechid.identification.output_error.declaration import taken_problem
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
@@ -31,10 +33,10 @@ def first_seen(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campa
 
 
 def declaration_warnings(campaign: Campaign) -> tuple[str, ...]:
-    """Return a line for each record, or all, that is plainly not as declared."""
+    """Return a line for each record, or all, that is plainly not as declared, by a model's spectra or by its own."""
     targets = tuple(target_of(record) for record in campaign.estimated if record.data is not None)
     if not campaign.mechanism.free or not targets:
         return ()
     with one_core_algebra():
-        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets))
-    return tuple(first_sight_lines(campaign, sight, used=False))
+        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets, workers=os.cpu_count() or 1))
+    return (*first_sight_lines(campaign, sight, used=False), *own_evidence(targets, sight.otherwise))

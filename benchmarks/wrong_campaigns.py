@@ -1,0 +1,117 @@
+"""What `mechid check` and `mechid identify` say of campaigns in which one thing is wrong.
+
+    python benchmarks/wrong_campaigns.py [--command check|identify] [--only NAME ...] [--folder DIR] [--out FILE]
+                                         [--cpu-limit SECONDS]
+
+Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is
+whether a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the
+catalogue, also how far its estimates are off; an estimate more than 5 of its standard errors off, in a fit of grade A,
+is a confident wrong answer. What is in --out already is not run again; what reaches its limit ends as interrupted.
+"""
+
+import argparse
+import json
+import os
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.bench import TRUTH
+from mechid.writing import write_whole
+from wrong.bench import Files, right_files
+from wrong.cases import Case, cases
+
+FIRST = 3
+CONFIDENT = 5.0
+
+
+def main() -> None:
+    """Run the cases and print a line for each, then the counts."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--command", choices=("check", "identify"), default="check")
+    parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
+    parser.add_argument("--folder", type=Path, help="where the campaigns are kept; else a temporary one")
+    parser.add_argument("--cpu-limit", type=int, default=3600, help="CPU seconds of one run", metavar="SECONDS")
+    parser.add_argument("--out", type=Path, help="JSON of all rows, taken up again")
+    arguments = parser.parse_args()
+    resource.setrlimit(resource.RLIMIT_CPU, (arguments.cpu_limit, resource.RLIM_INFINITY))
+    rows = json.loads(arguments.out.read_text()) if arguments.out and arguments.out.exists() else {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = arguments.folder or Path(temporary)
+        for case in cases():
+            if arguments.only and case.name not in arguments.only:
+                continue
+            if case.name not in rows or arguments.only:
+                rows[case.name] = judged(case, folder, arguments.command)
+                if arguments.out:
+                    write_whole(arguments.out, json.dumps(rows, indent=1) + "\n")
+            _print(case, rows[case.name])
+    counted = [rows[case.name] for case in cases() if case.name in rows]
+    for said in ("first lines", "later", "not named"):
+        print(f"{said}: {sum(row['named'] == said for row in counted)} of {len(counted)}")
+    wrong = [row for row in counted if row.get("grade") == "A" and (row["off"] or 0.0) > CONFIDENT]
+    print(f"confident wrong answers: {len(wrong)}")
+
+
+def judged(case: Case, folder: Path, command: str) -> dict[str, Any]:
+    """Write a wrong campaign, run a command on it, and return what it said."""
+    right = right_files(folder / "right")
+    files = Files()
+    case.make(files)
+    number = [one.name for one in cases()].index(case.name)
+    campaign = files.write(folder / f"{number:02d}", right)  # a name of its own would be found in what is printed
+    result = campaign / "result"
+    (result / "estimate.json").unlink(missing_ok=True)
+    asked = [command, str(campaign), *(["--out", str(result)] if command == "identify" else [])]
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    done = subprocess.run([sys.executable, "-m", "mechid", *asked], capture_output=True, text=True, check=False,
+                          env={**os.environ, "COLUMNS": "100000"})  # fmt: skip
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    lines = done.stdout.splitlines() or done.stderr.splitlines()
+    cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return {"kind": case.kind, "exit": done.returncode, "named": named(case, lines), "cpu_s": round(cpu, 2),
+            "lines": lines[:FIRST], **estimated(result)}  # fmt: skip
+
+
+def named(case: Case, lines: list[str]) -> str:
+    """Return where the cause is named: in the first lines, later, or not at all."""
+    found = [i for i, line in enumerate(lines) if re.search(case.words, line)]
+    return "not named" if not found else "first lines" if found[0] < FIRST else "later"
+
+
+def estimated(result: Path) -> dict[str, Any]:
+    """Return the grade of a fit, and how far its worst estimate is off in its standard errors."""
+    path = result / "estimate.json"
+    if not path.exists():
+        return {}
+    content = json.loads(path.read_text())
+    off = {name: _off(name, content["parameters"][name]) for name in TRUTH}
+    told = {name: value for name, value in off.items() if value is not None}
+    worst = max(told, key=lambda name: told[name], default=None)
+    return {"grade": content["grade"], "worst": worst, "off": told[worst] if worst else None,
+            "outcome": content["outcome"]["code"], "warnings": content["warnings"],
+            "missing": [one["name"] for one in content["missing"] or []]}  # fmt: skip
+
+
+def _off(name: str, parameter: dict[str, Any]) -> float | None:
+    """Return how many standard errors an estimate is off; None where it has none."""
+    if not parameter["std_error"]:
+        return None
+    off = parameter["value"] - TRUTH[name]
+    if name.endswith("_deg"):
+        off = 180.0 - (180.0 - off) % 360.0
+    return abs(off) / float(parameter["std_error"])
+
+
+def _print(case: Case, row: dict[str, Any]) -> None:
+    off = "" if row.get("off") is None else f"{row['off']:.1f} ({row['worst']})"
+    cells = (case.kind, case.name, row["exit"], row["named"], row.get("grade", ""), off, row["cpu_s"])
+    print("| " + " | ".join(map(str, cells)) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+"""What records show by themselves, whatever the model: a clock that is off, a motion that begins late, mains hum."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.command import MeasuredCommand
+from mechid.identification.contradiction.record_sight import COARSE, RecordSight, sight_of
+from mechid.identification.output_error.target import Target
+from mechid.records.step_rate import READABLE
+from mechid.signal.lines import prominence
+from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
+
+FloatArray = NDArray[np.float64]
+MOST_OFF, LEAST_OFF, SURE = 0.05, 2e-3, 8.0
+"""Relative distances of a rate from the one declared that are looked for, and standard errors that make one sure."""
+ALIKE = 5e-4
+"""Relative distances that differ by no more have one cause, the recorder's clock."""
+REST_S, SMOOTHED_S, MOVES = 1e-3, 1e-3, 10.0
+"""How much of a record is its rest, over what it is smoothed, and from how many standard deviations on it moves."""
+SWINGS = 0.1
+"""And from what share of its largest swing."""
+LEAST_HUM = 0.5
+"""Of a channel's noise level: smaller lines of hum change little, and are left to `identify`."""
+ORDER_PARTS, NEAR_BINS = 4, 1.0
+"""A line of hum this near to a quarter order of the step rate, in bins, may be one."""
+
+
+def own_evidence(targets: Sequence[Target], said: Mapping[str, object]) -> list[str]:
+    """Return a line for all records whose clock seems off, and for each that begins late or hums.
+
+    Parameters
+    ----------
+    targets : sequence of Target
+        As declared; looked at are those of which the torque leads, under a command.
+    said : mapping of record to anything
+        Those whose rate or stepping is plainly otherwise already.
+    """
+    seen = [t for t in targets if t.leading.quantity == "torque" and not isinstance(t.command, MeasuredCommand)]
+    constant = [t for t in seen if len(t.command.rate.rates) == 1 and t.name not in said]
+    off = {t.name: ratio for t in constant if (ratio := rate_ratio(sight_of(t)))}
+    late = [line for t in constant if (line := _late(t))]
+    return [*_off_lines(off, constant), *late, *_hum(seen)]
+
+
+def rate_ratio(sight: RecordSight) -> float | None:
+    """Return the rate of a record's own lines over the one declared; None where it is the declared or another one."""
+    own, declared = sight.own, sight.fastest
+    if own is None or not own.is_constant or not declared:
+        return None
+    ratio = min((own.repetition_hz * whole / declared for whole in READABLE), key=lambda one: abs(one - 1.0))
+    least = max(LEAST_OFF, SURE * own.sigma / own.rate)
+    return ratio if least < abs(ratio - 1.0) < MOST_OFF else None
+
+
+def _off_lines(off: Mapping[str, float], constant: Sequence[Target]) -> Iterator[str]:
+    """Say which records run at another rate: all of them alike are one clock."""
+    ratios = np.array(list(off.values()))
+    if len(off) > 1 and len(off) == len(constant) and float(np.ptp(ratios)) < ALIKE:
+        ratio = float(np.median(ratios))
+        yield (
+            f"all records: their lines are at {ratio:.5g} times the rates declared: the recorder's clock, the sample "
+            f"rate or the time stamps seem {_percent(1.0 / ratio)} %, or all rates {_percent(ratio)} % off"
+        )
+        return
+    for target in constant:
+        if target.name in off:
+            ratio = off[target.name]
+            rate = ratio * target.command.rate.rates[0]
+            yield (
+                f"record {target.name}: its lines are those of {rate:.5g} full steps/s (declared "
+                f"{target.command.rate.rates[0]:.5g}): the rate is {_percent(ratio)} % off, or the record's sample "
+                f"rate (its clock) {_percent(1.0 / ratio)} %"
+            )
+
+
+def _percent(ratio: float) -> str:
+    return f"{100.0 * (ratio - 1.0):+.2g}"
+
+
+def _late(target: Target) -> str:
+    """Say that a record rests while its motor is commanded two full steps; they move any that is not held."""
+    if target.command.microsteps > COARSE or not target.command.rate.rates[0]:
+        return ""
+    base, step_s = target.base, 1.0 / abs(target.command.rate.rates[0])
+    moves = _first_motion(target)
+    commanded = moves - target.time_offset.value if moves is not None else 0.0
+    if moves is None or commanded < 2.0 * step_s or base.start_s > target.time_offset.value:
+        return ""
+    late = commanded - step_s
+    return (
+        f"record {target.name}: it rests until {moves:.4g} s, although its command has made "
+        f"{int(commanded / step_s)} full steps by then: is the recorder's trigger some {late:.2g} s early? write "
+        f"time_offset_s = {{ value = {late:.3g}, min = {late - step_s:.3g}, max = {late + step_s:.3g} }}"
+    )
+
+
+def _first_motion(target: Target) -> float | None:
+    """Return the record time at which a torque leaves its rest; None where it begins in motion, or never moves."""
+    rate = target.base.sample_rate_hz
+    width = max(round(SMOOTHED_S * rate), 1)
+    y = target.leading.measured[: round(min(target.base.duration_s, 100.0 * REST_S + 20.0) * rate)]
+    smooth = np.convolve(y, np.full(width, 1.0 / width), "valid")
+    rest = float(np.mean(y[: max(round(REST_S * rate), 1)]))
+    least = max(MOVES * target.leading.sigma / np.sqrt(width), SWINGS * 0.5 * float(np.ptp(smooth)))
+    moving = np.flatnonzero(np.abs(smooth - rest) > least)
+    return target.base.start_s + float(moving[0]) / rate if moving.size and moving[0] > 0 else None
+
+
+def _hum(targets: Sequence[Target]) -> Iterator[str]:
+    """Say which records have lines of the mains that are none of the step rate."""
+    found = {target.name: line for target in targets if (line := _strongest_hum(target))}
+    if found:
+        name, line = max(found.items(), key=lambda item: item[1].line.amplitude)
+        yield (
+            f"record{'s' * (len(found) > 1)} {', '.join(found)}: a line at {line.line.frequency_hz:.5g} Hz, of "
+            f"{line.line.amplitude:.2g} N m in {name}, is mains hum by its frequency; write mains = {line.mains_hz:g} "
+            "in [identify] to have it taken out of all records"
+        )
+
+
+def _strongest_hum(target: Target) -> MainsLine | None:
+    """Return the strongest line of a grid where it is a low multiple: of the high ones a short record is near many."""
+    found = prominence(target.leading.measured, target.base.sample_rate_hz)
+    rates = set(map(abs, target.command.rate.rates))
+    orders = [rate / ORDER_PARTS for rate in rates if rate and len(rates) == 1]
+    loud = [one for one in mains_lines(found) if one.line.amplitude > LEAST_HUM * target.leading.sigma]
+    own = [one for one in loud if not any(_is_order(one, o, found.bin_hz) for o in orders)]
+    strongest = max(own, key=lambda one: one.line.amplitude, default=None)
+    return strongest if strongest and strongest.multiple <= LOW_MULTIPLES else None
+
+
+def _is_order(one: MainsLine, order_hz: float, bin_hz: float) -> bool:
+    hz = one.line.frequency_hz
+    return abs(hz - round(hz / order_hz) * order_hz) < NEAR_BINS * bin_hz

@@ -1,0 +1,65 @@
+"""Campaigns in which one thing is wrong; truth: what `benchmarks/wrong` has made wrong.
+
+Each has to be named in the first three lines, or be put right and said; none may end as a confident wrong answer.
+"""
+
+import re
+
+import pytest
+
+from wrong.bench import Files, right_files
+from wrong.cases import cases
+from wrong_campaigns import FIRST, named
+
+CASES = {case.name: case for case in cases()}
+LEFT_TO_IDENTIFY = (
+    "sign_one", "sign_all", "rate_sign_one", "late_5ms_one", "late_5ms_all", "begun_30ms_one", "rate_1pc_sweep",
+    "gain_full_46", "gain_sweep", "16_as_8", "full_as_half", "fifty_bare", "200_ppm_all", "200_ppm_sweep",
+    "start_angle_rad", "compressing_full", "torque_constant", "gear_stiffness", "rotor_inertia", "load_inertia",
+    "torque_constant_free", "stiffness_free",
+)  # fmt: skip
+"""What no record shows without a fit."""
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Return a function that writes a wrong campaign, or the right one, into a folder whose name says nothing."""
+    folder = tmp_path_factory.mktemp("benches")
+    right = right_files(folder / "right")
+
+    def write(name=None):
+        files = Files()
+        if name:
+            CASES[name].make(files)
+        return files.write(folder / f"{[*CASES, None].index(name):02d}", right)
+
+    return write
+
+
+def lines_of(result):
+    return result.stdout.splitlines() or result.stderr.splitlines()
+
+
+def test_nothing_is_said_of_the_right_campaign(run, written):
+    result = run("check", written())
+    assert result.exit_code == 0
+    assert "warning" not in result.stdout
+
+
+@pytest.mark.parametrize("name", [name for name in CASES if name not in (*LEFT_TO_IDENTIFY, "semicolons")])
+def test_check_names_the_cause_in_its_first_lines(run, written, name):
+    said = lines_of(run("check", written(name)))
+    assert named(CASES[name], said) == "first lines", said[:FIRST]
+
+
+def test_a_decimal_comma_with_semicolons_is_read_as_meant(run, written):
+    """Truth: the same numbers with points; what is said of both but for the folder is equal."""
+    one, other = (lines_of(run("check", written(name)))[1:] for name in ("semicolons", None))
+    assert one == other
+
+
+@pytest.mark.parametrize("name", ["sign_one", "late_5ms_all", "gain_sweep", "16_as_8", "rotor_inertia"])
+def test_check_says_nothing_wrong_of_what_only_a_fit_shows(run, written, name):
+    """A wrong cause would be worse than none: no record is read otherwise than declared."""
+    said = "\n".join(lines_of(run("check", written(name)))[:FIRST])
+    assert not re.search("seem to be swapped|torque times|low-pass|hum|unit", said), said
