@@ -16,6 +16,7 @@ from mechid.campaign.record_entry import read_records as read_record_entries
 from mechid.campaign.record_tables import gathered
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
+from mechid.reading.whole import is_file, is_folder
 from mechid.records import Record, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
@@ -92,9 +93,9 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
 
 
 def _campaign_file(path: Path) -> Path:
-    if not path.is_dir():
+    if not is_folder(path):
         return path
-    if not (path / FILE_NAME).is_file():
+    if not is_file(path / FILE_NAME):
         raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
     return path / FILE_NAME
 

@@ -24,6 +24,7 @@ from mechid.campaign.start_entry import ESTIMATED, with_starts
 from mechid.campaign.stretches import in_stretches
 from mechid.campaign.timing_entry import with_clocks
 from mechid.plant.mechanism import Mechanism
+from mechid.reading.whole import is_file
 from mechid.records import Mounting, Record
 
 KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
@@ -117,7 +118,7 @@ def _with_data(
 
 def _begins_anywhere(record: CampaignRecord) -> bool:
     """Tell of a record that begins where its file alone says."""
-    return record.command.start == ESTIMATED and record.file is not None and record.file.is_file()
+    return record.command.start == ESTIMATED and record.file is not None and is_file(record.file)
 
 
 def _warnings(records: Iterable[CampaignRecord], places: Iterable[Place]) -> tuple[str, ...]:

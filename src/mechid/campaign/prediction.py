@@ -92,7 +92,25 @@ def simulate_all(
 ) -> dict[str, Trajectory]:
     """Simulate every record as `simulate` does, by name; what is long stays in files, which are read piece by piece.
 
-    A record with a file keeps that file's time base; `sample_rate_hz` and `duration_s` are for those without.
+    Parameters
+    ----------
+    campaign : Campaign
+    sample_rate_hz, duration_s : float or None
+        For records without samples; one that was measured keeps its own time base.
+
+    Raises
+    ------
+    UsageError
+        The rate or duration is none.
+    RecordError
+        A record's file is missing or cannot be used.
+    InputFileError
+        A command makes more steps than can be held.
+
+    Examples
+    --------
+    >>> from mechid import load_campaign, simulate_all
+    >>> runs = simulate_all(load_campaign("bench"))  # doctest: +SKIP
     """
     return {
         r.name: _simulated(r, campaign, (None, None) if _is_measured(r) else (sample_rate_hz, duration_s))

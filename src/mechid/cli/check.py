@@ -22,10 +22,11 @@ def check(
     from mechid.cli.printed import print_result
     from mechid.errors import UsageError
     from mechid.interface.look import check as checked
+    from mechid.reading.whole import is_folder
     from mechid.reports import file_data, print_file
     from mechid.reports.terminal import console_on
 
-    if campaign.suffix.lower() not in ("", ".toml") and not campaign.is_dir():
+    if campaign.suffix.lower() not in ("", ".toml") and not is_folder(campaign):
         if out is not None:
             raise UsageError(f"--out: {campaign} is a data file; pictures are of a campaign's records")
         print_file(file_data(campaign), console_on())

@@ -247,6 +247,29 @@ def _trajectory() -> Presenter:
     )
 
 
+def _validations() -> Presenter:
+    from mechid.identification.result.estimate_file import json_text
+    from mechid.reports.text_table import print_table, print_tables
+    from mechid.reports.validation import ORDER_COLUMNS, VALIDATION_LAYOUTS, order_rows, validation_rows
+    from mechid.writing import write_together
+
+    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
+        print_tables(console, VALIDATION_LAYOUTS, data["validation"])
+        if data["orders"]:
+            print_table(console, ORDER_COLUMNS, data["orders"])
+
+    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
+        content = {name: one.to_dict() for name, one in found.items()}
+        return write_together(folder, {"validation.json": json_text(content)})
+
+    return Presenter(
+        data=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
+        ink=ink,
+        files=files,
+        line=", ".join,
+    )
+
+
 _MAKERS: Mapping[str, Callable[[], Presenter]] = {
     "Bootstrap": _bootstrap,
     "Budget": _budget,
@@ -260,4 +283,5 @@ _MAKERS: Mapping[str, Callable[[], Presenter]] = {
     "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
+    "Validations": _validations,
 }

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.reading.process import prepare
-from mechid.reading.whole import refuse_special
+from mechid.reading.whole import is_file, is_folder, is_there, refuse_special
 from mechid.records.columns import ChosenColumn, Layout, choose_columns
 from mechid.records.csv import open_csv
 from mechid.records.guarded import Reader, open_guarded
@@ -110,7 +110,7 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
 
 def prepare_to_read(paths: Iterable[Path]) -> None:
     """Start the process that reads, where one of some files will need it: it is ready when the first is opened."""
-    guarded = [path for path in paths if path.suffix.lower() in GUARDED and path.is_file()]
+    guarded = [path for path in paths if path.suffix.lower() in GUARDED and is_file(path)]
     if guarded:
         prepare(sorted({library for path in guarded for library in _libraries(path)}))
 
@@ -129,10 +129,10 @@ def readable(label: str) -> Iterator[None]:
 
 
 def _refuse_missing(path: Path, label: str) -> None:
-    if path.is_dir():
+    if is_folder(path):
         raise RecordError(f"{label}: is a folder, not a file")
-    if not path.exists():
-        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    if not is_there(path):
+        beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside)
         where = "; check the path" if str(path) == label else f" ({path})"
         raise RecordError(f"{label}: there is no such file{near or where}")
