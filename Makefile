@@ -7,7 +7,8 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-data bench recovery coverage incomplete lint style types format pytest lock clean
+.PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage incomplete lint style types format pytest lock \
+        clean
 
 help: ## List these targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' Makefile
@@ -22,6 +23,27 @@ test-slow: $(VENV)/.installed-dev ## The tests marked slow
 
 test-data: $(VENV)/.installed-data ## The tests on measured data by others (MECHID_DATA=folder), a line a figure
 	$(BIN)/python -m pytest -m data
+
+# Each warning is an error: a broken link, a page that no other leads to, a public name without a docstring.
+SPHINX := PATH="$(CURDIR)/$(BIN):$$PATH" $(BIN)/python -m sphinx --fail-on-warning --keep-going --fresh-env --quiet
+
+site: $(VENV)/.installed-site ## The documentation as a site, tutorials run: build/site/index.html, no network
+	$(SPHINX) -D nb_execution_mode=cache -D nb_execution_cache_path=build/tutorials docs build/site
+	@echo "open build/site/index.html"
+
+pages: $(VENV)/.installed-site ## The same with no tutorial run, in seconds: links, formulas, docstrings
+	$(SPHINX) docs build/pages
+
+package: $(VENV)/.installed-dev ## Wheel and source archive, in dist/
+	rm -rf dist
+	$(BIN)/python -m build
+
+package-test: $(VENV)/.installed-dev ## The suite against the wheel in an environment of its own (PYTHON=python3.13 OPTIONS="-x tests/cli")
+	rm -rf build/package && mkdir -p build/package
+	tar -x -z --strip-components 1 -C build/package -f dist/mechid-*.tar.gz && rm -r build/package/src
+	$(PYTHON) -m venv build/package/.venv
+	build/package/.venv/bin/python -m pip --disable-pip-version-check install -c constraints.txt "$$(echo dist/mechid-*.whl)[dev]"
+	cd build/package && .venv/bin/python -m pytest -o testpaths=tests $(OPTIONS)
 
 bench: $(VENV)/.installed-bench ## Speed side by side with peers, on this machine
 	$(BIN)/python benchmarks/bench_sweep.py
@@ -54,7 +76,7 @@ format: $(VENV)/.installed-dev ## Bring the sources into form
 lock: ## Write constraints.txt anew from the newest versions that pyproject.toml allows
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
-	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,cluster,control,dataframes,dev,formats,structures]'
+	build/lock/bin/python -m pip --disable-pip-version-check install -e '.[bench,cluster,control,dataframes,dev,formats,site,structures]'
 	{ echo '# Every version that make installs, by `make lock`; do not edit. What only Windows needs is not pinned.'; \
 	  build/lock/bin/python -m pip --disable-pip-version-check freeze --exclude-editable; } > build/constraints.txt
 	mv build/constraints.txt constraints.txt
@@ -86,4 +108,8 @@ $(VENV)/.installed-data: $(SETUP) | $(VENV)/.created
 
 $(VENV)/.installed-bench: $(SETUP) | $(VENV)/.created
 	$(PIP) install -c constraints.txt -e '.[bench]'
+	@touch $@ $(VENV)/.installed
+
+$(VENV)/.installed-site: $(SETUP) | $(VENV)/.created
+	$(PIP) install -c constraints.txt -e '.[site]'
 	@touch $@ $(VENV)/.installed

@@ -14,9 +14,9 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
+from mechid.cli.finished_fit import finished_fit
 
 from bench_sweep import RESULTS, machine
-from mechid.cli.finished_fit import finished_fit
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.reopened import reopened

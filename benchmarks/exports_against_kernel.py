@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-
 from mechid.cli.finished_fit import finished_fit
+
 from mechid.command import Command, RateProfile
 from mechid.exports.c.compiler import compiled
 from mechid.exports.c.source import Source

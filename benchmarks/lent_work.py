@@ -25,9 +25,9 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import psutil
+from mechid.cli.finished_fit import finished_fit
 
 from bench_sweep import RESULTS, machine
-from mechid.cli.finished_fit import finished_fit
 from mechid.identification.computation import workforce
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped, one_core_algebra

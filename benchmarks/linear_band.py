@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
 from mechid.cli.finished_fit import finished_fit
+
 from mechid.exports.handover import handover
 from mechid.exports.linear.fraction import fraction
 from mechid.exports.linear.linear import linear_of

@@ -11,8 +11,8 @@ import sys
 from pathlib import Path
 
 import numpy as np
-
 from mechid.cli.finished_fit import finished_fit
+
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
 from mechid.exports.stepping import steppings, usual_rates

@@ -26,7 +26,7 @@ def test_several_files_are_replaced_when_all_are_whole(tmp_path):
     folder = tmp_path / "made" / "with parents"
     assert write_together(folder, {"a.json": "1", "b.csv": "2"}) == [folder / "a.json", folder / "b.csv"]
     with pytest.raises(UnicodeEncodeError):
-        write_together(folder, {"a.json": "3", "b.csv": "\udcff"})
+        write_together(folder, {"a.json": "3", "b.csv": "\ud800"})
     assert {path.name: path.read_text() for path in folder.iterdir()} == {"a.json": "1", "b.csv": "2"}
 
 

@@ -1,6 +1,7 @@
 """Identify the model of a stepper-driven pointing mechanism from torque-transducer records.
 
-The public names load what they need when they are first used, so that importing mechid costs nothing.
+Each command of ``mechid`` is a function here, of values that are read from files or made in code; docs/python.md lists
+all public names. The names load what they need when they are first used, so that importing mechid costs nothing.
 """
 
 from __future__ import annotations
@@ -9,51 +10,183 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mechid.analysis.comparison import compare
-    from mechid.analysis.validation import validate
+    from mechid.analysis.comparison import Comparison
+    from mechid.analysis.survey import Survey
+    from mechid.analysis.validation import RecordValidation, Validations, validate
+    from mechid.budgets.budget import Budget
+    from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
     from mechid.campaign.campaign_file import load_campaign
-    from mechid.campaign.prediction import simulate
-    from mechid.exports.export import export
-    from mechid.fleets.fleet import fleet
-    from mechid.identification.diagnosis.completion import identify
-    from mechid.identification.diagnosis.diagnosis import diagnose
+    from mechid.campaign.catalogue import catalogue_mechanism
+    from mechid.campaign.identify_options import IdentifyOptions
+    from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
+    from mechid.campaign.mechanism_text import write_mechanism
+    from mechid.campaign.prediction import simulate, simulate_all
+    from mechid.command.rate import RateProfile
+    from mechid.command.stepping import Command
+    from mechid.designs.design import Design
+    from mechid.designs.design_file import DesignOptions
+    from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
+    from mechid.exports.export import Exported, export
+    from mechid.fleets.fleet import Fleet
+    from mechid.identification.computation.progress import Progress
+    from mechid.identification.diagnosis.diagnosis import Diagnosis
+    from mechid.identification.refit.bootstrap import Bootstrap
+    from mechid.identification.refit.profile import Profile
     from mechid.identification.result.fit import Fit
+    from mechid.identification.result.grade import Grade
+    from mechid.identification.result.parameter_estimate import ParameterEstimate
+    from mechid.interface.budget import budget
+    from mechid.interface.compare import compare
+    from mechid.interface.design import design
+    from mechid.interface.diagnose import diagnose
+    from mechid.interface.fleet import fleet
+    from mechid.interface.identification import identify, identify_into, load_fit
+    from mechid.interface.look import Understanding, check, look
+    from mechid.interface.reading import load_mechanism, load_record, load_structure
+    from mechid.interface.refits import Profiles, bootstrap, profile
+    from mechid.interface.report import report
+    from mechid.parameter import Declaration, Parameter
+    from mechid.plant.block import Block
+    from mechid.plant.mechanism import Mechanism
+    from mechid.records.record import Channel, Record
+    from mechid.reports.identified import Identified
     from mechid.simulation.trajectory import Trajectory
+    from mechid.structure.linear_system import from_state_space
+    from mechid.structure.modes import Modes
+    from mechid.structure.response import FrequencyResponse
+    from mechid.structure.structure import Structure
 
 __version__ = "0.1.0"
+_NAMES = {
+    "analysis.comparison": ("Comparison",),
+    "analysis.survey": ("Survey",),
+    "analysis.validation": ("RecordValidation", "Validations", "validate"),
+    "budgets.budget": ("Budget",),
+    "campaign.campaign": ("Campaign", "CampaignRecord", "Stage"),
+    "campaign.campaign_file": ("load_campaign",),
+    "campaign.catalogue": ("catalogue_mechanism",),
+    "campaign.identify_options": ("IdentifyOptions",),
+    "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
+    "campaign.mechanism_text": ("write_mechanism",),
+    "campaign.prediction": ("simulate", "simulate_all"),
+    "command.rate": ("RateProfile",),
+    "command.stepping": ("Command",),
+    "designs.design": ("Design",),
+    "designs.design_file": ("DesignOptions",),
+    "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
+    "exports.export": ("Exported", "export"),
+    "fleets.fleet": ("Fleet",),
+    "identification.computation.progress": ("Progress",),
+    "identification.diagnosis.diagnosis": ("Diagnosis",),
+    "identification.refit.bootstrap": ("Bootstrap",),
+    "identification.refit.profile": ("Profile",),
+    "identification.result.fit": ("Fit",),
+    "identification.result.grade": ("Grade",),
+    "identification.result.parameter_estimate": ("ParameterEstimate",),
+    "interface.budget": ("budget",),
+    "interface.compare": ("compare",),
+    "interface.design": ("design",),
+    "interface.diagnose": ("diagnose",),
+    "interface.fleet": ("fleet",),
+    "interface.identification": ("identify", "identify_into", "load_fit"),
+    "interface.look": ("Understanding", "check", "look"),
+    "interface.reading": ("load_mechanism", "load_record", "load_structure"),
+    "interface.refits": ("Profiles", "bootstrap", "profile"),
+    "interface.report": ("report",),
+    "parameter": ("Declaration", "Parameter"),
+    "plant.block": ("Block",),
+    "plant.mechanism": ("Mechanism",),
+    "records.record": ("Channel", "Record"),
+    "reports.identified": ("Identified",),
+    "simulation.trajectory": ("Trajectory",),
+    "structure.linear_system": ("from_state_space",),
+    "structure.modes": ("Modes",),
+    "structure.response": ("FrequencyResponse",),
+    "structure.structure": ("Structure",),
+}
+"""The public names, by the module that defines them."""
+_HOMES = {name: module for module, names in _NAMES.items() for name in names}
+
 __all__ = [
+    "Block",
+    "Bootstrap",
+    "Budget",
+    "Campaign",
+    "CampaignRecord",
+    "Channel",
+    "Command",
+    "Comparison",
+    "Declaration",
+    "Design",
+    "DesignOptions",
+    "Diagnosis",
+    "Exported",
     "Fit",
+    "FitError",
+    "Fleet",
+    "FrequencyResponse",
+    "Grade",
+    "Identified",
+    "IdentifyOptions",
+    "InputFileError",
+    "Mechanism",
+    "MechidError",
+    "Modes",
+    "Parameter",
+    "ParameterEstimate",
+    "Profile",
+    "Profiles",
+    "Progress",
+    "RateProfile",
+    "Record",
+    "RecordEntry",
+    "RecordError",
+    "RecordValidation",
+    "Stage",
+    "Structure",
+    "Survey",
     "Trajectory",
+    "Understanding",
+    "UsageError",
+    "Validations",
+    "WorkersError",
     "__version__",
+    "bootstrap",
+    "budget",
+    "catalogue_mechanism",
+    "check",
     "compare",
+    "design",
     "diagnose",
     "export",
     "fleet",
+    "from_state_space",
     "identify",
+    "identify_into",
     "load_campaign",
+    "load_fit",
+    "load_mechanism",
+    "load_record",
+    "load_structure",
+    "look",
+    "make_campaign",
+    "make_command",
+    "make_mechanism",
+    "make_record",
+    "profile",
+    "report",
     "simulate",
+    "simulate_all",
     "validate",
+    "write_mechanism",
 ]
-
-_HOMES = {
-    "Fit": "mechid.identification.result.fit",
-    "Trajectory": "mechid.simulation.trajectory",
-    "compare": "mechid.analysis.comparison",
-    "diagnose": "mechid.identification.diagnosis.diagnosis",
-    "export": "mechid.exports.export",
-    "fleet": "mechid.fleets.fleet",
-    "identify": "mechid.identification.diagnosis.completion",
-    "load_campaign": "mechid.campaign.campaign_file",
-    "simulate": "mechid.campaign.prediction",
-    "validate": "mechid.analysis.validation",
-}
 
 
 def __getattr__(name: str) -> object:
     """Return a public name, its home imported."""
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value: object = getattr(import_module(_HOMES[name]), name)
+    value: object = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
     globals()[name] = value
     return value
 

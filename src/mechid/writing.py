@@ -57,8 +57,19 @@ def write_whole(path: Path, content: str | Iterable[str]) -> None:
 
 
 def _write(path: Path, content: str | Iterable[str]) -> None:
-    with path.open("w", encoding="utf-8", newline="\n") as file:
-        file.writelines((content,) if isinstance(content, str) else content)
+    with path.open("wb") as file:
+        file.writelines(map(_encoded, (content,) if isinstance(content, str) else content))
+
+
+def _encoded(text: str) -> bytes:
+    r"""Return text as UTF-8, with names of files whose bytes Python could not read as letters.
+
+    Where the system's own letters are ASCII alone, such names are UTF-8 as a rule; other bytes become ``\xe4``.
+    """
+    try:
+        return text.encode()
+    except UnicodeEncodeError:
+        return text.encode(errors="surrogateescape").decode(errors="backslashreplace").encode()
 
 
 @contextmanager

@@ -16,6 +16,8 @@ MECHANISM, CAMPAIGN = "mechanism.toml", "campaign.toml"
 
 WRONG_FILES = [
     ("unknown key", MECHANISM, "stiffness =", "stifness =", 'did you mean "stiffness"?'),
+    ("a period of nothing", MECHANISM, "period_deg = 1.8", "period_deg = 1e-320", "found 1e-320; write degrees"),
+    ("a mechanism of 5000 letters", CAMPAIGN, '"mechanism.toml"', f'"{"m" * 5000}.toml"', "mmm..."),
     ("unit-like text", MECHANISM, "rotor_inertia = 8.9e-06", 'rotor_inertia = "8.9e-6 kg m2"', "without quotes"),
     ("wrong type", MECHANISM, "rotor_inertia = 8.9e-06", "rotor_inertia = true", "found true"),
     ("value outside its bounds", MECHANISM, "value = 9.5,", "value = 95.0,", "is above max = 20"),
@@ -225,6 +227,7 @@ def test_an_unexpected_error_is_1_with_one_line(monkeypatch, capsys):
         raise ZeroDivisionError("division\nby zero")
 
     monkeypatch.setattr(app, "app", broken)
+    monkeypatch.setattr(app, "prepare_streams", lambda: None)  # those of the test stay
     monkeypatch.delenv("MECHID_DEBUG", raising=False)
     with pytest.raises(SystemExit) as exit_:
         app.main()

@@ -13,6 +13,7 @@ from mechid.command import Command, RateProfile
 from mechid.designs.candidates import CandidateChoice
 from mechid.designs.design import make_design
 from mechid.designs.design_file import DesignOptions, Limits
+from mechid.designs.hand_off import design_data
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.proposal import command_text
 from mechid.designs.rivals import Group, fitted_alike
@@ -135,7 +136,7 @@ def test_the_record_that_tells_is_proposed_first_and_says_why(tmp_path):
     choices = CandidateChoice(steppings=("full",), rates=(10.0, 60.0), start_angles_deg=(45.0,), sweeps_s=())
     options = DesignOptions(candidates=choices, limits=Limits(total_s=22.0), mechanisms=1)
     design = make_design(campaign, options, rivals=[group])
-    data, _ = write_design(design, tmp_path / "out")
+    write_design(design, tmp_path / "out", data := design_data(design))
     (entry,) = data["rivals"]
     assert entry["clear"]
     assert set(entry["records"]) <= {r["name"] for r in data["chosen"]["records"]}

@@ -63,6 +63,11 @@ DAMAGES = {
     "no parameters": (lambda e: e.pop("parameters"), "parameters: missing"),
     "no outcome": (lambda e: e["outcome"].clear(), "outcome.code: missing"),
     "a grade that is none": (lambda e: e.update(grade="Z"), 'grade: found "Z", none of A, B, C, failed'),
+    "a matrix that is null": (lambda e: e.update(correlation=None), "correlation: found null, no table"),
+    "a matrix that is a list": (lambda e: e.update(covariance=[]), "covariance: found [], no table"),
+    "a matrix over no parameter": (lambda e: e["correlation"].update(names=["x"]), 'correlation.names: found "x"'),
+    "a matrix over what is no name": (lambda e: e["correlation"].update(names=[[2]]), "correlation.names: found [2]"),
+    "a matrix of texts": (lambda e: e["covariance"].update(matrix=[["x"]]), 'covariance.matrix: found "x", no number'),
     "a matrix of another size": (
         lambda e: e["covariance"].update(matrix=[[1.0, 2.0]]),
         "covariance.matrix: is not 1 x",
@@ -93,3 +98,11 @@ def test_a_file_where_the_folder_should_be_is_told(tmp_path):
 def test_a_missing_file_is_refused_with_a_remedy(tmp_path):
     with pytest.raises(InputFileError, match="mechid identify"):
         read_estimate(tmp_path / "estimate.json")
+
+
+def test_a_matrix_of_what_is_not_known_is_read(tmp_path):
+    """Truth: what is not finite is written as null."""
+    content = minimal()
+    content["covariance"]["matrix"] = [[None]]
+    (tmp_path / "estimate.json").write_text(json.dumps(content))
+    assert read_estimate(tmp_path / "estimate.json") == content

@@ -76,6 +76,19 @@ def test_the_time_is_converted():
     assert choose(("t/ms", "M")).time.scale == pytest.approx(1e-3)
 
 
+def test_a_torque_that_is_not_where_nobody_said_is_warned_of():
+    """Truth: the four columns of a program that writes the temperature first."""
+    (chosen,) = choose(["time_s", "Temperature", "Fx", "Mz [N*m]"]).channels
+    assert chosen.index == 1
+    assert 'is it not Mz? write channels = [{ quantity = "torque", column = "Mz" }]' in chosen.warning
+
+
+@pytest.mark.parametrize("columns", [["time_s", "Mz"], ["t", "y", "z"], ["t", "Drehmoment", "Mz"]])
+def test_a_torque_where_it_is_expected_is_not(columns):
+    (chosen,) = choose(columns).channels
+    assert chosen.warning is None
+
+
 def test_the_role_is_kept():
     layout = choose(("t", "uA"), ChannelSpec(quantity="voltage_phase_a", column="uA", role=Role.INPUT))
     assert layout.channels[0].role is Role.INPUT

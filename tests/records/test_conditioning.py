@@ -275,3 +275,12 @@ def test_all_steps_are_done_in_their_order_and_told(tmp_path):
     mean = float(np.mean(torque[:1000]))
     inner = slice(80, 95)
     np.testing.assert_allclose(torque_of(record)[inner], (tone(times(record)) + 0.1 - mean)[inner], atol=2e-3)
+
+
+@pytest.mark.parametrize("samples", [2, 3])
+def test_too_few_samples_for_a_spline_are_refused(tmp_path, samples):
+    """Truth: a cubic through fewer than four points is not one."""
+    how = Conditioning(time_stamps=TimeStamps.RESAMPLE)
+    line = refused(tmp_path, how, time=jittered(0.3)[:samples], rate=RATE)
+    assert f"{samples} samples; a cubic spline needs 4" in line
+    assert read(tmp_path, how, time=jittered(0.3)[:20], rate=RATE).treatments[0]["taken"] == "resample"

@@ -50,6 +50,7 @@ FILES = {
     "semicolon": encoded(text("time_s;torque_Nm", ";")),
     "tab": encoded(text("time_s\ttorque_Nm", "\t")),
     "space": encoded(text("time_s torque_Nm", "   ")),
+    "LabVIEW's empty last column": encoded(text("X_Value\tMz\tComment", "\t")),
     "comma and space": encoded(text("time_s, torque_Nm", ", ")),
     "space with units in brackets": encoded(text("time [s]  torque [N m]", "  ")),
     "decimal comma and semicolon": encoded(text("time_s;torque_Nm", ";", decimal=",")),

@@ -174,3 +174,29 @@ def test_a_missing_library_is_named(tmp_path, monkeypatch):
     path = written(tmp_path / "a.uff", "-1\n")
     with pytest.raises(InputFileError, match="needs pyuff; pip install"):
         read_uff(path, UFF_SELECTION)  # in this process, which lacks it
+
+
+@pytest.mark.parametrize("mode", ["1.5", '"text"', "[]", "true"])
+def test_a_mode_that_is_no_table_is_refused(tmp_path, mode):
+    path = written(tmp_path / "modes.toml", f'line_of_sight = ["x"]\nmode = [{mode}]\n')
+    with pytest.raises(InputFileError, match=r"modes\.toml: mode\[0\]: found .*; write each mode as a table under"):
+        read_structure(path)
+
+
+@pytest.mark.parametrize("key", ["interface", "frequency_hz", "damping", "line_of_sight"])
+@pytest.mark.parametrize("value", ["1e308", "1.7e308"])
+def test_numbers_whose_response_is_none_are_refused(tmp_path, key, value):
+    """Truth: the largest double is 1.8e308; products of these are none."""
+    numbers = {"frequency_hz": "20.0", "damping": "0.01", "interface": "0.1", "line_of_sight": "[0.2]"}
+    numbers[key] = f"[{value}]" if key == "line_of_sight" else value
+    lines = "\n".join(f"{name} = {number}" for name, number in numbers.items())
+    with pytest.raises(InputFileError, match=r"modes\.toml: .*its response at .* Hz is no number a structure has"):
+        read_structure(written(tmp_path / "modes.toml", f'line_of_sight = ["x"]\n[[mode]]\n{lines}\n'))
+
+
+@pytest.mark.parametrize("value", ["1e308", "-1.7e308"])
+def test_a_response_that_no_structure_has_is_refused(tmp_path, value):
+    rows = "\n".join(f"{f},1e-6,0,{value},0" for f in range(1, 20))
+    path = written(tmp_path / "frf.csv", f"frequency_Hz,interface_re,interface_im,los_x_re,los_x_im\n{rows}\n")
+    with pytest.raises(InputFileError, match=r"is no number a structure has"):
+        read_structure(path)

@@ -11,6 +11,7 @@ from mechid.analysis.criteria import Score, score, shared_effective_samples
 from mechid.analysis.hypothesis import Believed, Hypothesis, read_hypotheses
 from mechid.analysis.preference import Preference, cautions, preference
 from mechid.parameter import Status
+from mechid.shown import Shown
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,8 +41,8 @@ class ParameterComparison:
     differences_sigmas: tuple[float | None, ...]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comparison:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Comparison(Shown):
     """Finished fits side by side.
 
     Attributes

@@ -13,12 +13,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import periodogram
 
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
 from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.density import THIRD
 from mechid.signal.series import Series
+from mechid.signal.window import windowed_density
 
 FloatArray = NDArray[np.float64]
 
@@ -105,7 +105,8 @@ def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Wi
     amplitudes, _ = order_amplitudes(left[:, None], window.position, orders)
     between = left - left.mean() - order_signal(amplitudes[:, 0], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
-    frequency, fine = periodogram(between, window.sample_rate_hz, window="hann")
+    fine = windowed_density(between, window.sample_rate_hz)
+    frequency = np.arange(fine.size) / duration_s
     at_lines, tracked = window.rate * np.array(orders), np.isin(TRACKED, orders)
     density = _third_octaves(frequency, fine, at_lines)
     near = around(frequency, fine, at_lines)

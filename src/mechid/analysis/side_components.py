@@ -14,14 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import hann
-from scipy.special import gamma
-from scipy.stats import f
+from scipy.special import fdtri, gamma
 
 from mechid.analysis.order_tracking import RESOLVED, TravelWindow
 from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
 from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.series import Series
+from mechid.signal.window import hann
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -173,7 +172,7 @@ def least_power(windows: int, components: int) -> float:
     Both are sums of squares: of the line 2 a window, of the noise those of the bins around it.
     """
     alarm = FALSE_ALARM / (len(TRACKED) * max(components, 1))
-    return float(f.ppf(1.0 - alarm, 2 * windows, 2 * windows * BINS / HANN))
+    return float(fdtri(2 * windows, 2 * windows * BINS / HANN, 1.0 - alarm))
 
 
 def least_coherence(windows: int) -> float:
@@ -225,7 +224,7 @@ def _tracked(window: TravelWindow, together: FloatArray, orders: list[float]) ->
 def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatArray) -> ComplexArray:
     """Return the mean cross-spectral density around each line, (k, c, c), one-sided, E[x_i x_j*]."""
     n, channels = between.shape
-    weights = hann(n, sym=False)
+    weights = hann(n)
     spectra = np.fft.rfft((between - between.mean(axis=0)) * weights[:, None], axis=0).T
     scale = 2.0 / (sample_rate_hz * np.sum(weights**2))
     frequency = np.asarray(np.fft.rfftfreq(n, 1.0 / sample_rate_hz), dtype=np.float64)

@@ -6,13 +6,16 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 from mechid.analysis.look import Drive, RecordLook, look_at
-from mechid.campaign.campaign import CampaignRecord
+from mechid.campaign.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign_file import FILE_NAME, load_records
+from mechid.campaign.in_code import RecordEntry, own_record
 from mechid.errors import RecordError
 from mechid.records import Record
 from mechid.records.bare import Hints, read_bare
+from mechid.shown import Shown
 
 TOML = ".toml"
 _NO_NAME = re.compile(r"[^A-Za-z0-9_-]+")
@@ -26,21 +29,24 @@ class LeftOut:
     message: str
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Survey:
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Survey(Shown):
     """The looks at all records, their names unlike, and the files that could not be read."""
 
     looks: tuple[RecordLook, ...]
     left_out: tuple[LeftOut, ...]
 
 
-def survey(paths: Sequence[Path], hints: Hints | None = None) -> Survey:
+Source: TypeAlias = Path | Campaign | RecordEntry
+
+
+def survey(sources: Sequence[Source], hints: Hints | None = None) -> Survey:
     """Look at measured files and at the records of campaigns.
 
     Parameters
     ----------
-    paths : sequence of Path
-        Measured files, campaign files, or folders that hold ``campaign.toml``.
+    sources : sequence of Path, Campaign or RecordEntry
+        Measured files, campaign files, or folders that hold ``campaign.toml``; campaigns and records in memory.
     hints : Hints or None
         On the columns of the measured files; a campaign says that itself.
 
@@ -54,24 +60,38 @@ def survey(paths: Sequence[Path], hints: Hints | None = None) -> Survey:
     looks: list[RecordLook] = []
     left_out: list[LeftOut] = []
     taken: set[str] = set()
-    for path in paths:
+    for source in sources:
         try:
-            for record, drive in _records(path, hints):
+            for record, drive in _records(source, hints):
                 looks.append(look_at(replace(record, name=_unlike(record.name, taken)), drive))
         except RecordError as error:
-            left_out.append(LeftOut(file=str(path), message=str(error)))
+            left_out.append(
+                LeftOut(file=str(source) if isinstance(source, Path) else _name(source), message=str(error))
+            )
     if not looks:
         more = f"; and {len(left_out) - 1} more files" if len(left_out) > 1 else ""
         raise RecordError(f"{left_out[0].message}{more}" if left_out else "no records")
     return Survey(looks=tuple(looks), left_out=tuple(left_out))
 
 
-def _records(path: Path, hints: Hints | None) -> Iterator[tuple[Record, Drive | None]]:
-    """Yield the records of a path, each with the command that is declared of it."""
+def _records(source: Source, hints: Hints | None) -> Iterator[tuple[Record, Drive | None]]:
+    """Yield the records of a source, each with the command that is declared of it."""
+    if isinstance(source, RecordEntry):
+        record, command = own_record(source)
+        yield record, Drive(command=command) if command else None
+        return
+    if isinstance(source, Campaign):
+        yield from ((_data(record), _drive(record)) for record in source.records)
+        return
+    path = source
     if path.suffix.lower() == TOML or (path / FILE_NAME).is_file():
         yield from ((_data(record), _drive(record)) for record in load_records(path))
     else:
         yield from ((record, None) for record in read_bare(path, hints))
+
+
+def _name(source: Campaign | RecordEntry) -> str:
+    return source.name if isinstance(source, RecordEntry) else str(source.path)
 
 
 def _data(record: CampaignRecord) -> Record:

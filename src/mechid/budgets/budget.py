@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,12 @@ from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.plant.flight import moving_base_objection
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import PLOTS, Shown
 from mechid.simulation.resonances import resonances
 from mechid.structure import Modes, Structure
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 FloatArray = NDArray[np.float64]
 Listener = Callable[[str], None]
@@ -49,8 +54,8 @@ AROUND = 0.05
 BY_DUTY = "all modes, by duty"
 
 
-@dataclass(frozen=True, eq=False)
-class Budget:
+@dataclass(frozen=True, eq=False, repr=False)
+class Budget(Shown):
     """What a budget file leads to; `by_duty` are all modes together, by the shares of the time they are run.
 
     `two_way_by_duty` are their two-way levels of the nominal unit over time, rad, by requirement. `side` are the forces
@@ -65,6 +70,27 @@ class Budget:
     crossings: tuple[Crossing, ...]
     warnings: tuple[str, ...]
     side: SideSource | None = None
+
+    def plot(self, mode: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw each requirement's level over its limit; of a mode its line of sight in rad over rate or time.
+
+        Parameters
+        ----------
+        mode : str or None
+        ax : matplotlib.axes.Axes or None
+            None makes new ones.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        UsageError
+            There is no such mode.
+        """
+        axes: Axes = import_module(PLOTS).plot_budget(self, mode, ax)
+        return axes
 
     @property
     def standings(self) -> list[Standing]:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +18,7 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.requirement_entry import read_requirements
 from mechid.budgets.structure_entry import read_frame, read_structure_entry
+from mechid.campaign.in_code import plain
 from mechid.campaign.place import Place, found, refuse_unknown_keys, required, text
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
@@ -42,8 +45,16 @@ class BudgetFile:
     seed: int = 0
 
 
-def read_budget_file(path: Path | str) -> BudgetFile:
+def read_budget_file(path: Path | str, *, structure: Structure | None = None, has_estimate: bool = False) -> BudgetFile:
     """Return what a budget file asks for.
+
+    Parameters
+    ----------
+    path : Path
+    structure : Structure or None
+        In place of the file that the table ``structure`` names.
+    has_estimate : bool
+        Whether the estimate is given otherwise: then the file need not name one.
 
     Raises
     ------
@@ -51,19 +62,29 @@ def read_budget_file(path: Path | str) -> BudgetFile:
         The file or its structure is missing or wrong; one line with place, what was found and remedy.
     """
     path = Path(path)
-    table, place = read_toml(path, "budget"), Place(path.name)
+    return _asked(read_toml(path, "budget"), path, structure, has_estimate=has_estimate)
+
+
+def budget_of_table(
+    table: Mapping[str, Any], *, structure: Structure | None = None, has_estimate: bool = False
+) -> BudgetFile:
+    """Return what the tables of a budget file ask for; names of files in them are taken from the working folder.
+
+    Parameters and errors as of `read_budget_file`.
+    """
+    return _asked(plain(table), Path("budget"), structure, has_estimate=has_estimate)
+
+
+def _asked(table: Mapping[str, Any], path: Path, structure: Structure | None, *, has_estimate: bool) -> BudgetFile:
+    place = Place(path.name)
     refuse_unknown_keys(table, KEYS, place)
-    estimate = text(
-        required(table, "estimate", place, 'write estimate = "estimate.json", as mechid identify leaves it'),
-        place.key("estimate"), 'write the name of a file, as "estimate.json"',
-    )  # fmt: skip
-    structure, coupled_below_hz = read_structure_entry(table, place, path.parent)
+    structure, coupled_below_hz = read_structure_entry(table, place, path.parent, structure)
     seed = table.get("seed", 0)
     if not is_whole(seed, 0, 2**32):
         raise place.key("seed").error(f"{found(seed)}; write a whole number from 0")
     return BudgetFile(
         path=path,
-        estimate=path.parent / estimate,
+        estimate=path.parent / ("" if has_estimate else _estimate(table, place)),
         flight=read_flight(table.get("flight", {}), place.key("flight")),
         structure=structure,
         frame=read_frame(table, place),
@@ -73,3 +94,9 @@ def read_budget_file(path: Path | str) -> BudgetFile:
         errors=read_errors(table, place, structure.line_of_sight),
         seed=seed,
     )
+
+
+def _estimate(table: Mapping[str, Any], place: Place) -> str:
+    remedy = 'write estimate = "estimate.json", as mechid identify leaves it'
+    name = required(table, "estimate", place, remedy)
+    return text(name, place.key("estimate"), 'write the name of a file, as "estimate.json"')

@@ -24,24 +24,35 @@ KEYS = (
     "file", "interface", "line_of_sight", "damping", "length_unit_m", "mass_unit_kg", "highest_hz",
     "attitude_control", "coupled_below_hz", "directions", "frame",
 )  # fmt: skip
+OF_BUDGET = ("attitude_control", "coupled_below_hz", "frame")
+"""Keys that are no matter of the structure's file."""
+TABLE_REMEDY = "write a table, [structure]"
 LOCATION_KEYS = ("node", "direction", "factor")
 LINE_KEYS = ("name", *LOCATION_KEYS)
 LOCATION_REMEDY = 'write { node = 3, direction = "rz" }'
 COUPLED_BELOW_HZ = 150.0
 
 
-def read_structure_entry(table: Mapping[str, Any], place: Place, folder: Path) -> tuple[Structure, float]:
+def read_structure_entry(
+    table: Mapping[str, Any], place: Place, folder: Path, given: Structure | None = None
+) -> tuple[Structure, float]:
     """Return the structure, and up to which frequency in Hz its modes are joined with the mechanism.
+
+    One that is `given` takes the place of the file's.
 
     Raises
     ------
     InputFileError
         An entry or the structure's file is missing or wrong.
     """
-    entry, at = required(table, "structure", place, "write a table, [structure]"), place.key("structure")
+    at = place.key("structure")
+    entry = required({"structure": {}} | dict(table) if given else table, "structure", place, TABLE_REMEDY)
     if not is_table(entry):
-        raise at.error(f"{found(entry)}; write a table, [structure]")
-    refuse_unknown_keys(entry, KEYS, at)
+        raise at.error(f"{found(entry)}; {TABLE_REMEDY}")
+    refuse_unknown_keys(entry, KEYS if given is None else OF_BUDGET, at)
+    coupled = number(entry.get("coupled_below_hz", COUPLED_BELOW_HZ), at.key("coupled_below_hz"), "Hz")
+    if given is not None:
+        return _controlled(given, entry, at), coupled
     file = text(required(entry, "file", at, 'write file = "structure.toml"'), at.key("file"), "write a file's name")
     axis = one_of(table["axis"], ROTATIONS, place.key("axis")) if "axis" in table else ""
     try:
@@ -50,7 +61,6 @@ def read_structure_entry(table: Mapping[str, Any], place: Place, folder: Path) -
         raise InputFileError(
             str(error) if str(error).startswith(place.file) else f"{at.key('file')}: {error}"
         ) from error
-    coupled = number(entry.get("coupled_below_hz", COUPLED_BELOW_HZ), at.key("coupled_below_hz"), "Hz")
     return _controlled(structure, entry, at), coupled
 
 
@@ -92,7 +102,7 @@ def read_frame(table: Mapping[str, Any], place: Place) -> FloatArray:
     InputFileError
         They are no three directions at right angles to one another, right-handed.
     """
-    entry, at = table["structure"].get("frame"), place.key("structure").key("frame")
+    entry, at = table.get("structure", {}).get("frame"), place.key("structure").key("frame")
     if entry is None:
         return np.eye(3)
     if not is_table(entry):

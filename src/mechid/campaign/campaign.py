@@ -71,7 +71,7 @@ class Match:
     lines_hz: tuple[float, ...] = ()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class CampaignRecord:
     """One test run: how it was commanded, and what was measured.
 
@@ -109,6 +109,10 @@ class CampaignRecord:
     burn_in_s: float = 0.0
     stretch_s: float = 0.0
     data: Record | None = None
+
+    def __repr__(self) -> str:
+        held = "planned" if self.data is None and self.file is None else repr(self.data) if self.data else "not read"
+        return f"<CampaignRecord {self.name} ({self.use}): {held}>"
 
     @property
     def estimated(self) -> tuple[Match, ...]:
@@ -165,7 +169,7 @@ class Stage:
     free: tuple[str, ...]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Campaign:
     """Records, mechanism and stages that belong together.
 
@@ -196,6 +200,10 @@ class Campaign:
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
     considered: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        names = ", ".join(record.name for record in self.records)
+        return f"<Campaign {self.path}: {len(self.free)} free parameters, records {names}>"
 
     def record(self, name: str) -> CampaignRecord:
         """Return the record of a name; UsageError where there is none."""

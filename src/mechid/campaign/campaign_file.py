@@ -2,34 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.bench_entry import KEY as BENCH
 from mechid.campaign.bench_entry import read_bench, with_data
-from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
-from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
-from mechid.campaign.identify_options import read_identify_options
-from mechid.campaign.measured_input import joined, with_inputs
-from mechid.campaign.mechanism_file import mechanism_warnings, read_mechanism
+from mechid.campaign.campaign import Campaign, CampaignRecord
+from mechid.campaign.joined_campaign import KEYS, Sources, joined_campaign
+from mechid.campaign.mechanism_file import read_mechanism
 from mechid.campaign.not_filled_in import refuse_empty_commands
-from mechid.campaign.own_values import with_own_values
 from mechid.campaign.place import Place, refuse_unknown_keys, required, text
 from mechid.campaign.record_entry import read_records as read_record_entries
-from mechid.campaign.record_tables import OWN, gathered
-from mechid.campaign.record_warnings import record_warnings, same_file_warnings
-from mechid.campaign.stage_entry import read_stages
-from mechid.campaign.start_entry import ESTIMATED, with_starts
-from mechid.campaign.stretches import in_stretches
-from mechid.campaign.timing_entry import with_clocks
+from mechid.campaign.record_tables import gathered
 from mechid.campaign.toml_file import read_toml
 from mechid.errors import InputFileError
-from mechid.plant.mechanism import Mechanism
-from mechid.records import Mounting, prepare_to_read, read_record
+from mechid.reading.whole import is_file, is_folder
+from mechid.records import Record, prepare_to_read, read_record
 
 FILE_NAME = "campaign.toml"
-KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
 MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechanism.toml"'
 
 
@@ -61,42 +51,21 @@ def load_campaign(
         The campaign or mechanism file is missing or wrong.
     RecordError
         A record's file is missing or cannot be used.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_campaign("bench").records[0].name  # doctest: +SKIP
+    'full_46'
     """
     file = _campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
-    table = gathered(table, place)
-    options, effects = read_identify_options(table, place), read_considered(table, place)
     mechanism_path = mechanism_file or file.parent / _mechanism(table, place)
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
-    records = read_record_entries(table, place, file.parent, need_files=need_files)
-    mounting = read_bench(table, place, records)
-    if read_records:
-        prepare_to_read(record.file for record in records if record.file)
-    mechanism = read_mechanism(mechanism_path)
-    mechanism, records = joined(mechanism, records, place)
-    records = with_clocks(records, table, place)
-    places = [place.key("record").item(index) for index in range(len(records))]
-    records = with_own_values(records, table["record"], places, mechanism)
-    records = with_starts(records, table["record"], places, mechanism)
-    if read_records:
-        read_stages(table, place, mechanism, records)  # before the files: they take their time
-    read = (_with_data(r, mechanism, mounting) if read_records or _begins_anywhere(r) else r for r in records)
-    cut = in_stretches(tuple(read), table["record"], place, staged="stage" in table)
-    places = [at for _, _, at in cut]
-    records = with_starts([record for record, _, _ in cut], [entry for _, entry, _ in cut], places, mechanism)
-    return Campaign(
-        path=file,
-        mechanism_path=mechanism_path,
-        mechanism=mechanism,
-        records=records,
-        mounting=mounting,
-        stages=read_stages(table, place, mechanism, records),
-        options=options,
-        considered=effects,
-        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
-    )
+    sources = Sources(file.parent, lambda: read_mechanism(mechanism_path), _read, need_files, read_records)
+    return joined_campaign(table, place, sources, path=file, mechanism_path=mechanism_path)
 
 
 def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
@@ -124,9 +93,9 @@ def load_records(path: Path | str) -> tuple[CampaignRecord, ...]:
 
 
 def _campaign_file(path: Path) -> Path:
-    if not path.is_dir():
+    if not is_folder(path):
         return path
-    if not (path / FILE_NAME).is_file():
+    if not is_file(path / FILE_NAME):
         raise InputFileError(f'{path}: no {FILE_NAME} in this folder; "mechid new {path}" writes one')
     return path / FILE_NAME
 
@@ -136,18 +105,8 @@ def _mechanism(table: Mapping[str, Any], place: Place) -> str:
     return text(entry, place.key("mechanism"), MECHANISM_REMEDY)
 
 
-def _with_data(record: CampaignRecord, mechanism: Mechanism, mounting: Mounting | None) -> CampaignRecord:
-    if not record.file:
-        return record
-    data = read_record(record.file, record.spec)
-    return with_inputs(with_data(record, data, mounting), data, mechanism)
-
-
-def _begins_anywhere(record: CampaignRecord) -> bool:
-    """Tell of a record that begins where its file alone says."""
-    return record.command.start == ESTIMATED and record.file is not None and record.file.is_file()
-
-
-def _warnings(records: Iterable[CampaignRecord], places: Iterable[Place]) -> tuple[str, ...]:
-    each = [line for record, at in zip(records, places, strict=True) for line in record_warnings(record, at)]
-    return (*each, *same_file_warnings(tuple(records)))
+def _read(records: Sequence[CampaignRecord]) -> Iterator[Record | None]:
+    """Yield what the records' files hold, None of those that have none; who reads them is made ready for all."""
+    prepare_to_read(record.file for record in records if record.file)
+    for record in records:
+        yield read_record(record.file, record.spec) if record.file else None

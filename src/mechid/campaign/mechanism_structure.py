@@ -25,6 +25,8 @@ from mechid.plant.tables import CHOICES, LISTS, OPTIONAL, OWN, TABLES, Table, ta
 ASSEMBLY = "assembly"
 OWN_KEY, ORDER_KEY = "block", "order"
 HIGHEST_ORDER = 64
+SHORTEST_PERIOD_DEG = 1e-6
+"""Of a detent: no motor has any thousand times as short, and numbers that are not below it do not overflow."""
 
 
 @dataclass(frozen=True)
@@ -142,13 +144,17 @@ def _orders(table: Mapping[str, Any], listed: Table, place: Place) -> Iterator[i
         if listed.told_by == ORDER_KEY:
             yield _order(entry, place.key(f"{name}.{index}"), listed.order)
         else:
-            yield _by_period(_at(table, listed.beside), entry.get(listed.told_by))
+            at = place.key(f"{name}.{index}.{listed.told_by}")
+            yield _by_period(_at(table, listed.beside), entry.get(listed.told_by), at)
 
 
-def _by_period(poles: Any, period_deg: Any) -> int | None:
+def _by_period(poles: Any, period_deg: Any, place: Place) -> int | None:
     """Return the order of a harmonic that has a period; what is missing or no number is said elsewhere."""
-    are_numbers = is_number(poles) and is_number(period_deg) and poles > 0 and period_deg > 0
-    return detent_order(poles, period_deg) if are_numbers else None
+    if not (is_number(poles) and is_number(period_deg) and poles > 0 and period_deg > 0):
+        return None
+    if period_deg < SHORTEST_PERIOD_DEG:
+        raise place.error(f"{found(period_deg)}; write degrees of the rotor, {SHORTEST_PERIOD_DEG:g} or above")
+    return detent_order(poles, period_deg)
 
 
 def _order(entry: Mapping[str, Any], place: Place, default: int) -> int:

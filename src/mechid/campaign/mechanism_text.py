@@ -11,7 +11,7 @@ from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.tables import LISTS, TABLES
-from mechid.writing import write_whole
+from mechid.writing import writable, write_whole
 
 
 def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str = "") -> None:
@@ -25,8 +25,19 @@ def write_mechanism(mechanism: Mechanism, path: Path | str, header_comment: str 
         An earlier file is replaced.
     header_comment : str
         Comes first, each of its lines as a comment.
+
+    Raises
+    ------
+    UsageError
+        The file cannot be written.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.write_mechanism(mechid.catalogue_mechanism(), "mechanism.toml")  # doctest: +SKIP
     """
-    write_whole(Path(path), mechanism_text(mechanism, header_comment))
+    with writable(Path(path).parent):
+        write_whole(Path(path), mechanism_text(mechanism, header_comment))
 
 
 def mechanism_text(mechanism: Mechanism, header_comment: str = "") -> str:

@@ -16,6 +16,7 @@ from mechid.campaign.place import Place, flag
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_table
 from mechid.errors import InputFileError
+from mechid.reading.whole import is_file
 
 TEMPLATE = "template"
 EXAMPLE_CHANNELS = (
@@ -44,7 +45,7 @@ def refuse_empty_commands(table: Mapping[str, Any], place: Place, mechanism_path
         return
     said = [_empty(commands, place, f"how the record was driven, as {EXAMPLE_COMMAND}")] if commands else []
     said += [_empty(channels, place, f"which column is what, as {EXAMPLE_CHANNELS}")] if channels else []
-    if mechanism_path.is_file():
+    if is_file(mechanism_path):
         mechanism = read_toml(mechanism_path, "mechanism")
         if mechanism.get(TEMPLATE) is True:
             said.append(_left(mechanism, Place(mechanism_path.name)))

@@ -92,17 +92,35 @@ def simulate_all(
 ) -> dict[str, Trajectory]:
     """Simulate every record as `simulate` does, by name; what is long stays in files, which are read piece by piece.
 
-    A record with a file keeps that file's time base; `sample_rate_hz` and `duration_s` are for those without.
+    Parameters
+    ----------
+    campaign : Campaign
+    sample_rate_hz, duration_s : float or None
+        For records without samples; one that was measured keeps its own time base.
+
+    Raises
+    ------
+    UsageError
+        The rate or duration is none.
+    RecordError
+        A record's file is missing or cannot be used.
+    InputFileError
+        A command makes more steps than can be held.
+
+    Examples
+    --------
+    >>> from mechid import load_campaign, simulate_all
+    >>> runs = simulate_all(load_campaign("bench"))  # doctest: +SKIP
     """
     return {
-        r.name: _simulated(r, campaign, (None, None) if r.file else (sample_rate_hz, duration_s))
+        r.name: _simulated(r, campaign, (None, None) if _is_measured(r) else (sample_rate_hz, duration_s))
         for r in campaign.records
     }
 
 
 def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duration_s: float | None) -> tuple[str, ...]:
     """Return what is assumed of records without a file, or a warning where a time base is asked for that none uses."""
-    planned = [r for r in campaign.records if r.file is None]
+    planned = [r for r in campaign.records if not _is_measured(r)]
     if not planned and not (sample_rate_hz is None and duration_s is None):
         return ("every record has a file, whose time base is kept: sample rate and duration are not used",)
     if sample_rate_hz is not None and duration_s is not None:
@@ -113,6 +131,10 @@ def time_base_warnings(campaign: Campaign, sample_rate_hz: float | None, duratio
         "--duration-s and --sample-rate-hz choose otherwise"
         for name, base in bases
     )
+
+
+def _is_measured(record: CampaignRecord) -> bool:
+    return record.file is not None or record.data is not None
 
 
 def _only_record(campaign: Campaign) -> CampaignRecord:

@@ -101,6 +101,8 @@ def _command(table: Mapping[str, Any], spec: RecordSpec, place: Place, folder: P
     """Return the command of the steps; where measured channels drive the record, what is left to say of its start."""
     if all(channel.role is not Role.INPUT for channel in spec.channels):
         entry = required(table, "command", place, COMMAND_REMEDY)
+        if isinstance(entry, Command):
+            return entry
         return Command.from_table(entry, str(place.key("command")), folder)
     entry, at = table.get("command", {}), place.key("command")
     if not is_table(entry):

@@ -9,7 +9,7 @@ from typing import Any
 
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.tables import TABLES
-from mechid.reading.whole import read_bytes
+from mechid.reading.whole import is_folder, read_bytes
 
 _WHERE = re.compile(r"\s*\(at line (\d+), column (\d+)\)$")
 KINDS = {
@@ -68,11 +68,11 @@ def _content(path: Path) -> str:
     try:
         return read_bytes(path).decode("utf-8-sig")
     except FileNotFoundError as error:
-        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+        beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside) or "; check the path"
         raise InputFileError(f"{path}: there is no such file{near}") from error
     except OSError as error:
-        reason = "it is a folder" if path.is_dir() else error.strerror
+        reason = "it is a folder" if is_folder(path) else error.strerror
         raise InputFileError(f"{path}: cannot be read ({reason}); check the path") from error
     except UnicodeDecodeError as error:
         line = error.object[: error.start].count(b"\n") + 1

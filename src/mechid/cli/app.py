@@ -5,8 +5,10 @@ What is heavy is imported inside a verb, so that ``mechid --help`` is there at o
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
+import re
 import sys
 from importlib.metadata import version
 from typing import Annotated, Any
@@ -31,9 +33,13 @@ from mechid.cli.new import new
 from mechid.cli.profile import profile
 from mechid.cli.report import report
 from mechid.cli.simulate import simulate
-from mechid.errors import MechidError
+from mechid.cli.standard_streams import NOBODY_READS, ReaderGoneError, prepare_streams
+from mechid.errors import MechidError, UsageError
 
-INTERRUPTED, UNEXPECTED = 130, 1
+INTERRUPTED, UNEXPECTED, TOO_LONG = 130, 1, UsageError.exit_code
+LETTERS = 200
+LONG_WORD = re.compile(rf"\S{{{2 * LETTERS},}}")
+"""Of a message: no path or name is so long that is meant."""
 DEBUG = "MECHID_DEBUG"
 COLLECTED = 50_000
 """Objects made between two looks for circular garbage: by Python's own 700, imports alone spend half a second on it."""
@@ -51,8 +57,11 @@ class Verbs(TyperGroup):
         try:
             return super().invoke(ctx)
         except MechidError as error:
-            _say(f"mechid: error: {error}")
-            raise typer.Exit(error.exit_code) from error
+            raise _refused(str(error), error.exit_code) from error
+        except OSError as error:
+            if error.errno != errno.ENAMETOOLONG:
+                raise
+            raise _refused(f"{error.filename}: the name is too long for a file; give another", TOO_LONG) from error
         except KeyboardInterrupt as error:
             _say("mechid: interrupted")
             raise typer.Exit(INTERRUPTED) from error
@@ -108,8 +117,17 @@ def mechid(
 def main() -> None:
     """Run the command line; never returns."""
     gc.set_threshold(COLLECTED)
+    prepare_streams()
     try:
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()  # at its own end Python would only complain
+    except ReaderGoneError:
+        sys.exit(NOBODY_READS)
+    except MechidError as error:
+        _say(f"mechid: error: {error}")
+        sys.exit(error.exit_code)
     except Exception as error:
         if os.environ.get(DEBUG) == "1":
             raise
@@ -118,5 +136,12 @@ def main() -> None:
         sys.exit(UNEXPECTED)
 
 
+def _refused(line: str, code: int) -> typer.Exit:
+    """Say what was wrong, and return the end of the command."""
+    _say(f"mechid: error: {line}")
+    return typer.Exit(code)
+
+
 def _say(line: str) -> None:
-    typer.echo(" ".join(line.splitlines()), err=True)
+    """Say a line on stderr, words that are no words shortened."""
+    typer.echo(LONG_WORD.sub(lambda word: f"{word[0][:LETTERS]}...", " ".join(line.splitlines())), err=True)

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from mechid.cli.scheduler import Scheduler, on_scheduler
-
-if TYPE_CHECKING:
-    from mechid.identification.refit.bootstrap import Draw
 
 JOURNAL_NAME = "bootstrap.jsonl"
 
@@ -28,31 +23,16 @@ def bootstrap(
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Refit simulated records, and see how estimates scatter."""
-    from mechid.cli.finished_fit import finished_fit
-    from mechid.cli.progress_line import ProgressLine
+    from mechid.cli.printed import followed, print_result
     from mechid.holding import held
-    from mechid.identification.computation.journal import Journal
-    from mechid.identification.computation.parallel import one_core_algebra
-    from mechid.identification.computation.progress import Progress
-    from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
-    from mechid.identification.refit.reopened import reopened
-    from mechid.reports.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
-    from mechid.reports.terminal import console_on
+    from mechid.interface.finished_fit import finished_fit
+    from mechid.interface.refits import bootstrap as bootstrapped
 
-    found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
-    began, ended = time.perf_counter(), 0
+    found = finished_fit(fit, campaign)
     with held(out):
-        with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-            optimum = reopened(found.campaign, found.estimate, workers=count)
-
-            def told(draw: Draw) -> None:
-                nonlocal ended
-                ended += 1
-                where = f"{ended} of {draws} draws, number {draw.number} {draw.outcome.code.replace('_', ' ')}"
-                line.tell(Progress(1, 1, "bootstrap", where, draw.cost, time.perf_counter() - began))
-
-            journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
-            done = bootstrapped(optimum, draws, seed=seed, workers=count, journal=journal, told=told)
-        data = bootstrap_data(done, seed)
-        files = write_bootstrap(data, out)
-        print_bootstrap(data, console_on(), files)
+        with on_scheduler(scheduler), followed() as listener:
+            done = bootstrapped(
+                found.campaign, found, draws, seed=seed, workers=workers, listener=listener,
+                journal=out / JOURNAL_NAME, resume=resume,
+            )  # fmt: skip
+        print_result(done, out)

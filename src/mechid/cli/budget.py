@@ -17,18 +17,10 @@ def budget(
     scheduler: Scheduler = None,
 ) -> None:
     """Predict the line of sight's error against requirements."""
-    from mechid.budgets.budget import make_budget
-    from mechid.budgets.budget_file import read_budget_file
-    from mechid.budgets.hand_off import write_budget
-    from mechid.budgets.numbers import budget_data
+    from mechid.cli.printed import print_result, say
     from mechid.holding import held
-    from mechid.reports.budget.terminal import print_budget
-    from mechid.reports.budget.writing import write_budget_report
-    from mechid.reports.terminal import console_on
+    from mechid.interface.budget import budget as budgeted
 
-    asked = read_budget_file(file)
     with held(out), on_scheduler(scheduler):
-        made = make_budget(asked, workers, lambda line: typer.echo(line, err=True))
-        data = budget_data(made)
-        files = write_budget(made, out, data)
-        print_budget(data, console_on(), [*files, *write_budget_report(data, out)])
+        made = budgeted(file, workers=workers, told=say)
+        print_result(made, out)

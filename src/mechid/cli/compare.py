@@ -13,13 +13,7 @@ def compare(
     out: Annotated[Path | None, typer.Option(metavar="DIR", help="Folder for comparison.json.")] = None,
 ) -> None:
     """Compare finished fits of the same records."""
-    from contextlib import nullcontext
+    from mechid.cli.printed import print_result
+    from mechid.interface.compare import compare as compared
 
-    from mechid.analysis import compare as compare_fits
-    from mechid.holding import held
-    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
-    from mechid.reports.terminal import console_on
-
-    data = comparison_data(compare_fits(*fits))
-    with held(out) if out else nullcontext():
-        print_comparison(data, console_on(), [write_comparison(data, out)] if out else [])
+    print_result(compared(*fits), out)

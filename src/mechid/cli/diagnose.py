@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -23,18 +22,15 @@ def diagnose(
     scheduler: Scheduler = None,
 ) -> None:
     """Say which effects the mechanism file lacks, and propose a file that has them."""
-    from mechid.cli.finished_fit import finished_fit
-    from mechid.cli.progress_line import ProgressLine
+    from mechid.cli.printed import followed, print_result
     from mechid.holding import held
-    from mechid.identification.diagnosis.diagnosis import diagnose as diagnosed
-    from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
-    from mechid.reports.terminal import console_on
+    from mechid.interface.diagnose import diagnose as diagnosed
+    from mechid.interface.finished_fit import finished_fit
 
     finished = finished_fit(fit, campaign)
-    asked = replace(finished.campaign, considered=tuple(consider)) if consider else finished.campaign
     with held(out):
-        with on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-            found = diagnosed(asked, finished.estimate, workers=workers, listener=line.tell)
-        data = diagnosis_data(found)
-        files = write_diagnosis(found, data, out)
-        print_diagnosis(data, console_on(), files)
+        with on_scheduler(scheduler), followed() as listener:
+            found = diagnosed(
+                finished.campaign, finished.estimate, consider=consider or (), workers=workers, listener=listener
+            )
+        print_result(found, out)

@@ -25,10 +25,10 @@ def explore(
     """Turn parameters in the browser and watch model and fit."""
     from mechid.campaign import load_campaign
     from mechid.campaign.bench import TRUTH_NAME
-    from mechid.cli.finished_fit import completed_file
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.journal_file import FILE_NAME as JOURNAL_NAME
+    from mechid.interface.finished_fit import completed_file
     from mechid.web import Explorer, Source, read_diagnosed, read_estimated
 
     folder = fit or (campaign if campaign.is_dir() else campaign.parent)

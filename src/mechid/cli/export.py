@@ -19,13 +19,12 @@ def export(
     ] = None,
 ) -> None:
     """Hand the identified mechanism on: to control design, simulation, flight software, structure."""
-    from mechid.cli.finished_fit import finished_fit
+    from mechid.cli.printed import print_result
     from mechid.exports.export import exported, named_options
     from mechid.exports.handover import handover
     from mechid.identification.result.estimate_file import FILE_NAME
     from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
-    from mechid.reports.exported import print_exported
-    from mechid.reports.terminal import console_on
+    from mechid.interface.finished_fit import finished_fit
     from mechid.writing import refuse_unwritable
 
     refuse_unwritable(out)
@@ -34,4 +33,4 @@ def export(
     folder = fit if fit.is_dir() else fit.parent
     mechanism = read_estimated_mechanism(finished.estimate, folder / FILE_NAME)
     what = handover(finished.estimate, mechanism, finished.campaign, anyway=anyway, folder=folder)
-    print_exported(exported(what, to, out, options), console_on())
+    print_result(exported(what, to, out, options), None)

@@ -24,26 +24,15 @@ def fleet(
     ] = False,
 ) -> None:
     """Identify many campaigns, and say what differs, what changes and what stands off."""
+    from mechid.cli.printed import print_result, say
     from mechid.errors import FitError
-    from mechid.fleets.fleet import make_fleet
-    from mechid.fleets.fleet_file import read_members
-    from mechid.fleets.hand_off import write_fleet
-    from mechid.fleets.numbers import fleet_data
     from mechid.holding import held
-    from mechid.reports.fleet.terminal import print_fleet
-    from mechid.reports.fleet.writing import write_fleet_report
-    from mechid.reports.terminal import console_on
+    from mechid.interface.fleet import fleet as together
 
-    asked = read_members(sources)
     with held(out):
         with on_scheduler(scheduler):
-            made = make_fleet(asked, out, seed=seed, workers=workers, complete=complete, told=_say)
-        data = fleet_data(made, out)
-        print_fleet(data, console_on(), [*write_fleet(data, out), *write_fleet_report(data, out)])
+            made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, told=say)
+        print_result(made, out)
     if made.failed:
-        of = f"{len(made.failed)} of {len(asked.members)} campaigns have no estimate to use"
+        of = f"{len(made.failed)} of {len(made.asked.members)} campaigns have no estimate to use"
         raise FitError(f"fleet: {of}: {', '.join(made.failed)}; {out} holds what was reached, and why")
-
-
-def _say(line: str) -> None:
-    typer.echo(line, err=True)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from pathlib import Path
 
 import typer
 
 from mechid.campaign import Campaign
-from mechid.cli.progress_line import ProgressLine
+from mechid.cli.printed import followed, say
 from mechid.errors import FitError
-from mechid.identification.computation.progress import Listener
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.identification.result.outcome import FitOutcome
@@ -42,25 +40,15 @@ def identify_into(
         It was interrupted, with its exit code; the results are those so far.
     """
     made = identified_into(
-        campaign, folder, Audience(followed=_followed, told=_say), seed=seed, workers=workers, truth=truth,
+        campaign, folder, Audience(followed=followed, told=say), seed=seed, workers=workers, truth=truth,
         resume=resume, complete=complete,
     )  # fmt: skip
     print_report(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
-        _say(f"mechid: interrupted; {folder} holds the best so far")
+        say(f"mechid: interrupted; {folder} holds the best so far")
         raise typer.Exit(INTERRUPTED)
     if not made.fit.grade.good:
         raise FitError(_refusal(made.fit, folder))
-
-
-@contextmanager
-def _followed() -> Iterator[Listener]:
-    with ProgressLine(console_on(err=True)) as line:
-        yield line.tell
-
-
-def _say(line: str) -> None:
-    typer.echo(line, err=True)
 
 
 def _refusal(fit: Fit, folder: Path) -> str:

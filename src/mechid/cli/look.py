@@ -25,21 +25,13 @@ def look(
     unit: Annotated[str | None, typer.Option(help="Unit of the file's numbers, where the file states none.")] = None,
 ) -> None:
     """Look at records before any model: health, noise, lines, resonances, and how they seem to be driven."""
-    from dataclasses import asdict
-
-    from mechid.analysis.survey import survey
+    from mechid.cli.printed import print_result
     from mechid.errors import RecordError
     from mechid.holding import held
-    from mechid.records.bare import Hints
-    from mechid.reports.look.contents import look_data
-    from mechid.reports.look.terminal import print_look
-    from mechid.reports.look.writing import write_look
-    from mechid.reports.terminal import console_on
+    from mechid.interface.look import look as looked
 
-    hints = Hints(sample_rate_hz=sample_rate_hz, columns=tuple(column or ()), quantity=quantity, unit=unit)
     with held(out):
-        found = survey(records, hints)
-        data = look_data(found.looks, [asdict(one) for one in found.left_out])
-        print_look(data, console_on(), write_look(data, found.looks, out))
+        found = looked(*records, sample_rate_hz=sample_rate_hz, columns=column or (), quantity=quantity, unit=unit)
+        print_result(found, out)
     if found.left_out:
         raise RecordError(f"{len(found.left_out)} of {len(records)} could not be read: {found.left_out[0].message}")

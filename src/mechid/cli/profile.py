@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from mechid.cli.scheduler import Scheduler, on_scheduler
-
-if TYPE_CHECKING:
-    from mechid.identification.refit.profile import Point
 
 JOURNAL_NAME = "profile.jsonl"
 
@@ -27,31 +22,16 @@ def profile(
     resume: Annotated[bool, typer.Option("--resume", help="Go on where the last run in DIR was stopped.")] = False,
 ) -> None:
     """Profile the likelihood over a parameter, all others refitted."""
-    from mechid.cli.finished_fit import finished_fit
-    from mechid.cli.progress_line import ProgressLine
+    from mechid.cli.printed import followed, print_result
     from mechid.holding import held
-    from mechid.identification.computation.journal import Journal
-    from mechid.identification.computation.parallel import one_core_algebra
-    from mechid.identification.computation.progress import Progress
-    from mechid.identification.refit.profile import profiles
-    from mechid.identification.refit.reopened import reopened
-    from mechid.reports.profile import print_profiles, profile_data, write_profiles
-    from mechid.reports.terminal import console_on
+    from mechid.interface.finished_fit import finished_fit
+    from mechid.interface.refits import profile as profiled
 
-    found, count = finished_fit(fit, campaign), workers or os.cpu_count() or 1
-    began = time.perf_counter()
+    found = finished_fit(fit, campaign)
     with held(out):
-        with one_core_algebra(), on_scheduler(scheduler), ProgressLine(console_on(err=True)) as line:
-            optimum = reopened(found.campaign, found.estimate, workers=count)
-
-            def told(name: str, point: Point) -> None:
-                where = f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}"
-                line.tell(Progress(1, 1, "profile", where, None, time.perf_counter() - began))
-
-            for name in parameter:
-                optimum.one(name)
-            journal = Journal.opened(out / JOURNAL_NAME, found.inputs, resume=resume)
-            done = profiles(optimum, list(dict.fromkeys(parameter)), workers=count, journal=journal, told=told)
-        data = profile_data(done)
-        files = write_profiles(data, out)
-        print_profiles(data, console_on(), files)
+        with on_scheduler(scheduler), followed() as listener:
+            done = profiled(
+                found.campaign, found, parameter, workers=workers, listener=listener,
+                journal=out / JOURNAL_NAME, resume=resume,
+            )  # fmt: skip
+        print_result(done, out)

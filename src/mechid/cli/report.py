@@ -15,32 +15,16 @@ def report(
     ] = None,
 ) -> None:
     """Make the report of an identification anew."""
-    from mechid.analysis import validate
-    from mechid.campaign import load_campaign
-    from mechid.cli.finished_fit import completed_file
     from mechid.cli.kernel_notice import prepare_kernels
     from mechid.holding import held
-    from mechid.identification.result.estimate_file import FILE_NAME
-    from mechid.identification.result.fit_file import read_fit
-    from mechid.identification.result.journal_file import identified_campaign
-    from mechid.reports import read_truth, report_data
-    from mechid.reports.illustration import Illustration
-    from mechid.reports.pens import Pens
-    from mechid.reports.results import write_components, write_residual
+    from mechid.interface.identification import load_fit
+    from mechid.interface.report import report as reported
+    from mechid.reports import read_truth
     from mechid.reports.terminal import console_on, print_lines
-    from mechid.reports.writing import write_report
 
-    synthetic, truth = read_truth(folder)
+    read_truth(folder)
     with held(folder):
-        path = campaign or identified_campaign(folder)
-        loaded = load_campaign(path, mechanism_file=completed_file(folder))
-        fit = read_fit(folder / FILE_NAME, loaded)
-        prepare_kernels(loaded)
-        with Pens() as pens:
-            illustration = Illustration(loaded, fit, folder, pens)
-            validation = validate(loaded, fit, illustration.begin)
-            data = report_data(fit, truth, synthetic=synthetic, validation=validation)
-            files = write_report(data, loaded, fit, validation, folder, illustration)
-        files += [write_residual(fit, validation, folder)]
-        files += write_components(fit, validation, folder)
-        print_lines(console_on(), "written", [str(path) for path in files])
+        fit = load_fit(folder, campaign)
+        if fit.campaign:
+            prepare_kernels(fit.campaign)
+        print_lines(console_on(), "written", map(str, reported(fit, folder)))

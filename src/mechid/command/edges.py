@@ -25,8 +25,8 @@ Integers: TypeAlias = NDArray[np.int64]
 MOST_EDGES = 20_000_000
 """More edges than this are taken for a mistake in the rate; they would fill a computer's memory."""
 
-AT_ONCE = 65536
-"""Edges that are worked out together."""
+FIRST, AT_ONCE = 1024, 65536
+"""Edges that are worked out together: at first, and at most."""
 
 SLACK = 8 * np.finfo(np.float64).eps
 """A position this near a step, relative to peak rate times time, has reached it: the decimals of a
@@ -90,14 +90,20 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     held = _held_index(pieces)
     stops = np.cumsum(np.abs(np.diff(held))).astype(np.int64)
     starts = np.concatenate([np.zeros(1, dtype=np.int64), stops])
-    times, index = np.empty(starts[-1]), np.empty(starts[-1], dtype=np.int64)
-    for first in range(0, times.size, AT_ONCE):
-        number = np.arange(first, min(first + AT_ONCE, times.size))
+    times, index = [np.empty(0)], [np.empty(0, dtype=np.int64)]
+    first, at_once = 0, FIRST
+    while first < starts[-1]:
+        number = np.arange(first, min(first + at_once, int(starts[-1])))
         piece = np.searchsorted(stops, number, side="right")
         reached = held[piece] + pieces.direction[piece] * (number - starts[piece] + 1)
-        index[number], times[number] = reached, _instants(pieces, piece, reached)
-    within = times <= duration_s * (1.0 + SLACK)  # the very end counts, rounded as it may be
-    return np.minimum(times[within], duration_s), index[within]
+        instants = _instants(pieces, piece, reached)
+        within = instants <= duration_s * (1.0 + SLACK)  # the very end counts, rounded as it may be
+        times.append(np.minimum(instants[within], duration_s))
+        index.append(reached[within].astype(np.int64))
+        if not within[-1]:
+            break  # the last piece may go on for long
+        first, at_once = first + at_once, min(2 * at_once, AT_ONCE)
+    return np.concatenate(times), np.concatenate(index)
 
 
 def on_ticks(times_s: Floats, index: Integers, tick_s: float, duration_s: float) -> tuple[Floats, Integers]:

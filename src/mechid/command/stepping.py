@@ -106,13 +106,13 @@ class Command:
             remedy = 'write a table, as { stepping = "full", rate = 46.0 }'
             raise InputFileError(f"{where}: found {shown(table)}; {remedy}")
         try:
-            return cls._from_entries(table, folder)
+            return cls.from_entries(table, folder)
         except UsageError as error:
             raise InputFileError(f"{where}.{error}") from error
 
     @classmethod
-    def _from_entries(cls, table: Mapping[str, Any], folder: Path) -> Command:
-        """Do the work of `from_table`; a message starts with the key."""
+    def from_entries(cls, table: Mapping[str, Any], folder: Path = Path()) -> Command:
+        """Return the command of a ``command`` table's entries; the message of its UsageError starts with the key."""
         refuse_unknown(table, KEYS)
         if "stepping" not in table:
             raise UsageError(f"stepping: missing; write one of {quoted(STEPPINGS)}")

@@ -33,6 +33,7 @@ from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.reopened import Optimum
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import Shown
 
 FloatArray = NDArray[np.float64]
 NEXT_S = 120.0
@@ -41,8 +42,8 @@ RATE_MARGIN = 1.2
 """The amplitude is shown to so much beyond the highest candidate rate."""
 
 
-@dataclass(frozen=True, eq=False)
-class Design:
+@dataclass(frozen=True, eq=False, repr=False)
+class Design(Shown):
     """All that `mechid design` finds.
 
     Attributes

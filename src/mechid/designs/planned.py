@@ -14,6 +14,7 @@ from mechid.command import Command, MeasuredCommand
 from mechid.errors import UsageError
 from mechid.identification.output_error.noise_level import known_noise
 from mechid.identification.output_error.target import Target, TargetChannel, latest_of, time_offset_of
+from mechid.reading.whole import is_file
 from mechid.records import read_record
 from mechid.simulation.simulator import TimeBase, excitation_over
 
@@ -114,7 +115,7 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
 
 def _not_there(campaign: Campaign) -> tuple[str, ...]:
     """Name the records whose file is not there."""
-    absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not Path(r.file).is_file()]
+    absent = [r for r in campaign.estimated if r.data is None and r.file is not None and not is_file(Path(r.file))]
     return tuple(f'record "{r.name}": {r.spec.path} is not there: it counts as planned' for r in absent)
 
 
@@ -144,7 +145,7 @@ def _planned(
 def _measured(record: CampaignRecord) -> tuple[float, float, float] | None:
     """Return sample rate in Hz, duration in s and noise floor in N m of a record's file, None where there is none."""
     data = record.data
-    if data is None and record.file is not None and Path(record.file).is_file():
+    if data is None and record.file is not None and is_file(Path(record.file)):
         data = read_record(record.file, record.spec)
     if data is None or record.leading != TORQUE:
         return None

@@ -15,6 +15,7 @@ from mechid.exports.handover import Handover, handover
 from mechid.holding import held
 from mechid.identification.result.estimate_file import json_text
 from mechid.identification.result.fit import Fit
+from mechid.shown import Shown
 from mechid.writing import aside, writable, write_whole
 
 FORMAT = "mechid-export/1"
@@ -64,8 +65,8 @@ class Written:
     words: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
-class Exported:
+@dataclass(frozen=True, repr=False)
+class Exported(Shown):
     """What was written, where and for which target."""
 
     target: str
@@ -116,6 +117,12 @@ def export(
         There is no such target, it cannot express the mechanism, or the folder cannot be written to.
     FitError
         The fit has failed.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
+    >>> mechid.export(fit, to="tables", out="tables", campaign=fit.campaign).written.files  # doctest: +SKIP
     """
     left = Path(folder) if folder is not None else None
     what = handover(fit.to_dict(), fit.mechanism, campaign, anyway=anyway, folder=left)

@@ -48,7 +48,7 @@ class Harmonic:
         return [part for part in self.name.split(".") if not part.isdigit()][-1].replace("_", " ")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Mechanism:
     """A plant and its parameters, in the file's coordinates and units.
 
@@ -64,6 +64,17 @@ class Mechanism:
     plant: Plant
     parameters: Mapping[str, Parameter]
     options: Mapping[str, str]
+
+    def __repr__(self) -> str:
+        return f"<Mechanism {self.plant.name}: {len(self.parameters)} parameters, {len(self.free)} free>"
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr><td>{q.name}</td><td>{self.value(q.name):.9g}</td><td>{q.declaration.unit}</td><td>{q.status}</td></tr>"
+            for q in self.parameters.values()
+        )
+        head = "<tr><th>parameter</th><th>value</th><th>unit</th><th>status</th></tr>"
+        return f"<table><thead>{head}</thead><tbody>{rows}</tbody></table>"
 
     @cached_property
     def free(self) -> tuple[Parameter, ...]:

@@ -18,6 +18,30 @@ KINDS = (
 )
 
 
+def is_file(path: Path) -> bool:
+    """Whether a path leads to a file; a name that no file can have, as one that is too long, does not."""
+    try:
+        return path.is_file()
+    except OSError:
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Whether a path leads to a folder; a name that none can have does not."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
+def is_there(path: Path) -> bool:
+    """Whether a path leads to anything; a name that nothing can have does not."""
+    try:
+        return path.exists()
+    except OSError:
+        return False
+
+
 def refuse_special(path: Path) -> None:
     """Refuse what is no regular file: opening a pipe or a device may never end.
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import ChannelSpec, RecordSpec, Role
 from mechid.records.table import Clock, Column, Table, column_label
 from mechid.units import si_unit, split_header, to_si_factor
+
+TORQUE = re.compile(r"torque|moment|\bm[xyz]\b", re.IGNORECASE)
+"""What programs call a torque, in English, German (Drehmoment, Moment) and French (moment)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +53,8 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
     indices = [find_column(table, channel) for channel in asked]
     _refuse_twice(table, asked, indices)
     channels = tuple(map(_choose, [table] * len(asked), asked, indices))
+    if not spec.channels:
+        channels = (_with_doubt(table, channels[0]),)
     clock = None if spec.time else _own_clock(table, indices)
     time = None if clock else _choose_time(table, spec, indices)
     layout = Layout(time=time, channels=channels, clock=clock)
@@ -78,6 +84,16 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
             "the torque; leave sample_rate_hz out, or name the channels"
         )
     return ChannelSpec(quantity="torque", column=0)
+
+
+def _with_doubt(table: Table, torque: ChosenColumn) -> ChosenColumn:
+    """Return the column that nobody named as the torque, with a warning where another one is called so."""
+    called = [index for index, column in enumerate(table.columns) if TORQUE.search(column.bare_name)]
+    if not called or torque.index in called:
+        return torque
+    taken, name = column_label(table.columns, torque.index), table.columns[called[0]].bare_name
+    remedy = f'channels = [{{ quantity = "torque", column = "{name}" }}]'
+    return replace(torque, warning=f"{taken} is taken for the torque by its place; is it not {name}? write {remedy}")
 
 
 def find_column(table: Table, channel: ChannelSpec) -> int:

@@ -20,6 +20,8 @@ BYTE_ORDER_MARKS = {
 }
 SEPARATORS = (";", "\t", ",")
 """Looked for in this order: beside the first two a comma is a decimal sign."""
+UNUSED = "comment"
+"""A last column of a header that no row has: so LabVIEW's text files end."""
 MOST_HEAD_LINES = 200
 """So many lines an instrument may write before the samples."""
 LONGEST_LINE = 1 << 20
@@ -86,6 +88,8 @@ def sniff(path: Path, label: str) -> Dialect:
         raise RecordError(f"{label}: line {number}: a header, but no samples after it")
     units, before = _units(before, separator, encoding, len(cells))
     headers = _headers(before[-1][1], separator, encoding) if before else ("",) * len(cells)
+    if len(headers) == len(cells) + 1 and headers[-1].strip().lower() == UNUSED:
+        headers = headers[:-1]
     _refuse_other_width(label, headers, cells)
     return Dialect(
         encoding=encoding,

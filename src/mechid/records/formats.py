@@ -15,7 +15,7 @@ from pathlib import Path
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.reading.process import prepare
-from mechid.reading.whole import refuse_special
+from mechid.reading.whole import is_file, is_folder, is_there, refuse_special
 from mechid.records.columns import ChosenColumn, Layout, choose_columns
 from mechid.records.csv import open_csv
 from mechid.records.guarded import Reader, open_guarded
@@ -77,7 +77,7 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     """
     began = time.perf_counter()
     with readable(spec.path):
-        record = _record(path, spec, open_table(path, spec.path, spec.external_files))
+        record = record_from(path, spec, open_table(path, spec.path, spec.external_files), digest_of(path))
     return replace(record, reading_s=time.perf_counter() - began)
 
 
@@ -110,7 +110,7 @@ def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> 
 
 def prepare_to_read(paths: Iterable[Path]) -> None:
     """Start the process that reads, where one of some files will need it: it is ready when the first is opened."""
-    guarded = [path for path in paths if path.suffix.lower() in GUARDED and path.is_file()]
+    guarded = [path for path in paths if path.suffix.lower() in GUARDED and is_file(path)]
     if guarded:
         prepare(sorted({library for path in guarded for library in _libraries(path)}))
 
@@ -129,10 +129,10 @@ def readable(label: str) -> Iterator[None]:
 
 
 def _refuse_missing(path: Path, label: str) -> None:
-    if path.is_dir():
+    if is_folder(path):
         raise RecordError(f"{label}: is a folder, not a file")
-    if not path.exists():
-        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
+    if not is_there(path):
+        beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         near = did_you_mean(path.name, beside)
         where = "; check the path" if str(path) == label else f" ({path})"
         raise RecordError(f"{label}: there is no such file{near or where}")
@@ -152,7 +152,14 @@ def _libraries(path: Path) -> tuple[str, ...]:
     return (LIBRARIES[reader],) if reader in LIBRARIES else ()
 
 
-def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
+def record_from(path: Path, spec: RecordSpec, table: Table, digest: str) -> Record:
+    """Return the record of an opened table; `path` and `digest` say where its samples are from.
+
+    Raises
+    ------
+    RecordError
+        The samples cannot be used.
+    """
     layout = choose_columns(table, spec)
     samples = sample(table, layout, spec)
     if samples.data[0].size < MINIMUM_SAMPLES:
@@ -163,7 +170,7 @@ def _record(path: Path, spec: RecordSpec, table: Table) -> Record:
     return Record(
         name=spec.name,
         path=path,
-        digest=digest_of(path),
+        digest=digest,
         time_start_s=samples.clock.start_s,
         sample_rate_hz=samples.clock.rate_hz,
         channels=channels,

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
+from mechid.shown import PLOTS
 from mechid.signal.series import Series, no_samples
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,7 +57,7 @@ class Channel:
     bridged: NDArray[np.int64] = field(default_factory=no_samples)
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Record:
     """One test run.
 
@@ -139,6 +146,39 @@ class Record:
             near = did_you_mean(quantity, found) or "; it has " + ", ".join(found)
             raise RecordError(f'{self.name}: no channel "{quantity}"{near}')
         return found[quantity]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the channels by quantity, SI, as a DataFrame indexed by time in s (needs the extra ``dataframes``)."""
+        import pandas as pd
+
+        return pd.DataFrame({c.quantity: c.data[:] for c in self.channels}, index=pd.Index(self.time_s, name="time_s"))
+
+    def to_xarray(self) -> xr.Dataset:
+        """Return the channels by quantity as a Dataset over time in s, ``units`` among the attributes (likewise)."""
+        import xarray as xr
+
+        channels = {c.quantity: ("time_s", c.data[:], {"units": c.unit}) for c in self.channels}
+        return xr.Dataset(channels, coords={"time_s": self.time_s})
+
+    @property
+    def time_s(self) -> NDArray[np.float64]:
+        """Record time of each sample, (N,) s."""
+        return self.time_start_s + np.arange(self.samples) / self.sample_rate_hz
+
+    def plot(self, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw a channel over time, the first where none is named; return the axes, new ones without `ax`.
+
+        Raises
+        ------
+        UsageError
+            There is no such channel.
+        """
+        axes: Axes = import_module(PLOTS).plot_record(self, quantity, ax)
+        return axes
+
+    def __repr__(self) -> str:
+        names = ", ".join(channel.quantity for channel in self.channels)
+        return f"<Record {self.name}: {names}; {self.samples} samples at {self.sample_rate_hz:.9g} Hz>"
 
     def quiet_rms(self, quantity: str) -> float | None:
         """Return the RMS of a channel in its quiet stretches, SI, with all colour; None where none are declared."""

@@ -22,6 +22,8 @@ from mechid.signal.stored import WORD, Gathered, Room, change_in_place, is_long,
 
 COPIES = 2
 """Times that a column is in memory while it is read."""
+LEAST_RESAMPLED = 4
+"""Samples through which there is one cubic spline."""
 
 
 def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
@@ -206,6 +208,14 @@ def _clocked(
         f"interpolated by cubic splines from samples {steps.min():.4g} s to {steps.max():.4g} s apart onto "
         f"{clock.rate_hz:.9g} Hz"
     )
+    for column, values in zip(layout.channels, data, strict=True):
+        known = int(np.count_nonzero(np.isfinite(values[:])))
+        if known < LEAST_RESAMPLED:
+            label = column_label(table.columns, column.index)
+            raise table.error(
+                f"{label}: {known} samples; a cubic spline needs {LEAST_RESAMPLED}: give a longer record, or leave "
+                'time_stamps = "resample" out'
+            )
     spread = tuple(room_of(resampled(seconds, values[:], clock, samples)) for values in data)
     figures = {"shortest_s": float(steps.min()), "longest_s": float(steps.max()), "rate_hz": clock.rate_hz}
     return Samples(clock, ()).after("time_stamps", text, spread, taken="resample", **figures)

@@ -50,16 +50,19 @@ SHOWN_PEAKS, SHOWN_OBJECTIONS, SHOWN_RANGES = 4, 12, 3
 Row = Mapping[str, Any]
 
 
-def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], list[Path]]:
-    """Write design.json, design.md, the proposed campaign, torque over rate and figures; return the dict and the files.
+def write_design(design: Design, folder: Path | str, data: Mapping[str, Any] | None = None) -> list[Path]:
+    """Write design.json, design.md, the proposed campaign, torque over rate and figures; return the files.
+
+    `data` is what `design_data` made, where it is at hand.
 
     Raises
     ------
     UsageError
-        The folder cannot be written to.
+        The folder cannot be written to, or holds the campaign itself.
     """
     folder = Path(folder)
-    data = design_data(design)
+    refuse_own_folder(design.campaign.path, folder)
+    data = design_data(design) if data is None else data
     texts = {
         JSON: json_text(data),
         MARKDOWN: design_markdown(data),
@@ -70,7 +73,7 @@ def write_design(design: Design, folder: Path | str) -> tuple[dict[str, Any], li
     files = write_together(folder, texts)
     with writable(folder):
         write_figures(design_figures(data).items(), folder / FOLDER_NAME)
-    return data, [*files, folder / FOLDER_NAME]
+    return [*files, folder / FOLDER_NAME]
 
 
 def refuse_own_folder(campaign: Path, folder: Path) -> None:

@@ -2,23 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from mechid.exports.export import Exported
+from rich.console import Console
 
 
-def print_exported(done: Exported, console: Console) -> None:
-    """Print the files, what they were compared with, and what their user has to know."""
-    for name in done.written.files:
-        console.print(str(done.folder / name), soft_wrap=True)
-    checked = done.written.checked
+def print_exported(data: Mapping[str, Any], console: Console) -> None:
+    """Print the files in their ``folder``, what they were compared with, and what their user has to know."""
+    for name in data["files"]:
+        console.print(str(Path(data["folder"]) / name), soft_wrap=True)
+    checked = data["checked"]
     if checked is None:
         console.print("Not checked.")
     else:
-        errors = f"largest error {checked.largest_error:.3g}, RMS {checked.rms_error:.3g}"
-        console.print(f"Checked against {checked.against}: {errors}.")
-    for line in (*done.written.words, str(done.provenance["trust"])):
+        errors = f"largest error {checked['largest_error']:.3g}, RMS {checked['rms_error']:.3g}"
+        console.print(f"Checked against {checked['against']}: {errors}.")
+    for line in (*data["words"], str(data["provenance"]["trust"])):
         console.print(line, soft_wrap=True, highlight=False)

@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechid.analysis import RecordValidation, validate
 from mechid.campaign import Campaign, load_campaign
@@ -27,6 +27,9 @@ from mechid.reports.illustration import Illustration
 from mechid.reports.pens import Pens
 from mechid.reports.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 from mechid.reports.tables import report_data
+
+if TYPE_CHECKING:
+    from mechid.identification.diagnosis.diagnosis import Diagnosis
 
 ESTIMATED_NAME = "mechanism_estimated.toml"
 """Of the estimated mechanism, where the campaign's own lies in the folder and keeps its name."""
@@ -101,13 +104,18 @@ def identified_into(
         illustration = Illustration(campaign, fit, folder, pens)
         validation = validate(campaign, fit, illustration.begin)
         fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
-        is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
-        mechanism_name = ESTIMATED_NAME if is_own else MECHANISM_NAME
-        fit = signed(fit, mechanism_name, estimated_text(fit, synthetic=truth is not None))
+        name = mechanism_name(campaign, folder)
+        fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
         data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
-        files = write_results(fit, data, folder, mechanism_name=mechanism_name, validation=validation)
+        files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
         files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, illustration)]
     return Identified(fit=fit, data=data, files=tuple(files))
+
+
+def mechanism_name(campaign: Campaign, folder: Path) -> str:
+    """Return what the estimated mechanism is called in a folder, where the campaign's own may lie too."""
+    is_own = (folder / MECHANISM_NAME).resolve() == campaign.mechanism_path.resolve()
+    return ESTIMATED_NAME if is_own else MECHANISM_NAME
 
 
 def _identified(
@@ -151,9 +159,15 @@ def _completed(
             return campaign, replace(fit, completed=()), files
         path = folder / COMPLETED_NAME
         write_mechanism(found.mechanism, path, PROPOSED)
-        whole = load_campaign(campaign.path, mechanism_file=path)
+        in_files = campaign.path.is_file()
+        whole = load_campaign(campaign.path, mechanism_file=path) if in_files else _having(campaign, found)
         again = identified_with(whole, found, seed=seed, workers=workers, listener=listener)
     return whole, again, [path, *files]
+
+
+def _having(campaign: Campaign, found: Diagnosis) -> Campaign:
+    """Return a campaign in memory with the mechanism that a diagnosis proposes."""
+    return replace(campaign, mechanism=found.mechanism or campaign.mechanism)
 
 
 def _report(

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import welch
 
 from mechid.signal.envelope import peak_groups
 from mechid.signal.series import Series
+from mechid.signal.window import windowed_density
 
 FloatArray = NDArray[np.float64]
 LONGEST_SEGMENT = 8192
@@ -48,7 +48,8 @@ def power_density(y: Series, sample_rate: float) -> tuple[FloatArray, FloatArray
     for first in range(0, segments, AT_ONCE):
         n = min(AT_ONCE, segments - first)
         part = y[first * hop : (first + n + 1) * hop]
-        density += welch(part, sample_rate, window="hann", nperseg=length)[1] * (n / segments)
+        rows = np.lib.stride_tricks.sliding_window_view(part, length)[::hop]
+        density += windowed_density(rows, sample_rate).sum(axis=0) / segments
     return np.arange(density.size) * (sample_rate / length), density
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import hann
 
 from mechid.signal.series import Series
+from mechid.signal.window import hann
 
 FloatArray = NDArray[np.float64]
 WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 240, 8
@@ -45,7 +45,7 @@ def spectrogram(
     """
     length = min(max(int(window_s * sample_rate), 2), y.size)
     hop = max(y.size // max(columns, 1), 1)
-    window = hann(length, sym=False)
+    window = hann(length)
     centres = np.arange(0, y.size, hop)
     amplitude = np.empty((length // 2 + 1, centres.size))
     for column, first in enumerate((centres - length // 2).tolist()):

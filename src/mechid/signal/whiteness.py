@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mechid.signal.autoregression import autocovariance, autocovariance_among
 from mechid.signal.series import IntArray, Series, mean_of
@@ -74,7 +74,7 @@ def ljung_box(series: Series, lags: int = LAGS, rejected: IntArray | None = None
     rho = covariance[1:] / covariance[0]
     statistic = n * (n + 2) * float(np.sum(rho**2 / (n - np.arange(1, lags + 1))))
     largest = float(rho[np.argmax(np.abs(rho))])
-    return LjungBox(statistic=statistic, lags=lags, p_value=float(chi2.sf(statistic, lags)), largest=largest)
+    return LjungBox(statistic=statistic, lags=lags, p_value=float(chdtrc(lags, statistic)), largest=largest)
 
 
 def effective_samples(series: Series) -> float:

@@ -5,17 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.shown import PLOTS, Shown
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.axes import Axes
 
 FloatArray = NDArray[np.float64]
 
@@ -49,8 +52,8 @@ class Switching:
     sensitivity: FloatArray
 
 
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Shown):
     """A simulated record.
 
     Attributes
@@ -111,6 +114,17 @@ class Trajectory:
     def torque(self) -> FloatArray:
         """Measured torque, (n,) in N m."""
         return self.values["torque"][:]
+
+    def plot(self, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw a quantity over time, the measured one where none is named; return the axes, new ones without `ax`.
+
+        Raises
+        ------
+        UsageError
+            There is no such quantity.
+        """
+        axes: Axes = import_module(PLOTS).plot_trajectory(self, quantity, ax)
+        return axes
 
     def to_pandas(self) -> pd.DataFrame:
         """Return the samples as a DataFrame indexed by time (needs the extra ``dataframes``)."""

@@ -7,9 +7,13 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.errors import InputFileError
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+LARGEST = 1e100
+"""Rotation per torque in rad/(N m) that no structure reaches, and of which products are still numbers."""
 ACTIVE_IN_MODELS, ACTIVE_IN_MEASUREMENTS = 1e-9, 0.02
 """Share of the magnitude by which the imaginary part of a receptance may be positive: rounding, noise."""
 NOT_CAUSAL = 0.1
@@ -17,6 +21,22 @@ NOT_CAUSAL = 0.1
 SMEAR = 4.0
 """Widths of the band's own impulse left out around zero time."""
 MOST_POINTS = 1 << 16
+
+
+def refuse_no_numbers(place: str, frequency_hz: FloatArray, lost: NDArray[np.bool_]) -> None:
+    """Refuse responses, (n, ...), that are lost to overflow or beyond `LARGEST` at some frequencies, (n,).
+
+    Raises
+    ------
+    InputFileError
+        Some are.
+    """
+    if lost.any():
+        at = frequency_hz[lost.reshape(frequency_hz.size, -1).any(axis=1)][0]
+        raise InputFileError(
+            f"{place}: its response at {at:.6g} Hz is no number a structure has; check the frequencies and shapes of "
+            "its modes, or the responses, and their units"
+        )
 
 
 def model_findings(frequency_hz: FloatArray, values: ComplexArray) -> Iterator[str]:

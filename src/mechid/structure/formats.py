@@ -9,12 +9,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from mechid.errors import InputFileError, did_you_mean
 from mechid.reading.process import UnreadableError, call
-from mechid.reading.whole import refuse_special
+from mechid.reading.whole import is_folder, is_there, refuse_special
+from mechid.structure.checks import LARGEST, refuse_no_numbers
 from mechid.structure.mat import read_mat
 from mechid.structure.modal_csv import read_modal_csv
 from mechid.structure.modal_toml import read_modal_toml
+from mechid.structure.modes import Modes
 from mechid.structure.nastran import read_craig_bampton, read_nas2cam
 from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.response_csv import PAIRS, read_response_csv
@@ -40,6 +44,8 @@ GUARDED: Mapping[str, Reader] = {
     ".op4": read_craig_bampton,
 }
 """Readers that run in the process that reads (`mechid.reading`), where a damaged file can do no harm."""
+LOOKED_AT_HZ, POINTS = (1e-3, 1e5), 97
+"""Where a structure is looked at for numbers that are none."""
 READERS: Mapping[str, Reader] = {".toml": read_modal_toml, ".csv": read_csv, **GUARDED}
 """Reader by suffix, in lower case."""
 
@@ -62,10 +68,10 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
         The file is missing or wrong; one line with file, what was found and remedy.
     """
     path = Path(path)
-    if not path.exists() or path.is_dir():
-        beside = [other.name for other in path.parent.iterdir()] if path.parent.is_dir() else []
-        if path.is_dir():
-            raise InputFileError(f"{path}: is a folder; give the file of the structure")
+    if is_folder(path):
+        raise InputFileError(f"{path}: is a folder; give the file of the structure")
+    if not is_there(path):
+        beside = [other.name for other in path.parent.iterdir()] if is_folder(path.parent) else []
         raise InputFileError(f"{path}: there is no such file{did_you_mean(path.name, beside) or '; check the path'}")
     if path.suffix.lower() not in READERS:
         raise InputFileError(f'{path.name}: no reader for "{path.suffix}"; mechid reads {", ".join(READERS)}')
@@ -74,7 +80,19 @@ def read_structure(path: Path | str, selection: Selection | None = None, *, axis
         raise InputFileError(
             f"{path.name}: is for a torque about {structure.axis} where the mechanism turns about {axis}"
         )
+    _refuse_overflow(structure)
     return _with_axis(structure, axis) if structure.directions else structure
+
+
+def _refuse_overflow(structure: Structure) -> None:
+    """Refuse a structure whose numbers, multiplied with one another, are none any more."""
+    for direction, model in {structure.axis or "torque": structure.model, **structure.directions}.items():
+        low, high = model.coverage_hz
+        frequency_hz = np.geomspace(max(low, LOOKED_AT_HZ[0]), max(min(high, LOOKED_AT_HZ[1]), LOOKED_AT_HZ[0]), POINTS)
+        with np.errstate(all="ignore"):
+            size = np.abs(model.response(frequency_hz))
+        lost = size > LARGEST if not isinstance(model, Modes) else ~(size <= LARGEST)
+        refuse_no_numbers(f"{structure.name}: {direction}", frequency_hz, lost)
 
 
 def _with_axis(structure: Structure, axis: str) -> Structure:

@@ -84,6 +84,16 @@ def from_state_space(
     ------
     UsageError
         It is no continuous state space of one input and as many outputs as named.
+    InputFileError
+        It is not stable.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> from scipy.signal import StateSpace
+    >>> body = StateSpace([[0.0, 1.0], [-400.0, -0.4]], [[0.0], [0.1]], [[1.0, 0.0]], [[0.0]])
+    >>> mechid.from_state_space(body, ("x",), has_interface=False).line_of_sight
+    ('x',)
     """
     if not all(hasattr(system, part) for part in "ABCD"):
         raise UsageError(f"{name}: found {type(system).__name__}; give a state space with A, B, C and D")

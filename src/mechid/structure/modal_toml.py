@@ -95,6 +95,8 @@ def _axis(table: Mapping[str, Any], label: str) -> str:
 
 
 def _mode(entry: Mapping[str, Any], place: str, axes: int, selection: Selection) -> list[float]:
+    if not isinstance(entry, dict):
+        raise InputFileError(f"{place}: found {entry}; write each mode as a table under [[mode]], in two brackets")
     _refuse_unknown(entry, MODE_KEYS, place)
     shape = entry.get("line_of_sight")
     if not isinstance(shape, list) or len(shape) != axes:

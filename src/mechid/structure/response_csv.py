@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import InputFileError, did_you_mean
-from mechid.structure.checks import response_findings
+from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
 from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.selection import ROTATIONS, Selection
@@ -88,6 +88,8 @@ def structure_of_responses(
     names = tuple(name for name in found if name != INTERFACE)
     if not names:
         raise InputFileError(f'{label}: no line of sight; give at least one response beside "{INTERFACE}"')
+    for name, column in found.items():
+        refuse_no_numbers(f"{label}: {name}", frequency_hz, np.abs(column) > LARGEST)
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     values = np.column_stack([found.get(INTERFACE, unknown), *(found[name] for name in names)])
     try:

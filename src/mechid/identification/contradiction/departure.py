@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import argrelmax
 
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
@@ -91,7 +90,7 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
     width_hz = target.base.sample_rate_hz / r.size
     swinging = resonances(problem.space.at(q[: problem.space.size]))
     least = max(STANDS_OUT * float(np.median(amplitude[tellable])), SHARE * float(amplitude[tellable].max()))
-    peaks = [k for k in argrelmax(amplitude)[0] if tellable[k] and amplitude[k] > least]
+    peaks = [k for k in _peaks(amplitude) if tellable[k] and amplitude[k] > least]
     said: dict[str, str] = {}
     for k in sorted(peaks, key=lambda k: -amplitude[k])[:2]:
         near = next((r.name for r in swinging if abs(frequency[k] - r.frequency_hz) < 2.0 * width_hz), "")
@@ -100,6 +99,12 @@ def _line(problem: Problem, q: FloatArray, target: Target, horizon: int, rate: f
         said.setdefault(owner or str(k), f"{frequency[k] / rate:.3g} times the step rate{owner}")
     at_s = target.base.start_s + horizon / target.base.sample_rate_hz
     return f"the misfit around {at_s:.4g} s oscillates at {' and at '.join(said.values())}" if said else ""
+
+
+def _peaks(y: FloatArray) -> list[int]:
+    """Return which samples exceed both of their neighbours."""
+    above = (y[1:-1] > y[:-2]) & (y[1:-1] > y[2:])
+    return (1 + np.flatnonzero(above)).tolist()
 
 
 def _owner(problem: Problem, order: float, width: float) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.command import MeasuredCommand
-from mechid.identification.computation.parallel import mapped
+from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.contradiction.record_sight import (
     COARSE,
     FULL_STEPS,
@@ -33,7 +33,7 @@ from mechid.identification.contradiction.record_sight import (
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 from mechid.parameter import Role
 
 FloatArray = NDArray[np.float64]
@@ -140,7 +140,7 @@ def _declared(
     sight: RecordSight,
 ) -> FloatArray:  # fmt: skip
     """Return how far off a record is as declared, in other units and behind low-passes, (points, scales + cut-offs)."""
-    powers = (sight.modelled(problem, DECLARED, q) for q in points)
+    powers = (sight.modelled(problem, sight.target, q) for q in points)
     return np.array([[*sight.distances(one, scales), *sight.distances_behind(one, cut_offs)] for one in powers])
 
 
@@ -158,7 +158,10 @@ class _Comparison:
         `distances` are those as declared, (points, scales) by record.
         """
         declared = {name: float(some[:, 0].min()) for name, some in distances.items()}
-        singles = {name: self._single(self.sights[name], some) for name, some in distances.items()}
+        each = in_threads(
+            lambda name: self._single(self.sights[name], distances[name]), list(distances), self.problem.workers
+        )
+        singles = dict(zip(distances, each, strict=True))
         swapped = self._swapped(declared, {name: off for name, (off, _) in singles.items()})
         otherwise = {**{name: taken for name, (_, taken) in singles.items() if taken != DECLARED}, **swapped}
         doubtful = {name for name, taken in otherwise.items() if self._is_doubtful(name, taken, distances[name])}
@@ -175,9 +178,9 @@ class _Comparison:
 
     def _distance(self, sight: RecordSight, taken: Taken, declared: float) -> float:
         """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
-        least = math.inf
+        least, read = math.inf, sight.read_as(taken)
         for q in self.points:
-            least = min(least, *sight.distances(sight.modelled(self.problem, taken, q), [1.0]))
+            least = min(least, *sight.distances(sight.modelled(self.problem, read, q), [1.0]))
             if least > GIVEN_UP * declared:
                 break
         return least

@@ -97,9 +97,12 @@ class RecordSight:
         """As declared."""
         return self.whole.command
 
-    def modelled(self, problem: Problem, taken: Taken, q: FloatArray) -> FloatArray | None:
-        """Return the model's power under another command, or None where it cannot be run."""
-        own = self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+    def read_as(self, taken: Taken) -> Target:
+        """Return what is looked at under another command."""
+        return self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+
+    def modelled(self, problem: Problem, own: Target, q: FloatArray) -> FloatArray | None:
+        """Return the model's power under the command of a target, or None where it cannot be run."""
         y = problem.model.predict(own, q, own.samples)[0]
         return power_over_time(y, self.pieces)[:, : self.bins] if np.all(np.isfinite(y)) else None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import one_core_algebra
@@ -41,6 +41,6 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
     scores, words = landscape.scores(), model.words
     return tuple(
         Suggested(name=name, words=words[name], chi_square=one.chi_square, dof=one.dof, share=one.share,
-                  p_value=float(chi2.sf(one.chi_square, one.dof)))
+                  p_value=float(chdtrc(one.dof, one.chi_square)))
         for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
     )  # fmt: skip

@@ -6,14 +6,17 @@ ninth digit is soon as wrong as any, and a fit of the whole record does not hold
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
+from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 
 FloatArray = NDArray[np.float64]
 DISPLACED = 1e-9
@@ -39,8 +42,10 @@ def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ..
     problem = Problem(SearchSpace(campaign.mechanism), targets)
     own = problem.coordinates.of_records(problem.start)
     box = [np.concatenate([row, own]) for row in sample_box(problem.space, POINTS, 0)[:points]]
-    found = {t.name: [apart_at_s(problem, t, q) for q in box] for t in targets}
-    return tuple(filter(None, (_line(name, times) for name, times in found.items())))
+    looks = [(target, q) for target in targets for q in box]
+    apart = in_threads(lambda look: apart_at_s(problem, *look), looks, os.cpu_count() or 1)
+    lines = (_line(t.name, apart[k * len(box) : (k + 1) * len(box)]) for k, t in enumerate(targets))
+    return tuple(filter(None, lines))
 
 
 def _line(record: str, times: list[float | None]) -> str:

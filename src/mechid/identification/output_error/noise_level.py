@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
+from weakref import WeakKeyDictionary
 
 from mechid.campaign import CampaignRecord, Match
+from mechid.records import Channel
 from mechid.signal import noise_floor
 from mechid.signal.moments import standard_deviation
 
@@ -14,6 +16,8 @@ LEAST_SHARE = 1e-6
 """Of a channel's standard deviation: a level below it is none that arithmetic on the channel keeps."""
 SMALLEST, LARGEST = 1e-150, 1e150
 """Levels in any unit whose squares are ordinary numbers."""
+_FLOORS: WeakKeyDictionary[Channel, dict[float, float]] = WeakKeyDictionary()
+"""Floors of channels by their sample rate: many ask, and each takes ten milliseconds."""
 
 
 class NoiseSource(StrEnum):
@@ -57,8 +61,10 @@ def _told(record: CampaignRecord, match: Match) -> NoiseLevel:
     quiet = record.data.quiet_rms(match.quantity)
     if quiet is not None:
         return NoiseLevel(quiet, NoiseSource.QUIET)
-    floor = noise_floor(channel.data, record.data.sample_rate_hz, rejected=channel.bridged)
-    return NoiseLevel(floor, NoiseSource.FLOOR)
+    rate, floors = record.data.sample_rate_hz, _FLOORS.setdefault(channel, {})
+    if rate not in floors:
+        floors[rate] = noise_floor(channel.data, rate, rejected=channel.bridged)
+    return NoiseLevel(floors[rate], NoiseSource.FLOOR)
 
 
 def rounding(record: CampaignRecord, match: Match) -> float:

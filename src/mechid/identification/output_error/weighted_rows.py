@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.target import TargetChannel
@@ -40,8 +39,7 @@ class WeightedRows:
             for k, (channel, rows) in enumerate(zip(channels, buffers, strict=True)):
                 self._write(rows, k, piece)
                 if channel.prefilter is not None:
-                    taps = channel.prefilter.coefficients
-                    rows[:, :n], memories[k] = lfilter(taps, [1.0], rows[:, :n], axis=1, zi=memories[k])
+                    rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
                 self._drop(rows, channel, piece.first, n)
                 yield k, rows, n
 

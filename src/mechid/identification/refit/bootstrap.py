@@ -18,8 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
@@ -34,6 +33,7 @@ from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.solve import solve
 from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
+from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 
 FloatArray = NDArray[np.float64]
@@ -93,13 +93,14 @@ class Spread:
     interval: tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Bootstrap:
+@dataclass(frozen=True, repr=False)
+class Bootstrap(Shown):
     """All draws, in order, and what they say of each parameter. Only failed ones are in no quantile."""
 
     draws: tuple[Draw, ...]
     spreads: tuple[Spread, ...]
     noise: Mapping[str, Mapping[str, Autoregression]]
+    seed: int = 0
 
     @property
     def tally(self) -> dict[DrawOutcome, int]:
@@ -139,7 +140,7 @@ def bootstrap(
         found = (journal or Journal()).mapped("bootstrap draws", work, tasks, workers, ended)
     done = tuple(_draw(number, one) for number, one in enumerate(islice(chain(*found), draws)))
     noise = {t.name: dict(zip(t.quantities, world.noise[t.name], strict=True)) for t in world.problem.targets}
-    return Bootstrap(done, _spreads(optimum, done), noise)
+    return Bootstrap(done, _spreads(optimum, done), noise, seed)
 
 
 def _draw(number: int, found: Mapping[str, Any]) -> Draw:
@@ -204,7 +205,7 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
 
 
 def _near(world: _World, at: FloatArray, problem: Problem, end: Arrived) -> dict[str, object]:
-    far = _distance(world, end.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum()))
+    far = _distance(world, end.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE)
     outcome = DrawOutcome.ELSEWHERE if far else DrawOutcome.CONVERGED
     return {"outcome": outcome.code, "cost": end.cost, "values": problem.coordinates.values(end.q)}
 
@@ -219,7 +220,7 @@ def _solved(world: _World, at: FloatArray, windows: Windows, problem: Problem) -
         outcome = DrawOutcome.NOT_CONVERGED
     elif refused_gain(solution.triangle, ~problem.coordinates.on_bound(solution.q)) > REFUSED:
         outcome = DrawOutcome.CLIFF
-    elif _distance(world, solution.q - at) > chi2.isf(ELSEWHERE, int(world.counted.sum())):
+    elif _distance(world, solution.q - at) > chdtri(int(world.counted.sum()), ELSEWHERE):
         outcome = DrawOutcome.ELSEWHERE
     return {"outcome": outcome.code, "cost": solution.triangle.cost, "values": problem.coordinates.values(solution.q)}
 
@@ -235,7 +236,7 @@ def _drawn(target: Target, world: _World, rng: np.random.Generator) -> Target:
 
 def _noise(model: Autoregression, samples: int, rng: np.random.Generator) -> FloatArray:
     white = model.sigma * rng.standard_normal(samples + (WARM_UP if model.order else 0))
-    return np.asarray(lfilter([1.0], model.coefficients, white)[-samples:], dtype=np.float64)
+    return model.coloured(white, np.zeros(model.order))[0][-samples:]
 
 
 def _distance(world: _World, step: FloatArray) -> float:

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import directed
@@ -32,7 +32,7 @@ from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 
 FloatArray = NDArray[np.float64]
-QUANTILE = float(chi2.ppf(0.95, 1))
+QUANTILE = float(chdtri(1, 0.05))
 STEP = 0.4
 """What the root of the cost's rise is to grow by from point to point."""
 JUMP = 1.2

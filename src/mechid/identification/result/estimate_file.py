@@ -87,12 +87,24 @@ def _fault(content: Mapping[str, Any], needs: Sequence[str]) -> str:
         return "outcome.code: missing"
     if "grade" in content and content["grade"] not in list(Grade):
         return f"grade: found {json.dumps(content['grade'])}, none of {', '.join(Grade)}"
-    for key in {"correlation", "covariance"} & content.keys():
-        names, rows = content[key].get("names"), content[key].get("matrix")
-        size = len(names) if isinstance(names, list) else 0
-        if not isinstance(rows, list) or [len(r) if isinstance(r, list) else -1 for r in rows] != [size] * size:
-            return f"{key}.matrix: is not {size} x {size}"
-    return ""
+    faults = (_matrix_fault(content, key) for key in ("correlation", "covariance") if key in content)
+    return next(filter(None, faults), "")
+
+
+def _matrix_fault(content: Mapping[str, Any], key: str) -> str:
+    """Return what is wrong with a matrix over some of the parameters; null stands for what is not known."""
+    table = content[key]
+    if not isinstance(table, dict):
+        return f"{key}: found {json.dumps(table)[:40]}, no table of names and matrix"
+    names, rows = table.get("names"), table.get("matrix")
+    size = len(names) if isinstance(names, list) else 0
+    if not isinstance(rows, list) or [len(r) if isinstance(r, list) else -1 for r in rows] != [size] * size:
+        return f"{key}.matrix: is not {size} x {size}"
+    strange = [name for name in names or () if not isinstance(name, str) or name not in content["parameters"]]
+    if strange:
+        return f"{key}.names: found {json.dumps(strange[0])[:40]}, no parameter"
+    strange = [cell for row in rows for cell in row if type(cell) not in (int, float, type(None))]
+    return f"{key}.matrix: found {json.dumps(strange[0])[:40]}, no number" if strange else ""
 
 
 def _finite(value: Any) -> Any:

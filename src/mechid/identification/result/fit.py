@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +20,12 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.mechanism import Mechanism
+from mechid.shown import PLOTS, Shown
 from mechid.signal.runs import Runs
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
 
 FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
@@ -187,8 +192,8 @@ class StageReport:
     note: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Fit:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Fit(Shown):
     """The result of an identification; `estimate.json` holds the same values.
 
     Attributes
@@ -223,6 +228,8 @@ class Fit:
         Terms that the fit had beside the mechanism as written, where that does not follow the records alone.
     completed : tuple of mapping, or None
         Steps by which the mechanism was completed (docs/files.md); None where it is as the campaign file names it.
+    campaign : Campaign or None
+        Of which it was identified, where it is at hand: of fits that `mechid.identify` and `mechid.load_fit` give.
     """
 
     mechanism: Mechanism
@@ -243,6 +250,7 @@ class Fit:
     suggested: tuple[Suggested, ...] = ()
     beside: TermsBeside | None = None
     completed: tuple[Mapping[str, Any], ...] | None = None
+    campaign: Campaign | None = field(default=None, compare=False)
 
     def linear(
         self,
@@ -265,7 +273,35 @@ class Fit:
             samples=samples, seed=seed, values=dict(values or {}),
         )  # fmt: skip
 
-    def to_dict(self) -> dict[str, object]:
+    def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """Draw what was measured of a record, what the fit says of it and what is left, in SI units over time in s.
+
+        Parameters
+        ----------
+        record, quantity : str or None
+            None takes the campaign's first record, and its leading channel.
+        ax : matplotlib.axes.Axes or None
+            None makes new ones.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        UsageError
+            There is no such record or quantity, or the fit does not hold its campaign.
+        """
+        axes: Axes = import_module(PLOTS).plot_fit(self, record, quantity, ax)
+        return axes
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return the parameters by dotted name: value, errors, interval, bounds, status (extra ``dataframes``)."""
+        import pandas as pd
+
+        return pd.DataFrame({name: _parameter_dict(p) for name, p in self.parameters.items()}).T
+
+    def to_dict(self) -> dict[str, Any]:
         """Return the content of estimate.json."""
         return {
             "format": FORMAT,

@@ -128,8 +128,9 @@ def _square(matrix: list[list[float | None]], size: int) -> np.ndarray[Any, np.d
 
 
 def _refuse_changed(digests: Mapping[str, str], campaign: Campaign, path: Path) -> None:
-    """Compare the files as they are with those that were identified."""
-    files = [campaign.path, campaign.mechanism_path, *(r.data.path for r in campaign.records if r.data is not None)]
-    for file in files:
-        if digests.get(file.name, "") != file_digest(file):
+    """Compare the files as they are with those that were identified; samples in memory by their own digest."""
+    files = [(file, file_digest(file)) for file in (campaign.path, campaign.mechanism_path)]
+    read = [r.data for r in campaign.records if r.data is not None]
+    for file, found in [*files, *((data.path, file_digest(data.path) or data.digest) for data in read)]:
+        if digests.get(file.name, "") != found:
             raise InputFileError(f"{path}: {file} is not the file that was identified; identify anew")

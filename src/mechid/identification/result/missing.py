@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from mechid.campaign.campaign import CAMPAIGN, record_parameter_name
 from mechid.identification.disturbance.declared import declared_toml
@@ -119,7 +119,7 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
     own = {p.name: values[p.name] for p in one.parameters} | _hum(one, records)
     return Missing(
         name=one.name, words=one.words, parameters=own, chi_square=found.chi_square, dof=one.dof, share=found.share,
-        p_value=float(chi2.sf(found.chi_square, one.dof)), records=one.records,
+        p_value=float(chdtrc(one.dof, found.chi_square)), records=one.records,
         toml=declared_toml(one, {name: p.value for name, p in own.items()}),
     )  # fmt: skip
 

@@ -15,7 +15,7 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from mechid.identification.computation.journal import Journal
 from mechid.identification.output_error.identity import identity
@@ -191,7 +191,7 @@ def chance(problem: Problem) -> float:
 
 def chance_of(samples: float) -> float:
     """Return a mean square of so many independent samples that is exceeded once in 1e9 times, in sigmas squared."""
-    return float(chi2.isf(1e-9, samples)) / samples
+    return float(chdtri(samples, 1e-9)) / samples
 
 
 def gate_window(target: Target) -> int:

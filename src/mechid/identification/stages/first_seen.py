@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 
 from mechid.campaign import Campaign
@@ -38,5 +39,5 @@ def declaration_warnings(campaign: Campaign) -> tuple[str, ...]:
     if not campaign.mechanism.free or not targets:
         return ()
     with one_core_algebra():
-        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets))
+        sight = first_sight(Problem(SearchSpace(campaign.mechanism), targets, workers=os.cpu_count() or 1))
     return (*first_sight_lines(campaign, sight, used=False), *own_evidence(targets, sight.otherwise))

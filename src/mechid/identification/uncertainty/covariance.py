@@ -13,7 +13,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
@@ -118,7 +117,7 @@ def _white(channel: TargetChannel, r: Room, window: tuple[int, int]) -> Room:
     order = channel.order
     memory = np.zeros(order)
     for part in blocks(r.size):
-        r[part], memory = lfilter(channel.prefilter.coefficients, [1.0], r[part], zi=memory)
+        r[part], memory = channel.prefilter.whitened(r[part], memory)
     r[:order] = 0.0
     spoilt = channel.rejected_within((window[0] - order, window[1])) - order
     spoilt = np.unique(spoilt[:, np.newaxis] + np.arange(order + 1))
@@ -163,7 +162,7 @@ class _Coloured:
         if self._visits is not None:
             self._visits.add(rows.T)
         if self._own.order:
-            rows, self._memory = lfilter([1.0], self._own.coefficients, rows, axis=1, zi=self._memory)
+            rows, self._memory = self._own.coloured(rows, self._memory)
         self._total += rows @ rows.T
 
     def score(self, columns: FloatArray) -> FloatArray:

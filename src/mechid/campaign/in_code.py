@@ -1,0 +1,292 @@
+"""A campaign without files: mechanism, commands and records from values and arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from mechid.campaign.campaign import Campaign, CampaignRecord, Use
+from mechid.campaign.joined_campaign import KEYS, Sources, joined_campaign
+from mechid.campaign.mechanism_file import mechanism_from_table
+from mechid.campaign.place import Place, refuse_unknown_keys
+from mechid.campaign.record_entry import read_records
+from mechid.command import Command
+from mechid.errors import RecordError, UsageError
+from mechid.plant.mechanism import Mechanism
+from mechid.records import Record
+from mechid.records.in_memory import TIME, SampleColumns, columns_of, record_of
+from mechid.units import SI_UNIT
+
+NOT_HERE = ("mechanism", "record")
+"""Keys of a campaign file that `make_campaign` has arguments for."""
+NOT_IN_ENTRIES = ("name", "file", "use", "command", "sample_rate_hz", "channels")
+"""Keys of a record that `make_record` has arguments for."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RecordEntry:
+    """One test run whose samples are in memory, before it is joined to a mechanism; `make_record` makes it.
+
+    Parameters
+    ----------
+    name : str
+        Of letters, digits, ``_`` and ``-``.
+    table : mapping
+        What a ``[[record]]`` of campaign.toml would say of it.
+    samples : SampleColumns or None
+        None for a record that is planned and not measured.
+    """
+
+    name: str
+    table: Mapping[str, Any]
+    samples: SampleColumns | None
+
+
+def make_mechanism(table: Mapping[str, Any], *, name: str = "mechanism") -> Mechanism:
+    """Return a mechanism from the tables that mechanism.toml would hold.
+
+    Parameters
+    ----------
+    table : mapping
+        By table and key as in docs/files.md, in the plant's units (SI, degrees where a key ends in ``_deg``): a number
+        is known, ``{"value": ..., "min": ..., "max": ...}`` is to be estimated, with ``"sigma"`` a prior. Lists of
+        tables (``[[stepper.detent]]``) are lists of mappings.
+    name : str
+        What messages call it.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    InputFileError
+        A key is unknown or missing, or a value cannot be; the message has its place, as a file's has.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> drive = mechid.make_mechanism(
+    ...     {
+    ...         "assembly": "direct_torque_drive",
+    ...         "load": {"inertia": {"value": 0.1, "min": 0.01, "max": 1.0}},
+    ...         "friction": {"static": 0.02, "coulomb": 0.02, "viscous": 0.001},
+    ...     }
+    ... )
+    >>> [parameter.name for parameter in drive.free]
+    ['load.inertia']
+    """
+    return mechanism_from_table(plain(table), name)
+
+
+def make_command(
+    stepping: str,
+    *,
+    rate: float | ArrayLike,
+    microsteps: int | None = None,
+    start_angle_deg: float = 0.0,
+    waveform: str = "cosine",
+    start: str = "commanded",
+    clock_tick_s: float = 0.0,
+) -> Command:
+    """Return how a stepper is stepped.
+
+    Parameters
+    ----------
+    stepping : {"full", "half", "micro"}
+    rate : float or (B, 2) array
+        Full steps/s; or breakpoints of command time in s and full steps/s, linear between, held outside.
+    microsteps : int or None
+        Per full step; needed in micro stepping alone.
+    start_angle_deg : float
+        Electrical angle in deg that the coils hold until the first step.
+    waveform : {"cosine", "square"}
+    start : {"commanded", "equilibrium", "estimated"}
+    clock_tick_s : float
+        Period in s of the driver's step clock, 0 for steps at their own instants.
+
+    Raises
+    ------
+    UsageError
+        A value cannot be.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> sweep = mechid.make_command("micro", microsteps=16, rate=[[0.0, 0.0], [60.0, 120.0]])
+    >>> sweep.rate.at(30.0)
+    60.0
+    """
+    given = {
+        "stepping": stepping, "start_angle_deg": start_angle_deg, "waveform": waveform, "start": start,
+        "clock_tick_s": clock_tick_s,
+    } | ({} if microsteps is None else {"microsteps": microsteps})  # fmt: skip
+    found = plain(np.asarray(rate).tolist())
+    return Command.from_entries(given | {"rate_profile" if isinstance(found, list) else "rate": found})
+
+
+def make_record(
+    name: str,
+    samples: object = None,
+    *,
+    command: Command | Mapping[str, Any] | None = None,
+    time_s: ArrayLike | None = None,
+    sample_rate_hz: float | None = None,
+    channels: Sequence[Mapping[str, Any]] = (),
+    use: Use = "estimate",
+    entries: Mapping[str, Any] | None = None,
+) -> RecordEntry:
+    """Return one test run with its samples in memory, for `make_campaign`.
+
+    Parameters
+    ----------
+    name : str
+        Of letters, digits, ``_`` and ``-``; it becomes a file name.
+    samples : (n,) array, mapping of str to (n,) array, pandas or xarray object, or None
+        The torque in N m; or series by name, in SI units or in the unit that the name ends in (``"torque_mNm"``).
+        The index of a pandas object and the dimension's coordinate of an xarray object are the time in s; ``units``
+        of an xarray variable's attributes count. None: the record is planned, not measured.
+    command : Command, mapping or None
+        As `make_command` makes it, or as a record's ``command`` table has it; None where measured channels drive it.
+    time_s : (n,) array or None
+        Record time in s, where the samples have none.
+    sample_rate_hz : float or None
+        In place of times; the first sample is at 0 then.
+    channels : sequence of mapping
+        As ``channels`` of a record in campaign.toml: which series is what, in which unit. Series that are called as
+        quantities are (``"torque"``, ``"rotor_angle"``) need none.
+    use : {"estimate", "validate"}
+    entries : mapping or None
+        Further keys of a ``[[record]]``, as ``time_offset_s``, ``offset``, ``conditioning``, ``test_stand``.
+
+    Returns
+    -------
+    RecordEntry
+
+    Raises
+    ------
+    UsageError
+        An entry has an argument of its own, or times and a rate are given.
+    RecordError
+        The samples are no series.
+
+    Examples
+    --------
+    >>> import mechid, numpy as np
+    >>> torque = np.zeros(1000)
+    >>> run = mechid.make_record(
+    ...     "full_46", torque, sample_rate_hz=10_000.0, command=mechid.make_command("full", rate=46.0)
+    ... )
+    >>> run.name
+    'full_46'
+    """
+    for key in entries or {}:
+        if key in NOT_IN_ENTRIES:
+            raise UsageError(f'record "{name}": entries: {key}: it is an argument of make_record; give it there')
+    table: dict[str, Any] = {"name": name, "use": use} | plain(entries or {})
+    if command is not None:
+        table["command"] = command if isinstance(command, Command) else plain(command)
+    if samples is None:
+        return RecordEntry(name=name, table=table, samples=None)
+    found = columns_of(samples, name)
+    if time_s is not None:
+        found = replace(found, arrays={**found.arrays, TIME: np.asarray(time_s)})
+        if sample_rate_hz is not None:
+            raise UsageError(f'record "{name}": time_s and sample_rate_hz are given; keep one of them')
+    if sample_rate_hz is not None:
+        table["sample_rate_hz"] = float(sample_rate_hz)
+    known = [{"quantity": name, "column": name} for name in found.arrays if name in SI_UNIT and name != "time"]
+    if chosen := (plain(channels) or known):
+        table["channels"] = chosen
+    return RecordEntry(name=name, table=table | {"file": name}, samples=found)
+
+
+def make_campaign(
+    mechanism: Mechanism,
+    records: Sequence[RecordEntry],
+    *,
+    name: str = "campaign",
+    entries: Mapping[str, Any] | None = None,
+) -> Campaign:
+    """Return the campaign of a mechanism and records that are in memory.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        As `make_mechanism`, `load_mechanism` or `catalogue_mechanism` makes it.
+    records : sequence of RecordEntry
+        As `make_record` makes them; nothing of them has to be in a file.
+    name : str
+        What reports and messages call it.
+    entries : mapping or None
+        What else campaign.toml would hold: ``stage``, ``identify``, ``diagnose``, ``bench``, ``clock_ppm``.
+
+    Returns
+    -------
+    Campaign
+        The same as `load_campaign` reads of files; it belongs to no file, and commands do not see it.
+
+    Raises
+    ------
+    InputFileError
+        Something does not fit together; the message has its place, as a file's has.
+    RecordError
+        Samples cannot be used.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> command = mechid.make_command("full", rate=46.0, start_angle_deg=45.0)
+    >>> planned = mechid.make_record("full_46", command=command)
+    >>> campaign = mechid.make_campaign(mechid.catalogue_mechanism(), [planned])
+    >>> [record.name for record in campaign.records]
+    ['full_46']
+    """
+    place = Place(name)
+    whole = plain(entries or {})
+    refuse_unknown_keys(whole, [key for key in KEYS if key not in NOT_HERE], place)
+    table = whole | {"record": [dict(record.table) for record in records]}
+    held = {record.name: record.samples for record in records}
+
+    def samples(wanted: Sequence[CampaignRecord]) -> Iterator[Record | None]:
+        for record in wanted:
+            columns = held[record.name]
+            yield None if columns is None else record_of(columns, record.spec)
+
+    sources = Sources(Path(), lambda: mechanism, samples, need_files=False)
+    made = joined_campaign(table, place, sources, path=Path(name) / "campaign", mechanism_path=Path(name) / "mechanism")
+    return replace(made, records=tuple(replace(record, file=None) for record in made.records))
+
+
+def own_record(entry: RecordEntry) -> tuple[Record, Command | None]:
+    """Return the samples of a record by itself, checked, and its command where it says one.
+
+    Raises
+    ------
+    InputFileError
+        An entry of it is wrong.
+    RecordError
+        It is planned, or its samples cannot be used.
+    """
+    if entry.samples is None:
+        raise RecordError(f'record "{entry.name}": it is planned and has no samples')
+    commanded = "command" in entry.table
+    table = {"record": [dict(entry.table) | ({} if commanded else {"command": {"stepping": "full", "rate": 0.0}})]}
+    (record,) = read_records(table, Place(entry.name), Path(), need_files=False)
+    return record_of(entry.samples, record.spec), record.command if commanded else None
+
+
+def plain(value: Any) -> Any:
+    """Return tables, lists and numbers as TOML would give them: no tuples, arrays or NumPy's own numbers."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    if isinstance(value, np.generic):
+        return value.item()
+    return [plain(entry) for entry in value] if isinstance(value, list | tuple) else value

@@ -1,0 +1,126 @@
+"""What a campaign's table says, joined: records, mechanism, stages and options, each message with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign.bench_entry import KEY as BENCH
+from mechid.campaign.bench_entry import read_bench, with_data
+from mechid.campaign.campaign import CAMPAIGN, CLOCK, Campaign, CampaignRecord
+from mechid.campaign.diagnose_options import DIAGNOSE, read_considered
+from mechid.campaign.identify_options import read_identify_options
+from mechid.campaign.measured_input import joined, with_inputs
+from mechid.campaign.mechanism_file import mechanism_warnings
+from mechid.campaign.own_values import with_own_values
+from mechid.campaign.place import Place
+from mechid.campaign.record_entry import read_records
+from mechid.campaign.record_tables import OWN, gathered
+from mechid.campaign.record_warnings import record_warnings, same_file_warnings
+from mechid.campaign.stage_entry import read_stages
+from mechid.campaign.start_entry import ESTIMATED, with_starts
+from mechid.campaign.stretches import in_stretches
+from mechid.campaign.timing_entry import with_clocks
+from mechid.plant.mechanism import Mechanism
+from mechid.reading.whole import is_file
+from mechid.records import Mounting, Record
+
+KEYS = ("mechanism", "identify", DIAGNOSE, CLOCK.key, BENCH, "record", "stage", CAMPAIGN, OWN)
+
+
+@dataclass(frozen=True)
+class Sources:
+    """Where what a campaign's table names comes from.
+
+    Parameters
+    ----------
+    folder : Path
+        Against which relative paths are taken.
+    mechanism : callable
+        Makes the mechanism, after the records' tables were found good.
+    samples : callable
+        Gives the samples of some records in their order, None of those without any.
+    need_files : bool
+        Whether a record that names no file is refused.
+    read_records : bool
+        False leaves the samples where they are, but of records that begin where these alone say.
+    """
+
+    folder: Path
+    mechanism: Callable[[], Mechanism]
+    samples: Callable[[Sequence[CampaignRecord]], Iterable[Record | None]]
+    need_files: bool = True
+    read_records: bool = True
+
+
+def joined_campaign(
+    table: Mapping[str, Any], place: Place, sources: Sources, *, path: Path, mechanism_path: Path
+) -> Campaign:
+    """Return the campaign that a table describes.
+
+    Parameters
+    ----------
+    table : Mapping
+        As read from ``campaign.toml``, its keys known.
+    place : Place
+        Of the file, for messages.
+    sources : Sources
+    path, mechanism_path : Path
+        What the campaign says of where it is from.
+
+    Raises
+    ------
+    InputFileError
+        The table or the mechanism is wrong.
+    RecordError
+        A record's samples are missing or cannot be used.
+    """
+    table = gathered(table, place)
+    options, effects = read_identify_options(table, place), read_considered(table, place)
+    records = read_records(table, place, sources.folder, need_files=sources.need_files)
+    mounting = read_bench(table, place, records)
+    mechanism, records = joined(sources.mechanism(), records, place)
+    records = with_clocks(records, table, place)
+    places = [place.key("record").item(index) for index in range(len(records))]
+    records = with_own_values(records, table["record"], places, mechanism)
+    records = with_starts(records, table["record"], places, mechanism)
+    if sources.read_records:
+        read_stages(table, place, mechanism, records)  # before the samples: they take their time
+    read = _with_data(records, mechanism, mounting, sources)
+    cut = in_stretches(read, table["record"], place, staged="stage" in table)
+    places = [at for _, _, at in cut]
+    records = with_starts([record for record, _, _ in cut], [entry for _, entry, _ in cut], places, mechanism)
+    return Campaign(
+        path=path,
+        mechanism_path=mechanism_path,
+        mechanism=mechanism,
+        records=records,
+        mounting=mounting,
+        stages=read_stages(table, place, mechanism, records),
+        options=options,
+        considered=effects,
+        warnings=(*mechanism_warnings(mechanism, mechanism_path.name), *_warnings(records, places)),
+    )
+
+
+def _with_data(
+    records: Sequence[CampaignRecord], mechanism: Mechanism, mounting: Mounting | None, sources: Sources
+) -> tuple[CampaignRecord, ...]:
+    wanted = [r for r in records if sources.read_records or _begins_anywhere(r)]
+    found = {id(r): data for r, data in zip(wanted, sources.samples(wanted), strict=True) if data is not None}
+    return tuple(
+        with_inputs(with_data(r, found[id(r)], mounting), found[id(r)], mechanism) if id(r) in found else r
+        for r in records
+    )
+
+
+def _begins_anywhere(record: CampaignRecord) -> bool:
+    """Tell of a record that begins where its file alone says."""
+    return record.command.start == ESTIMATED and record.file is not None and is_file(record.file)
+
+
+def _warnings(records: Iterable[CampaignRecord], places: Iterable[Place]) -> tuple[str, ...]:
+    each = [line for record, at in zip(records, places, strict=True) for line in record_warnings(record, at)]
+    return (*each, *same_file_warnings(tuple(records)))

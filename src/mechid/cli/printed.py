@@ -1,0 +1,31 @@
+"""What a command prints: its result, the lines on the way, the progress."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import typer
+
+from mechid.identification.computation.progress import Listener
+from mechid.interface.presenters import show_written
+from mechid.interface.progress_line import ProgressLine
+from mechid.reports.terminal import console_on
+
+
+def print_result(result: object, out: Path | None) -> None:
+    """Print a result, its files left in a folder where one is given."""
+    show_written(result, out, console_on())
+
+
+@contextmanager
+def followed() -> Iterator[Listener]:
+    """Return who shows progress on stderr."""
+    with ProgressLine(console_on(err=True)) as line:
+        yield line.tell
+
+
+def say(line: str) -> None:
+    """Say a line on stderr."""
+    typer.echo(line, err=True)

@@ -1,0 +1,180 @@
+"""From a campaign to a fit, and from a folder back to it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+from mechid.campaign import Campaign
+from mechid.errors import UsageError
+from mechid.holding import held
+from mechid.identification.computation.progress import Listener
+from mechid.identification.computation.workforce import working_on
+from mechid.identification.diagnosis import completion
+from mechid.identification.result.estimate_file import FILE_NAME
+from mechid.identification.result.fit import Fit
+from mechid.identification.result.fit_file import read_fit
+from mechid.interface.finished_fit import finished_fit
+from mechid.interface.progress import listening, telling
+from mechid.reports.identified import Audience, Identified, identified_into
+
+
+def identify(
+    campaign: Campaign,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    listener: Listener | None = None,
+    near: Mapping[str, float] | None = None,
+    complete: bool = False,
+) -> Fit:
+    """Identify the free parameters of a campaign's mechanism from its records.
+
+    Parameters
+    ----------
+    campaign : Campaign
+    seed : int
+        Of the search; equal seeds give equal results.
+    workers : int or None
+        Threads; None takes one per core.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+    listener : callable or None
+        Told of progress, a `Progress` at a time; None shows a line in a notebook and nothing elsewhere.
+    near : mapping of str to float or None
+        Values by dotted name, in the file's units, that are close to the optimum, so that what they leave of the
+        records is noise. Search and confirmation are left out; they have no effect where the campaign has stages.
+    complete : bool
+        Add to the mechanism what its records say it lacks, and identify again; `completed` of the fit has the steps,
+        and its `mechanism` and `parameters` are those of the completed one.
+
+    Returns
+    -------
+    Fit
+        Also where the fit did not succeed or was interrupted: its `outcome` and `grade` say so. It holds the campaign,
+        for `plot` and `write`.
+
+    Raises
+    ------
+    FitError
+        Nothing is free, or no record is to be estimated from.
+    WorkersError
+        The executor's workers are lost, or cannot do the work.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> fit = mechid.identify(mechid.load_campaign("bench"))  # doctest: +SKIP
+    >>> fit.parameters["gear.stiffness"].value  # doctest: +SKIP
+    913.5
+    """
+    with listening(listener) as tell:
+        fit = completion.identify(
+            campaign, seed=seed, workers=workers, executor=executor, listener=tell, near=near, complete=complete
+        )
+    return of_campaign(fit, campaign)
+
+
+def identify_into(
+    campaign: Campaign,
+    out: Path | str,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    listener: Listener | None = None,
+    told: Callable[[str], None] | None = None,
+    resume: bool = False,
+    complete: bool = False,
+    truth: Mapping[str, float] | None = None,
+) -> Identified:
+    """Identify as `identify` does, and leave in a folder what ``mechid identify`` leaves: journal, results, report.
+
+    Parameters
+    ----------
+    campaign, seed, workers, executor, listener, complete
+        As of `identify`.
+    out : Path
+        Folder for the results; made where missing. Every other command goes on from there, if the campaign is one of
+        files.
+    told : callable or None
+        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
+    resume : bool
+        Go on where the last run in `out` was stopped.
+    truth : mapping of str to float or None
+        True values by dotted name, in the file's units: of records that were simulated, which the report then says.
+
+    Returns
+    -------
+    Identified
+        `fit`, `data` (every number of the report) and `files`.
+
+    Raises
+    ------
+    FitError
+        Nothing is free, or no record is to be estimated from.
+    UsageError
+        The folder cannot be written to, another run holds it, or the run to be resumed had other inputs.
+    WorkersError
+        The executor's workers are lost, or cannot do the work.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> done = mechid.identify_into(mechid.load_campaign("bench"), "fit")  # doctest: +SKIP
+    """
+
+    @contextmanager
+    def followed() -> Iterator[Listener]:
+        with listening(listener) as tell:
+            yield tell
+
+    with held(out), telling(told) as tell_line, working_on(executor):
+        audience = Audience(followed=followed, told=tell_line)
+        done = identified_into(
+            campaign, Path(out), audience, seed=seed, workers=workers, truth=truth, resume=resume, complete=complete
+        )
+    return replace(done, fit=of_campaign(done.fit, campaign))
+
+
+def load_fit(folder: Path | str, campaign: Campaign | Path | str | None = None) -> Fit:
+    """Return the fit that ``mechid identify`` or `identify_into` left in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The result folder, or the campaign file beside which the results lie.
+    campaign : Campaign, Path or None
+        Of which it was identified; None takes the one that the folder names.
+
+    Raises
+    ------
+    InputFileError
+        There is no such fit, it is damaged, or a file of its campaign has changed since.
+    RecordError
+        A record's file is missing or cannot be used.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_fit("fit").grade  # doctest: +SKIP
+    <Grade.A: 'A'>
+    """
+    folder = Path(folder)
+    if isinstance(campaign, Campaign):
+        if not folder.is_dir():
+            raise UsageError(f"{folder}: is no folder; give the result folder of the fit")
+        return of_campaign(read_fit(folder / FILE_NAME, campaign), campaign)
+    found = finished_fit(folder, None if campaign is None else Path(campaign))
+    own = folder if folder.is_dir() else folder.parent
+    return of_campaign(read_fit(own / FILE_NAME, found.campaign), found.campaign)
+
+
+def of_campaign(fit: Fit, campaign: Campaign) -> Fit:
+    """Return a fit that holds the campaign it is of, with the mechanism that it was completed to."""
+    own = replace(campaign, mechanism=fit.mechanism) if fit.completed else campaign
+    return replace(fit, campaign=own)

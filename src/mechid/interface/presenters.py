@@ -1,0 +1,287 @@
+"""How each kind of result is shown and written: its numbers, its ink, its files, one line of words."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+
+from mechid.holding import held
+
+HTML_WIDTH, TEXT_WIDTH = 110, 120
+"""Columns of a result in a notebook, and as text."""
+PRE = (
+    "<pre style=\"font-family: 'DejaVu Sans Mono', Menlo, Consolas, monospace; line-height: normal; "
+    'white-space: pre; overflow-x: auto">{code}</pre>'
+)
+Ink = Callable[[Mapping[str, Any], Console, Sequence[Path]], None]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Presenter:
+    """How one kind of result is shown.
+
+    Parameters
+    ----------
+    data : callable
+        From the result to the dict of every number shown.
+    ink : callable
+        Prints that dict on a console, and where files are.
+    files : callable
+        From the result, its dict and a folder to the files written.
+    line : callable
+        From the result to a line of words.
+    """
+
+    data: Callable[[Any], dict[str, Any]]
+    ink: Ink
+    files: Callable[[Any, Mapping[str, Any], Path], list[Path]]
+    line: Callable[[Any], str]
+
+
+def data_of(result: object) -> dict[str, Any]:
+    """Return every number that is shown of a result."""
+    return presenter_of(result).data(result)
+
+
+def written(result: object, folder: Path) -> list[Path]:
+    """Write a result's files into a folder, and return them."""
+    own = presenter_of(result)
+    with held(folder):
+        return own.files(result, own.data(result), folder)
+
+
+def line_of(result: object) -> str:
+    """Return a result in a line of words."""
+    return presenter_of(result).line(result)
+
+
+def text_of(result: object) -> str:
+    """Return what a command prints of a result."""
+    console = Console(file=io.StringIO(), width=TEXT_WIDTH, markup=False, highlight=False, emoji=False)
+    _print(result, console)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue().rstrip("\n")
+
+
+def html_of(result: object) -> str:
+    """Return the same as HTML for a notebook."""
+    console = Console(
+        file=io.StringIO(), record=True, width=HTML_WIDTH, markup=False, highlight=False, emoji=False,
+        force_terminal=True, force_jupyter=False,
+    )  # fmt: skip
+    _print(result, console)
+    return console.export_html(inline_styles=True, code_format=PRE)
+
+
+def show_written(result: object, folder: Path | None, console: Console) -> None:
+    """Print a result as its command does, its files written into a folder where one is given."""
+    own = presenter_of(result)
+    data = own.data(result)
+    with held(folder) if folder is not None else nullcontext():
+        own.ink(data, console, own.files(result, data, folder) if folder is not None else [])
+
+
+def _print(result: object, console: Console) -> None:
+    own = presenter_of(result)
+    own.ink(own.data(result), console, ())
+
+
+def presenter_of(result: object) -> Presenter:
+    """Return the presenter of a result's kind."""
+    return _MAKERS[type(result).__name__]()
+
+
+def _survey() -> Presenter:
+    from mechid.reports.look.contents import look_data
+    from mechid.reports.look.terminal import print_look
+    from mechid.reports.look.writing import write_look
+
+    return Presenter(
+        data=lambda found: look_data(found.looks, [asdict(one) for one in found.left_out]),
+        ink=print_look,
+        files=lambda found, data, folder: write_look(data, found.looks, folder),
+        line=lambda found: ", ".join(look.record.name for look in found.looks),
+    )
+
+
+def _understanding() -> Presenter:
+    from mechid.reports.overview import campaign_data, print_campaign
+    from mechid.reports.record_figures import write_record_figures
+    from mechid.reports.terminal import print_lines
+
+    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
+        print_campaign(data, console)
+        print_lines(console, "written", map(str, files))
+
+    return Presenter(
+        data=lambda found: campaign_data(found.campaign, found.found),
+        ink=ink,
+        files=lambda found, data, folder: write_record_figures(found.campaign, folder),
+        line=lambda found: f"{len(found.campaign.records)} records, {len(found.warnings)} warnings",
+    )
+
+
+def _diagnosis() -> Presenter:
+    from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
+
+    return Presenter(
+        data=diagnosis_data,
+        ink=print_diagnosis,
+        files=write_diagnosis,
+        line=lambda found: ", ".join(one.name for one in found.missing) or "nothing is named",
+    )
+
+
+def _comparison() -> Presenter:
+    from mechid.reports.comparison import comparison_data, print_comparison, write_comparison
+
+    return Presenter(
+        data=comparison_data,
+        ink=print_comparison,
+        files=lambda found, data, folder: [write_comparison(data, folder)],
+        line=lambda found: f"{len(found.hypotheses)} fits, preferred: {found.preference.preferred or 'none'}",
+    )
+
+
+def _profiles() -> Presenter:
+    from mechid.reports.profile import print_profiles, profile_data, write_profiles
+
+    return Presenter(
+        data=lambda found: profile_data(found.profiles),
+        ink=print_profiles,
+        files=lambda found, data, folder: write_profiles(data, folder),
+        line=", ".join,
+    )
+
+
+def _bootstrap() -> Presenter:
+    from mechid.reports.bootstrap import bootstrap_data, print_bootstrap, write_bootstrap
+
+    return Presenter(
+        data=lambda found: bootstrap_data(found, found.seed),
+        ink=print_bootstrap,
+        files=lambda found, data, folder: write_bootstrap(data, folder),
+        line=lambda found: f"{len(found.draws)} draws of {len(found.spreads)} parameters",
+    )
+
+
+def _design() -> Presenter:
+    from mechid.designs.hand_off import design_data
+    from mechid.reports.design import print_design, write_design
+
+    return Presenter(
+        data=design_data,
+        ink=print_design,
+        files=lambda found, data, folder: write_design(found, folder, data),
+        line=lambda found: ", ".join(record.name for record in found.chosen.records) or "no record",
+    )
+
+
+def _budget() -> Presenter:
+    from mechid.budgets.hand_off import write_budget
+    from mechid.budgets.numbers import budget_data
+    from mechid.reports.budget.terminal import print_budget
+    from mechid.reports.budget.writing import write_budget_report
+
+    return Presenter(
+        data=budget_data,
+        ink=print_budget,
+        files=lambda made, data, folder: [*write_budget(made, folder, data), *write_budget_report(data, folder)],
+        line=lambda made: f"{len(made.modes)} modes, {len(made.file.requirements)} requirements",
+    )
+
+
+def _fleet() -> Presenter:
+    from mechid.fleets.hand_off import write_fleet
+    from mechid.fleets.numbers import fleet_data
+    from mechid.reports.fleet.terminal import print_fleet
+    from mechid.reports.fleet.writing import write_fleet_report
+
+    return Presenter(
+        data=lambda made: fleet_data(made, made.folder),
+        ink=print_fleet,
+        files=lambda made, data, folder: [*write_fleet(data, folder), *write_fleet_report(data, folder)],
+        line=lambda made: f"{len(made.runs)} campaigns, {len(made.failed)} failed",
+    )
+
+
+def _exported() -> Presenter:
+    from mechid.reports.exported import print_exported
+
+    return Presenter(
+        data=lambda done: done.to_dict() | {"folder": str(done.folder)},
+        ink=lambda data, console, files: print_exported(data, console),
+        files=lambda done, data, folder: [done.folder / name for name in done.written.files],
+        line=lambda done: f"{done.target} in {done.folder}",
+    )
+
+
+def _fit() -> Presenter:
+    from mechid.interface.report import write_fit
+    from mechid.reports.tables import report_data
+    from mechid.reports.terminal import print_report
+
+    return Presenter(
+        data=report_data,
+        ink=print_report,
+        files=lambda fit, data, folder: write_fit(fit, folder),
+        line=lambda fit: f"grade {fit.grade}, {len(fit.correlation_names)} free parameters, {len(fit.records)} records",
+    )
+
+
+def _trajectory() -> Presenter:
+    from mechid.campaign.trajectory_file import write_trajectories
+    from mechid.reports.simulated import print_simulated, simulated_data
+
+    return Presenter(
+        data=lambda run: simulated_data({"": run}, {}),
+        ink=lambda data, console, files: print_simulated(data, console),
+        files=lambda run, data, folder: [*write_trajectories({"trajectory": run}, folder).values()],
+        line=lambda run: f"{', '.join(run.values)}: {run.time.size} samples, {run.outcome.name.lower()}",
+    )
+
+
+def _validations() -> Presenter:
+    from mechid.identification.result.estimate_file import json_text
+    from mechid.reports.text_table import print_table, print_tables
+    from mechid.reports.validation import ORDER_COLUMNS, VALIDATION_LAYOUTS, order_rows, validation_rows
+    from mechid.writing import write_together
+
+    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
+        print_tables(console, VALIDATION_LAYOUTS, data["validation"])
+        if data["orders"]:
+            print_table(console, ORDER_COLUMNS, data["orders"])
+
+    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
+        content = {name: one.to_dict() for name, one in found.items()}
+        return write_together(folder, {"validation.json": json_text(content)})
+
+    return Presenter(
+        data=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
+        ink=ink,
+        files=files,
+        line=", ".join,
+    )
+
+
+_MAKERS: Mapping[str, Callable[[], Presenter]] = {
+    "Bootstrap": _bootstrap,
+    "Budget": _budget,
+    "Comparison": _comparison,
+    "Design": _design,
+    "Diagnosis": _diagnosis,
+    "Exported": _exported,
+    "Fit": _fit,
+    "Fleet": _fleet,
+    "Profiles": _profiles,
+    "Survey": _survey,
+    "Trajectory": _trajectory,
+    "Understanding": _understanding,
+    "Validations": _validations,
+}

@@ -1,0 +1,98 @@
+"""Single files read: a mechanism, a measured record, a structure."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mechid.campaign.mechanism_file import read_mechanism
+from mechid.plant.mechanism import Mechanism
+from mechid.records.bare import Hints, read_bare
+from mechid.records.record import Record
+from mechid.structure import Structure, read_structure
+
+
+def load_mechanism(path: Path | str) -> Mechanism:
+    """Return the mechanism that a file describes.
+
+    Parameters
+    ----------
+    path : Path
+        TOML, as ``mechanism.toml``: a bare number is known, ``{ value, min, max }`` is to be estimated.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or wrong; one line with place and remedy.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_mechanism("mechanism.toml").value("gear.ratio")  # doctest: +SKIP
+    50.0
+    """
+    return read_mechanism(path)
+
+
+def load_record(
+    path: Path | str,
+    *,
+    sample_rate_hz: float | None = None,
+    columns: tuple[str, ...] = (),
+    quantity: str | None = None,
+    unit: str | None = None,
+) -> tuple[Record, ...]:
+    """Read all channels of a measured file: one record for those that are sampled together.
+
+    Parameters
+    ----------
+    path : Path
+        Text, .mat, .h5, .tdms, .uff, .parquet, .npy or .npz; docs/records.md.
+    sample_rate_hz : float or None
+        Of a file without a time column or clock.
+    columns : tuple of str
+        Those to read, by name or by index from 0; none takes all.
+    quantity, unit : str or None
+        What they are, and the unit of their numbers where the file states none.
+
+    Returns
+    -------
+    tuple of Record
+        Channels in SI units; one without a unit in its own numbers.
+
+    Raises
+    ------
+    RecordError
+        The file is missing, is no record, or holds no channel that can be read.
+    UsageError
+        The quantity is unknown.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> (record,) = mechid.load_record("full_46.csv")  # doctest: +SKIP
+    >>> record.to_pandas()  # doctest: +SKIP
+    """
+    return read_bare(Path(path), Hints(sample_rate_hz=sample_rate_hz, columns=columns, quantity=quantity, unit=unit))
+
+
+def load_structure(path: Path | str, *, axis: str = "") -> Structure:
+    """Return the structure that a file describes whose columns have names; docs/budget.md has the formats.
+
+    Parameters
+    ----------
+    path : Path
+    axis : str
+        Axis of the mechanism, ``"rx"``, ``"ry"`` or ``"rz"``; refused where the file says another.
+
+    Raises
+    ------
+    InputFileError
+        The file is missing or wrong; one line with file, what was found and remedy.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> mechid.load_structure("structure.toml").line_of_sight  # doctest: +SKIP
+    ('x', 'y')
+    """
+    return read_structure(path, axis=axis)

@@ -1,0 +1,199 @@
+"""A finished fit refitted: over values of a parameter, and of records drawn anew."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mechid.campaign import Campaign
+from mechid.identification.computation.journal import Journal
+from mechid.identification.computation.parallel import one_core_algebra
+from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.computation.workforce import working_on
+from mechid.identification.refit.bootstrap import Bootstrap, Draw
+from mechid.identification.refit.bootstrap import bootstrap as bootstrapped
+from mechid.identification.refit.profile import Point, Profile, profiles
+from mechid.identification.refit.reopened import Optimum, reopened
+from mechid.identification.result.fit import Fit
+from mechid.interface.finished_fit import FinishedFit
+from mechid.interface.progress import listening
+from mechid.shown import Shown
+
+AnyFit = Fit | FinishedFit | Mapping[str, Any]
+Told = Callable[[str, float | None], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Profiles(Shown, Mapping[str, Profile]):
+    """Profiles by the dotted name of their parameter, as `profile` makes them."""
+
+    profiles: tuple[Profile, ...]
+
+    def __getitem__(self, name: str) -> Profile:
+        return {one.name: one for one in self.profiles}[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return (one.name for one in self.profiles)
+
+    def __len__(self) -> int:
+        return len(self.profiles)
+
+
+def profile(
+    campaign: Campaign,
+    fit: AnyFit,
+    parameters: str | Sequence[str],
+    *,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    listener: Listener | None = None,
+    journal: Path | str | None = None,
+    resume: bool = False,
+) -> Profiles:
+    """Profile the likelihood over one parameter after another, all others refitted.
+
+    Parameters
+    ----------
+    campaign : Campaign
+        Of the fit, its records read.
+    fit : Fit, or what its estimate.json holds
+    parameters : str or sequence of str
+        Dotted names of parameters that the fit moved.
+    workers : int or None
+        Threads; None takes one per core.
+    executor : concurrent.futures.Executor or None
+        Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
+    listener : callable or None
+        Told of progress; None shows a line in a notebook and nothing elsewhere.
+    journal : Path or None
+        File in which what is worked out is noted, so that a stopped run can go on.
+    resume : bool
+        Go on where the last run in `journal` was stopped.
+
+    Returns
+    -------
+    Profiles
+        By name, in the file's units: values held, how the cost rises, 95 % intervals.
+
+    Raises
+    ------
+    UsageError
+        The fit did not move a parameter, or the journal is of other inputs.
+    InputFileError
+        The campaign is not the one of the fit.
+    FitError
+        The fit has no optimum.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
+    >>> mechid.profile(fit.campaign, fit, "gear.stiffness")["gear.stiffness"].interval  # doctest: +SKIP
+    (905.1, 921.8)
+    """
+    names = [parameters] if isinstance(parameters, str) else list(dict.fromkeys(parameters))
+    count = workers or os.cpu_count() or 1
+    with _reopened(campaign, fit, "profile", count, executor, listener) as (optimum, told):
+
+        def heard(name: str, point: Point) -> None:
+            told(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
+
+        for name in names:
+            optimum.one(name)
+        noted = _journal(campaign, fit, journal, resume=resume)
+        done = profiles(optimum, names, workers=count, journal=noted, told=heard)
+    return Profiles(profiles=tuple(done))
+
+
+def bootstrap(
+    campaign: Campaign,
+    fit: AnyFit,
+    draws: int = 200,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    executor: Executor | None = None,
+    listener: Listener | None = None,
+    journal: Path | str | None = None,
+    resume: bool = False,
+) -> Bootstrap:
+    """Refit records simulated at the estimate, with noise like theirs, and see how estimates scatter.
+
+    Parameters
+    ----------
+    campaign, fit, workers, executor, listener, journal, resume
+        As of `profile`.
+    draws : int
+        How many, 2 at least; with a journal more can be added to a run.
+    seed : int
+        Of the noise.
+
+    Returns
+    -------
+    Bootstrap
+        All draws, and scatter, shift and quantiles of each parameter in the file's unit.
+
+    Raises
+    ------
+    UsageError
+        The journal is of other inputs.
+    InputFileError
+        The campaign is not the one of the fit.
+    FitError
+        The fit has no optimum, or no draw could be refitted.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> fit = mechid.load_fit("fit")  # doctest: +SKIP
+    >>> scatter = mechid.bootstrap(fit.campaign, fit, 40)  # doctest: +SKIP
+    """
+    count, ended = workers or os.cpu_count() or 1, 0
+    with _reopened(campaign, fit, "bootstrap", count, executor, listener) as (optimum, told):
+
+        def heard(draw: Draw) -> None:
+            nonlocal ended
+            ended += 1
+            words = draw.outcome.code.replace("_", " ")
+            told(f"{ended} of {draws} draws, number {draw.number} {words}", draw.cost)
+
+        noted = _journal(campaign, fit, journal, resume=resume)
+        return bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, told=heard)
+
+
+@contextmanager
+def _reopened(
+    campaign: Campaign,
+    fit: AnyFit,
+    stage: str,
+    workers: int,
+    executor: Executor | None,
+    listener: Listener | None,
+) -> Iterator[tuple[Optimum, Told]]:
+    """Return a fit's optimum, and who is told of the refits."""
+    began = time.perf_counter()
+    with one_core_algebra(), working_on(executor), listening(listener) as tell:
+        optimum = reopened(campaign, content_of(fit), workers=workers)
+        yield (
+            optimum,
+            lambda words, cost: tell(Progress(1, 1, stage, words, cost, time.perf_counter() - began)),
+        )
+
+
+def content_of(fit: AnyFit) -> Mapping[str, Any]:
+    """Return what estimate.json holds of a fit."""
+    if isinstance(fit, FinishedFit):
+        return fit.estimate
+    return fit.to_dict() if isinstance(fit, Fit) else fit
+
+
+def _journal(campaign: Campaign, fit: AnyFit, path: Path | str | None, *, resume: bool) -> Journal | None:
+    if path is None:
+        return None
+    return Journal.opened(Path(path), FinishedFit(campaign, dict(content_of(fit))).inputs, resume=resume)

@@ -1,0 +1,137 @@
+"""Samples that are in memory as the columns of a record: arrays, data frames and data sets, as if a file held them.
+
+Pandas and xarray are not imported: what they hold is asked of the objects themselves.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechid.errors import RecordError
+from mechid.records.arrays import ArrayTable, Item, array_table
+from mechid.records.formats import record_from
+from mechid.records.record import Record
+from mechid.records.spec import RecordSpec
+from mechid.records.table import Clock, Column
+
+KIND = "samples in memory"
+MEMORY = Path("memory:")
+"""Stands in a path for the folder of what is in no file."""
+TIME, TORQUE = "time_s", "torque"
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SampleColumns:
+    """Named series of equal length, as a file's columns.
+
+    Parameters
+    ----------
+    arrays : mapping of str to (n,) array
+        By column name, which may end in a unit as a file's header may; `TIME` is the time in s.
+    units : mapping of str to str
+        Units stated apart from the names.
+    """
+
+    arrays: Mapping[str, NDArray[Any]]
+    units: Mapping[str, str]
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 over names and samples, hexadecimal."""
+        found = hashlib.sha256()
+        for name, array in self.arrays.items():
+            found.update(name.encode())
+            found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()
+
+
+def columns_of(samples: object, label: str) -> SampleColumns:
+    """Return the columns of an array (torque in N m), a mapping of arrays, a DataFrame, Series, Dataset or DataArray.
+
+    The index of a pandas object and the one dimension of an xarray object are the time in s, dates as seconds since
+    the first; a plain count (a RangeIndex, a dimension without coordinate) is no time.
+
+    Raises
+    ------
+    RecordError
+        It is none of these.
+    """
+    if hasattr(samples, "data_vars"):
+        return _of_dataset(samples, label)
+    if hasattr(samples, "coords") and hasattr(samples, "dims"):
+        return _of_dataset(samples.to_dataset(name=samples.name or TORQUE), label)  # type: ignore[attr-defined]
+    if hasattr(samples, "columns") and hasattr(samples, "index"):
+        named = {str(name): np.asarray(samples[name]) for name in samples.columns}  # type: ignore[index]
+        return SampleColumns(arrays=_time_of_index(samples.index) | named, units={})
+    if hasattr(samples, "index") and hasattr(samples, "name") and not callable(samples.index):
+        name = str(samples.name or TORQUE)
+        return SampleColumns(arrays=_time_of_index(samples.index) | {name: np.asarray(samples)}, units={})
+    if isinstance(samples, Mapping):
+        return SampleColumns(arrays={str(name): np.asarray(array) for name, array in samples.items()}, units={})
+    array = np.asarray(samples)
+    if array.ndim != 1:
+        sizes = " x ".join(map(str, array.shape)) or "one value"
+        raise RecordError(f"{label}: found {sizes}; give the torque as one series, or a mapping of series by name")
+    return SampleColumns(arrays={TORQUE: array}, units={})
+
+
+def record_of(columns: SampleColumns, spec: RecordSpec) -> Record:
+    """Return the record of samples in memory, chosen, checked and conditioned as those of a file are.
+
+    Parameters
+    ----------
+    columns : SampleColumns
+    spec : RecordSpec
+        Where it has a `sample_rate_hz`, the samples begin at record time 0.
+
+    Raises
+    ------
+    RecordError
+        The samples cannot be used; one line.
+    """
+    rate = spec.sample_rate_hz
+    table = _table(columns, spec.path, Clock(0.0, rate) if rate is not None else None)
+    return record_from(MEMORY / spec.path, replace(spec, sample_rate_hz=None), table, columns.digest)
+
+
+def _table(columns: SampleColumns, label: str, clock: Clock | None) -> ArrayTable:
+    items = [
+        Item(
+            column=Column(name=name, unit=columns.units.get(name), clock=clock),
+            shape=array.shape,
+            dtype=array.dtype,
+            load=array.__getitem__,
+        )
+        for name, array in columns.arrays.items()
+        if not (clock and name == TIME)
+    ]
+    return array_table(label, KIND, items, {}, is_sliced=True)
+
+
+def _of_dataset(samples: Any, label: str) -> SampleColumns:
+    if len(samples.sizes) != 1:
+        raise RecordError(f"{label}: found the dimensions {', '.join(map(str, samples.sizes))}; give one, the time")
+    (dimension,) = samples.sizes
+    arrays = {str(name): np.asarray(one) for name, one in samples.data_vars.items()}
+    units = {str(name): str(one.attrs["units"]) for name, one in samples.data_vars.items() if "units" in one.attrs}
+    time = {TIME: _seconds(np.asarray(samples.coords[dimension]))} if dimension in samples.coords else {}
+    return SampleColumns(arrays=time | arrays, units=units)
+
+
+def _time_of_index(index: Any) -> dict[str, NDArray[Any]]:
+    return {} if type(index).__name__ == "RangeIndex" else {TIME: _seconds(np.asarray(index))}
+
+
+def _seconds(values: NDArray[Any]) -> NDArray[Any]:
+    """Return times in s; dates as seconds since the first."""
+    if values.dtype.kind not in "mM":
+        return values
+    since = values - values[0] if values.dtype.kind == "M" else values
+    return np.asarray(since / np.timedelta64(1, "ns") * 1e-9)
