@@ -143,7 +143,7 @@ def _is_narrow(one: MainsLine, found: Prominence) -> bool:
     """Tell hum from what a rate does that passes a resonance: that is as high some bins beside."""
     at = round(one.line.frequency_hz / found.bin_hz)
     beside = (found.amplitude[at + sign * bins] for sign in (-1, 1) for bins in SKIRT_BINS)
-    return max(beside, default=0.0) < NARROW * found.amplitude[at]
+    return bool(max(beside, default=0.0) < NARROW * found.amplitude[at])
 
 
 def _is_order(one: MainsLine, order_hz: float, bin_hz: float) -> bool:
