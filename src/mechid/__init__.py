@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from mechid.analysis.comparison import Comparison
     from mechid.analysis.survey import Survey
-    from mechid.analysis.validation import RecordValidation, validate
+    from mechid.analysis.validation import RecordValidation, Validations, validate
     from mechid.budgets.budget import Budget
     from mechid.campaign.campaign import Campaign, CampaignRecord, Stage
     from mechid.campaign.campaign_file import load_campaign
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from mechid.designs.design_file import DesignOptions
     from mechid.errors import FitError, InputFileError, MechidError, RecordError, UsageError, WorkersError
     from mechid.exports.export import Exported, export
-    from mechid.fleets.fleet import Fleet, fleet
+    from mechid.fleets.fleet import Fleet
     from mechid.identification.computation.progress import Progress
     from mechid.identification.diagnosis.diagnosis import Diagnosis
     from mechid.identification.refit.bootstrap import Bootstrap
@@ -39,12 +39,14 @@ if TYPE_CHECKING:
     from mechid.interface.compare import compare
     from mechid.interface.design import design
     from mechid.interface.diagnose import diagnose
+    from mechid.interface.fleet import fleet
     from mechid.interface.identification import identify, identify_into, load_fit
     from mechid.interface.look import Understanding, check, look
     from mechid.interface.reading import load_mechanism, load_record, load_structure
     from mechid.interface.refits import Profiles, bootstrap, profile
     from mechid.interface.report import report
-    from mechid.parameter import Parameter
+    from mechid.parameter import Declaration, Parameter
+    from mechid.plant.block import Block
     from mechid.plant.mechanism import Mechanism
     from mechid.records.record import Channel, Record
     from mechid.reports.identified import Identified
@@ -58,7 +60,7 @@ __version__ = "0.1.0"
 _NAMES = {
     "analysis.comparison": ("Comparison",),
     "analysis.survey": ("Survey",),
-    "analysis.validation": ("RecordValidation", "validate"),
+    "analysis.validation": ("RecordValidation", "Validations", "validate"),
     "budgets.budget": ("Budget",),
     "campaign.campaign": ("Campaign", "CampaignRecord", "Stage"),
     "campaign.campaign_file": ("load_campaign",),
@@ -73,7 +75,7 @@ _NAMES = {
     "designs.design_file": ("DesignOptions",),
     "errors": ("FitError", "InputFileError", "MechidError", "RecordError", "UsageError", "WorkersError"),
     "exports.export": ("Exported", "export"),
-    "fleets.fleet": ("Fleet", "fleet"),
+    "fleets.fleet": ("Fleet",),
     "identification.computation.progress": ("Progress",),
     "identification.diagnosis.diagnosis": ("Diagnosis",),
     "identification.refit.bootstrap": ("Bootstrap",),
@@ -85,12 +87,14 @@ _NAMES = {
     "interface.compare": ("compare",),
     "interface.design": ("design",),
     "interface.diagnose": ("diagnose",),
+    "interface.fleet": ("fleet",),
     "interface.identification": ("identify", "identify_into", "load_fit"),
     "interface.look": ("Understanding", "check", "look"),
     "interface.reading": ("load_mechanism", "load_record", "load_structure"),
     "interface.refits": ("Profiles", "bootstrap", "profile"),
     "interface.report": ("report",),
-    "parameter": ("Parameter",),
+    "parameter": ("Declaration", "Parameter"),
+    "plant.block": ("Block",),
     "plant.mechanism": ("Mechanism",),
     "records.record": ("Channel", "Record"),
     "reports.identified": ("Identified",),
@@ -104,6 +108,7 @@ _NAMES = {
 _HOMES = {name: module for module, names in _NAMES.items() for name in names}
 
 __all__ = [
+    "Block",
     "Bootstrap",
     "Budget",
     "Campaign",
@@ -111,6 +116,7 @@ __all__ = [
     "Channel",
     "Command",
     "Comparison",
+    "Declaration",
     "Design",
     "DesignOptions",
     "Diagnosis",
@@ -142,6 +148,7 @@ __all__ = [
     "Trajectory",
     "Understanding",
     "UsageError",
+    "Validations",
     "WorkersError",
     "__version__",
     "bootstrap",

@@ -7,7 +7,8 @@ import pytest
 
 from complete_fits import CASES
 from mechid.identification.identify import make_problem
-from mechid.identification.search.multistart import STARTS, candidates, capped_costs, multistart, sample_box
+from mechid.identification.search.box import sample_box
+from mechid.identification.search.multistart import STARTS, candidates, capped_costs, multistart
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from matplotlib import pyplot
 
 import mechid
-from mechid.interface.progress import NotebookLine, listening
+from mechid.interface.progress import NotebookLine, listening, telling
 from mechid.interface.progress_line import progress_words
 
 
@@ -97,3 +97,11 @@ def test_a_listener_goes_before_the_notebooks_line(monkeypatch):
 def test_a_script_hears_nothing():
     with listening(None) as listener:
         assert not isinstance(listener, NotebookLine)
+
+
+def test_lines_told_in_a_notebook_are_one_line_too(monkeypatch):
+    shown = []
+    notebook(monkeypatch, shown)
+    with telling(None) as told:
+        told("mode <slew>: 3 rates")
+    assert ["&lt;slew&gt;" in shown[0], shown[1:]] == [True, [""]]

@@ -72,7 +72,10 @@ def test_the_truth_is_found_within_its_errors(fit):
 
 
 def test_what_is_left_of_a_record_held_out_is_its_noise(campaign, fit):
-    channel = mechid.validate(campaign, fit)["micro_46"].channels["torque"]
+    judged = mechid.validate(campaign, fit)
+    assert repr(judged) == "<Validations: full_46, micro_46>"
+    assert "micro_46" in str(judged)
+    channel = judged["micro_46"].channels["torque"]
     assert channel.residual_rms == pytest.approx(NOISE_NM, rel=0.05)
 
 

@@ -20,6 +20,7 @@ from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.result.fit import Fit
 from mechid.records import COMPONENTS, Mounting
+from mechid.shown import Shown
 from mechid.signal import (
     Band,
     LjungBox,
@@ -140,7 +141,13 @@ class RecordValidation:
         return {"command": dict(self.command), "channels": channels}
 
 
-def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> dict[str, RecordValidation]:
+class Validations(Shown, dict[str, RecordValidation]):
+    """How well a fit predicts each record, by name; in a notebook the table of the report."""
+
+    __repr__ = Shown.__repr__
+
+
+def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> Validations:
     """Predict each record of a campaign with a fit, untouched, and judge the residual.
 
     The whole record counts, also where a stage used a window of it or the model follows it in part. A record
@@ -156,8 +163,8 @@ def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> dict
 
     Returns
     -------
-    dict of str to RecordValidation
-        By name, in the order of the campaign.
+    Validations
+        A dict of str to RecordValidation: by name, in the order of the campaign.
 
     Examples
     --------
@@ -166,7 +173,7 @@ def validate(campaign: Campaign, fit: Fit, listener: Listener = _nobody) -> dict
     >>> held_out = mechid.validate(campaign, mechid.identify(campaign))["sweep"]  # doctest: +SKIP
     >>> held_out.channels["torque"].theil.coefficient  # doctest: +SKIP
     """
-    found: dict[str, RecordValidation] = {}
+    found = Validations()
     with one_core_algebra(), np.errstate(all="ignore"):  # where a simulation fails its numbers are none
         for record in campaign.records:
             if record.data is not None:

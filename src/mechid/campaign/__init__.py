@@ -1,6 +1,8 @@
 """What belongs together: records, their commands, the mechanism, and stages, read from their files.
 
 `load_campaign` makes a `Campaign`; `new_campaign` writes the files to start from.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from mechid.campaign.campaign import Campaign, CampaignRecord, Match, Stage

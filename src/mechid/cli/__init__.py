@@ -1,4 +1,7 @@
-"""The command line: one function per verb, each parses, calls, prints."""
+"""The command line: one function per verb, each parses, calls, prints.
+
+Internal to mechid but for the names that docs/python.md lists.
+"""
 
 from mechid.cli.app import main
 

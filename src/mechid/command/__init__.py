@@ -2,6 +2,8 @@
 
 `Command` is what a record's ``command`` table says; ``Command.excitation`` makes the step edges
 and normalised phase voltages that drive the plant.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from mechid.command.excitation import Excitation

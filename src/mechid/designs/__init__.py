@@ -1,1 +1,4 @@
-"""The next test: what records would tell, which are worth their time, and which rates lose steps."""
+"""The next test: what records would tell, which are worth their time, and which rates lose steps.
+
+Internal to mechid but for the names that docs/python.md lists.
+"""

@@ -14,7 +14,7 @@ from mechid.designs.planned import PlannedRecord
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 
 FloatArray = NDArray[np.float64]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -11,7 +10,6 @@ from pathlib import Path
 from mechid.errors import InputFileError
 from mechid.fleets.changes import Change, MeanChange, changes, mean_change
 from mechid.fleets.estimates import Estimate, is_of_interest, read_unit
-from mechid.fleets.fleet_file import read_members
 from mechid.fleets.groups import GroupDifference, group_difference
 from mechid.fleets.members import Members
 from mechid.fleets.observed import Observed, observed, of_units
@@ -22,7 +20,6 @@ from mechid.fleets.trends import Trend, first_day, trend, without
 from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
 from mechid.holding import held
 from mechid.identification.computation.parallel import Done, is_lent, mapped
-from mechid.identification.computation.workforce import working_on
 from mechid.shown import Shown
 
 UNITS_NAME = "units"
@@ -102,59 +99,6 @@ class Fleet(Shown):
         return tuple(m.label for m, e in pairs if e is None or not e.grade.good)
 
 
-def fleet(
-    *sources: Path | str,
-    out: Path | str,
-    seed: int = 0,
-    workers: int | None = None,
-    executor: Executor | None = None,
-    complete: bool = False,
-    told: Told = silent,
-) -> Fleet:
-    """Identify many campaigns, and say what their parameters say together.
-
-    Parameters
-    ----------
-    *sources : Path
-        Campaign folders or files, result folders of `mechid identify`, and at most one fleet file or its folder.
-    out : Path
-        The results of each campaign go to ``out/units/<label>``; a finished fit that lies there, of the campaign as it
-        is now, is taken up.
-    seed : int
-        Of each search.
-    workers : int or None
-        Threads of each identification; None takes one per core.
-    executor : Executor or None
-        Whose workers identify the campaigns, each one after the other; they have to see the same folders. None: this
-        process, one campaign after the other.
-    complete : bool
-        Add to each mechanism what its records say it lacks.
-    told : callable
-        Told of single lines.
-
-    Returns
-    -------
-    Fleet
-        Also where some campaigns failed; `failed` names them.
-
-    Raises
-    ------
-    UsageError
-        Nothing is given, or `out` cannot be written to.
-    InputFileError
-        A folder is missing, or the fleet file is wrong.
-    KeyboardInterrupt
-        Interrupted; called again, it goes on from there.
-
-    Examples
-    --------
-    >>> import mechid
-    >>> made = mechid.fleet("FM1", "FM2", "FM3", out="fleet")  # doctest: +SKIP
-    """
-    with working_on(executor):
-        return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, told=told)
-
-
 def make_fleet(
     asked: Members,
     out: Path,
@@ -164,7 +108,7 @@ def make_fleet(
     complete: bool = False,
     told: Told = silent,
 ) -> Fleet:
-    """Identify the campaigns of a fleet, and say what they say together; see `fleet`."""
+    """Identify the campaigns of a fleet, and say what they say together; see `mechid.fleet`."""
     with held(out) as hold:
         tasks = [task_of(m, out / UNITS_NAME, seed, workers, complete=complete, hold=hold) for m in asked.members]
 

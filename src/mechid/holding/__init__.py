@@ -1,4 +1,7 @@
-"""Result folders held by one run at a time: a lock file says by whom, and what a killed run left is swept away."""
+"""Result folders held by one run at a time: a lock file says by whom, and what a killed run left is swept away.
+
+Internal to mechid but for the names that docs/python.md lists.
+"""
 
 from mechid.holding.folder import held
 from mechid.holding.leftovers import LOCK_NAME, sweep

@@ -14,6 +14,7 @@ from mechid.budgets.budget import Budget, make_budget
 from mechid.budgets.budget_file import BudgetFile, budget_of_table, read_budget_file
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
+from mechid.interface.progress import telling
 from mechid.interface.report import campaign_of
 from mechid.reports.results import write_results
 from mechid.reports.tables import report_data
@@ -45,7 +46,7 @@ def budget(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable or None
-        Told of single lines.
+        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------
@@ -71,11 +72,12 @@ def budget(
         asked = budget_of_table(source, structure=structure, has_estimate=fit is not None)
     else:
         asked = read_budget_file(source, structure=structure, has_estimate=fit is not None)
-    if fit is None:
-        return make_budget(asked, workers, told, executor=executor)
-    with TemporaryDirectory(prefix="mechid_budget_") as aside:
-        here = replace(asked, estimate=_left(fit, Path(aside)))
-        made = make_budget(here, workers, told, executor=executor)
+    with telling(told) as tell:
+        if fit is None:
+            return make_budget(asked, workers, tell, executor=executor)
+        with TemporaryDirectory(prefix="mechid_budget_") as aside:
+            here = replace(asked, estimate=_left(fit, Path(aside)))
+            made = make_budget(here, workers, tell, executor=executor)
     return replace(made, file=_named(made.file))
 
 

@@ -15,6 +15,7 @@ from mechid.designs.rivals import Group, rival_groups
 from mechid.errors import UsageError
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.reopened import reopened
+from mechid.interface.progress import telling
 from mechid.interface.refits import AnyFit, content_of
 
 
@@ -52,7 +53,7 @@ def design(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable or None
-        Told of single lines.
+        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------
@@ -74,12 +75,12 @@ def design(
     >>> campaign = mechid.load_campaign("planned", read_records=False)  # doctest: +SKIP
     >>> chosen = mechid.design(campaign, criterion="D", total_s=120.0)  # doctest: +SKIP
     """
-    tell, count = told or _unheard, workers or os.cpu_count() or 1
+    count = workers or os.cpu_count() or 1
     if diagnosis is not None and fit is None:
         raise UsageError(f"diagnosis {diagnosis}: give the fit too that was diagnosed")
     asked = _options(campaign, options).asking(criterion, total_s)
-    diagnosed = _diagnosed(diagnosis, tell)
-    with working_on(executor):
+    with telling(told) as tell, working_on(executor):
+        diagnosed = _diagnosed(diagnosis, tell)
         optimum, rivals = None, tuple[Group, ...]()
         if fit is not None:
             content, fitted = content_of(fit), campaign if isinstance(fit, Mapping) else fit.campaign or campaign
@@ -102,7 +103,3 @@ def _diagnosed(folder: Path | str | None, tell: Callable[[str], None]) -> Diagno
     if not found.groups:
         tell(f"{found.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one")
     return found
-
-
-def _unheard(line: str) -> None:
-    del line

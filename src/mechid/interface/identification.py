@@ -18,7 +18,7 @@ from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.interface.finished_fit import finished_fit
-from mechid.interface.progress import listening
+from mechid.interface.progress import listening, telling
 from mechid.reports.identified import Audience, Identified, identified_into
 
 
@@ -102,7 +102,7 @@ def identify_into(
         Folder for the results; made where missing. Every other command goes on from there, if the campaign is one of
         files.
     told : callable or None
-        Told of single lines.
+        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
     resume : bool
         Go on where the last run in `out` was stopped.
     truth : mapping of str to float or None
@@ -133,8 +133,8 @@ def identify_into(
         with listening(listener) as tell:
             yield tell
 
-    audience = Audience(followed=followed, told=told or _unheard)
-    with held(out), working_on(executor):
+    with held(out), telling(told) as tell_line, working_on(executor):
+        audience = Audience(followed=followed, told=tell_line)
         done = identified_into(
             campaign, Path(out), audience, seed=seed, workers=workers, truth=truth, resume=resume, complete=complete
         )
@@ -178,7 +178,3 @@ def of_campaign(fit: Fit, campaign: Campaign) -> Fit:
     """Return a fit that holds the campaign it is of, with the mechanism that it was completed to."""
     own = replace(campaign, mechanism=fit.mechanism) if fit.completed else campaign
     return replace(fit, campaign=own)
-
-
-def _unheard(line: str) -> None:
-    del line

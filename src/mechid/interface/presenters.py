@@ -247,6 +247,30 @@ def _trajectory() -> Presenter:
     )
 
 
+def _validations() -> Presenter:
+    from mechid.identification.result.estimate_file import json_text
+    from mechid.reports.shared_tables import order_table
+    from mechid.reports.text_table import print_tables
+    from mechid.reports.validation import VALIDATION_LAYOUTS, order_rows, validation_rows
+    from mechid.writing import write_together
+
+    def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
+        print_tables(console, VALIDATION_LAYOUTS, data["validation"])
+        if data["orders"]:
+            order_table(data["orders"]).print(console)
+
+    def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
+        content = {name: one.to_dict() for name, one in found.items()}
+        return write_together(folder, {"validation.json": json_text(content)})
+
+    return Presenter(
+        data=lambda found: {"validation": validation_rows(found), "orders": order_rows(found)},
+        ink=ink,
+        files=files,
+        line=", ".join,
+    )
+
+
 _MAKERS: Mapping[str, Callable[[], Presenter]] = {
     "Bootstrap": _bootstrap,
     "Budget": _budget,
@@ -260,4 +284,5 @@ _MAKERS: Mapping[str, Callable[[], Presenter]] = {
     "Survey": _survey,
     "Trajectory": _trajectory,
     "Understanding": _understanding,
+    "Validations": _validations,
 }

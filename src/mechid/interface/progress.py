@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from html import escape
 from importlib import import_module
@@ -28,6 +28,25 @@ def listening(listener: Listener | None) -> Iterator[Listener]:
             line.end()
 
 
+@contextmanager
+def telling(told: Callable[[str], None] | None) -> Iterator[Callable[[str], None]]:
+    """Return who is told of single lines, likewise."""
+    if told is not None:
+        yield told
+    elif not _in_notebook():
+        yield _unheard
+    else:
+        line = NotebookLine()
+        try:
+            yield line.show
+        finally:
+            line.end()
+
+
+def _unheard(line: str) -> None:
+    del line
+
+
 class NotebookLine:
     """A line of progress in a notebook's output; call it with each `Progress`."""
 
@@ -36,8 +55,12 @@ class NotebookLine:
 
     def __call__(self, progress: Progress) -> None:
         """Show a report in place of the last one."""
+        self.show(progress_words(progress))
+
+    def show(self, words: str) -> None:
+        """Show a line in place of the last one."""
         shown = import_module("IPython.display")
-        ink = shown.HTML(f'<code style="color: gray">{escape(progress_words(progress))}</code>')
+        ink = shown.HTML(f'<code style="color: gray">{escape(words)}</code>')
         if self._handle is None:
             self._handle = shown.display(ink, display_id=True)
         else:

@@ -3,6 +3,8 @@
 `read_record` makes a `Record` of a file and of what the campaign says about it (`RecordSpec`).
 
 The names here load what they need when they are first used: the process that reads files needs few of them.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from __future__ import annotations

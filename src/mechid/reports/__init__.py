@@ -3,6 +3,8 @@
 `report_data` and `campaign_data` make the dict, `print_report` and `print_campaign` the ink of a terminal.
 `mechid.reports.writing` makes page and figures. The names here load what they need when they are first used: the
 processes that draw figures import this package for their drawings alone.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from __future__ import annotations

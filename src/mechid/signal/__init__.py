@@ -2,6 +2,8 @@
 
 The names here load what they need when they are first used: the process that reads files needs few of them.
 `envelope` and `spectrogram` are named as their modules and are imported from there.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
 """What the mechanism is mounted on: from a torque at its interface to the line of sight and to the interface.
 
 `read_structure` makes a `Structure` from a file, `from_state_space` from a system of scipy.signal or python-control.
+
+Internal to mechid but for the names that docs/python.md lists.
 """
 
 from mechid.structure.formats import read_structure

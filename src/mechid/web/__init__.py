@@ -1,4 +1,7 @@
-"""The explorer: a local page on which parameters are turned and fits watched."""
+"""The explorer: a local page on which parameters are turned and fits watched.
+
+Internal to mechid but for the names that docs/python.md lists.
+"""
 
 from mechid.web.diagnosed import read_diagnosed
 from mechid.web.estimate import Estimate, read_estimated

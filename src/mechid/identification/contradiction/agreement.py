@@ -21,9 +21,10 @@ from mechid.identification.computation.parallel import mapped
 from mechid.identification.contradiction.alternatives import Judged, first_moments, judge
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_problem, taken_target
 from mechid.identification.output_error.problem import Problem
+from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import WINDOW_S, first_residual, robust_cost
 from mechid.identification.search.gates import Growth, grow
-from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine, sample_box
+from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine
 
 FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]

@@ -33,7 +33,7 @@ from mechid.identification.contradiction.record_sight import (
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 from mechid.parameter import Role
 
 FloatArray = NDArray[np.float64]

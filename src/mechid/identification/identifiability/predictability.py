@@ -16,7 +16,7 @@ from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 
 FloatArray = NDArray[np.float64]
 DISPLACED = 1e-9

@@ -15,7 +15,7 @@ from mechid.identification.identifiability.predictability import chaos_warnings
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
-from mechid.identification.search.multistart import sample_box
+from mechid.identification.search.box import sample_box
 from mechid.simulation.trajectory import SimulationOutcome
 
 FloatArray = NDArray[np.float64]

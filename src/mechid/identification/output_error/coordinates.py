@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
 from mechid.identification.output_error.instants import INSTANTS
+from mechid.identification.output_error.latest import Latest
 from mechid.identification.output_error.means import Mean, means_of
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
@@ -83,6 +84,7 @@ class Coordinates:
     priors: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     means: tuple[Mean, ...] = ()
     shrinkage: Mapping[str, float] = field(default_factory=dict)
+    _latest: Latest = field(default_factory=Latest, repr=False)
 
     @property
     def size(self) -> int:
@@ -250,17 +252,23 @@ class Coordinates:
 
     def kernel(self, target: Target, q: FloatArray) -> FloatArray:
         """Return the kernel's parameters of a target at `q`, (NP,)."""
-        return self.space.kernel(self.of_mechanism(q), self.own_values(target, q))
+        own, here = self.own_values(target, q), self.of_mechanism(q)
+        if own:
+            return self.space.kernel(here, own)
+        return self._latest.of("values", here, self.space.kernel)
 
     def directions(self, target: Target, q: FloatArray) -> FloatArray:
         """Return what the lanes of a target move of the kernel's parameters, (NP, m), one lane at least.
 
         Where instants alone are free the rate is wanted, which comes with sensitivities only.
         """
-        lanes = [c for c in self.of(target) if c.lane is not None]
+        lanes, here = [c for c in self.of(target) if c.lane is not None], self.of_mechanism(q)
+        own = self.own_values(target, q)
+        if not lanes and not own and self.space.size:
+            return self._latest.of("directions", here, self.space.kernel_jacobian)
         carried = [c for c in lanes if c.parameter.replaces]
         names = [c.parameter.replaces for c in carried]
-        found = self.space.kernel_jacobian(self.of_mechanism(q), self.own_values(target, q), names)
+        found = self.space.kernel_jacobian(here, own, names)
         out = np.zeros((found.shape[0], max([1, self.space.size, *(1 + (c.lane or 0) for c in lanes)])))
         out[:, : self.space.size] = found[:, : self.space.size]
         for c, column in zip(carried, found[:, self.space.size :].T, strict=True):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,15 +42,32 @@ class Model:
         block: int | None = None,
     ) -> Run:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
-        at = self.coordinates
-        simulator = Simulator(
-            at.space.mechanism.plant, target.command, target.base, capacity=at.lanes, known_edges=target.excitation,
-            start=self._start(target, q, carried=jacobian),
-        )  # fmt: skip
-        timing = at.timing(target, q)
-        return simulator.run(
+        at, timing = self.coordinates, self.coordinates.timing(target, q)
+        return self._simulator(target, self._start(target, q, carried=jacobian)).run(
             at.kernel(target, q), time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps,
             directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
+        )  # fmt: skip
+
+    def plain_runs(self, target: Target, points: Sequence[FloatArray], stop: int) -> list[Run]:
+        """Begin the simulations of the first `stop` samples of a target at several points, without derivatives."""
+        if any(is_of_start(p) for p in target.own):
+            return [self.run(target, q, stop) for q in points]
+        simulator, at = self._simulator(target, self._start(target, points[0], carried=False)), self.coordinates
+        same = None if target.moved else at.timing(target, points[0])
+        timings = [same or at.timing(target, q) for q in points]
+        return [
+            simulator.run(
+                at.kernel(target, q),
+                time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps, samples=stop,
+            )
+            for q, timing in zip(points, timings, strict=True)
+        ]  # fmt: skip
+
+    def _simulator(self, target: Target, start: Start) -> Simulator:
+        at = self.coordinates
+        return Simulator(
+            at.space.mechanism.plant, target.command, target.base,
+            capacity=at.lanes, known_edges=target.excitation, start=start,
         )  # fmt: skip
 
     def _start(self, target: Target, q: FloatArray, *, carried: bool) -> Start:

@@ -161,17 +161,25 @@ class SearchSpace:
             return value * math.sin(math.radians(values[c.partner]))
         return value
 
+    @cached_property
+    def _read(self) -> list[tuple[str, str, str, float, float]]:
+        """Name, kind, partner and the parameter's bounds of each coordinate: thousands of points are read."""
+        known = self.mechanism.parameters
+        return [(c.name, c.kind, c.partner, known[c.name].min, known[c.name].max) for c in self.coordinates]
+
     def values(self, q: FloatArray) -> dict[str, float]:
         """Return the file's values, {name: value}, of the free parameters at `q`."""
         out: dict[str, float] = {}
-        for c, x in zip(self.coordinates, q, strict=True):
-            if c.kind == "cosine":
-                out[c.name], out[c.partner] = float(x), 0.0
-            elif c.kind == "sine":
-                a = out[c.name]
-                out[c.name], out[c.partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
+        for (name, kind, partner, least, most), x in zip(self._read, q.tolist(), strict=True):
+            if kind == "log":
+                out[name] = min(max(math.exp(x), least), most)
+            elif kind == "cosine":
+                out[name], out[partner] = x, 0.0
+            elif kind == "sine":
+                a = out[name]
+                out[name], out[partner] = math.hypot(a, x), math.degrees(math.atan2(x, a))
             else:
-                out[c.name] = self._within_bounds(c.name, math.exp(x)) if c.kind == "log" else float(x)
+                out[name] = x
         for upper, lower in self._below.items():
             if upper in out:
                 out[upper] = self._within_bounds(upper, out[upper] + out.get(lower, self.mechanism.value(lower)))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.identification.output_error.misfit import Window, misfit_series_of
+from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 
@@ -30,27 +31,32 @@ def first_samples(target: Target) -> int:
 
 def first_residual(problem: Problem, target: Target, q: FloatArray) -> FloatArray:
     """Return the residuals of a target's channels over the first window, in sigmas, without their medians."""
-    return first_residuals(problem, target, [q])[0]
+    return np.asarray(first_residuals(problem.model, target, [q])[0])
 
 
-def first_residuals(problem: Problem, target: Target, points: Sequence[FloatArray]) -> list[FloatArray]:
-    """Return the same at several points."""
+def first_residuals(model: Model, target: Target, points: Sequence[FloatArray]) -> FloatArray:
+    """Return the same at several points, one at least: a row each."""
     window = first_window(target)
-    found = []
-    for rooms in misfit_series_of(problem.model, target, points, window):
-        series = [r[:] for r in rooms]
-        for channel, r in zip(target.channels, series, strict=True):
-            np.divide(r, channel.sigma, out=r)
-            if channel.linear:
-                np.subtract(r, np.median(r), out=r)
-            r[channel.rejected_within(window)] = 0.0
-        found.append(series[0] if len(series) == 1 else np.concatenate(series))
-    return found
+    rooms = misfit_series_of(model, target, points, window)
+    each = []
+    for channel, series in zip(target.channels, zip(*rooms, strict=True), strict=True):
+        rows = np.stack([room[:] for room in series])
+        rows /= channel.sigma
+        if channel.linear:
+            rows -= np.median(rows, axis=1, keepdims=True)
+        rows[:, channel.rejected_within(window)] = 0.0
+        each.append(rows)
+    return each[0] if len(each) == 1 else np.concatenate(each, axis=1)
 
 
 def robust_cost(residual: FloatArray) -> float:
     """Return the soft-L1 cost at `ROBUST_SIGMAS`; inf where the simulation failed."""
-    if not np.all(np.isfinite(residual)):
-        return math.inf
-    square = (residual / ROBUST_SIGMAS) ** 2
-    return float(2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square))))
+    return float(robust_costs(residual[np.newaxis])[0])
+
+
+def robust_costs(residuals: FloatArray) -> FloatArray:
+    """Return that of each row."""
+    with np.errstate(over="ignore", invalid="ignore"):  # what grew beyond all numbers failed too
+        square = (residuals / ROBUST_SIGMAS) ** 2
+        costs = 2.0 * ROBUST_SIGMAS**2 * np.sum(square / (1.0 + np.sqrt(1.0 + square)), axis=1)
+    return np.where(np.isfinite(costs), costs, math.inf)

@@ -11,12 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from functools import lru_cache, partial
+from functools import partial
 from itertools import chain, islice
 from typing import Any
 
 import numpy as np
-import sympy as sp
 from numpy.typing import NDArray
 
 from mechid.identification.computation.journal import Journal
@@ -25,20 +24,19 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle, absorb, finished
-from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.output_error.target import Target
+from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import (
     ROBUST_SIGMAS,
     first_residuals,
     first_samples,
     first_window,
     robust_cost,
+    robust_costs,
 )
 from mechid.identification.search.run_up import TRIES, run_up
-from mechid.identification.search.sobol import sobol_points
 from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.kernel.batch.source import SETS
-from mechid.parameter import Declaration
 
 FloatArray = NDArray[np.float64]
 
@@ -61,73 +59,6 @@ class Candidate:
     jacobian: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
 
 
-def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
-    """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
-    unit = sobol_points(space.size, points, seed)
-    rows = [space.start] + [_point(space, u) for u in unit[1:]]
-    return np.array(rows)
-
-
-def _point(space: SearchSpace, unit: FloatArray) -> FloatArray:
-    """Map a point of the unit cube into the box; shares of a scale need the scale's own parameters first."""
-    q = space.start.copy()
-    late = [j for j, c in enumerate(space.coordinates) if _declared(space, c).typical]
-    for j, c in enumerate(space.coordinates):
-        if j not in late:
-            q[j] = _within_spread(space, c, unit[j])
-    scales = _scales(space, q)
-    for j in late:
-        q[j] = _typical_share(space, j, unit, scales)
-    return space.clip(q)
-
-
-def _declared(space: SearchSpace, c: Coordinate) -> Declaration:
-    return space.mechanism.parameters[c.name].declaration
-
-
-def _within_spread(space: SearchSpace, c: Coordinate, u: float) -> float:
-    value, spread = space.mechanism.parameters[c.name].value, _declared(space, c).spread
-    if c.kind == "log":
-        middle, half = math.log(value), math.log(spread)
-        return min(max(middle + (2.0 * u - 1.0) * half, c.lower), c.upper)
-    if math.isfinite(c.lower) and math.isfinite(c.upper):
-        return c.lower + u * (c.upper - c.lower)
-    return float(value * spread ** (2.0 * u - 1.0))
-
-
-def _scales(space: SearchSpace, q: FloatArray) -> dict[str, float]:
-    """Return the value of every scale expression at a point."""
-    mechanism = space.mechanism
-    values = {**{name: mechanism.value(name) for name in mechanism.parameters}, **space.values(q)}
-    masters = [mechanism.parameters[name].tied_to or name for name in mechanism.parameters]
-    texts = tuple(sorted({d.typical[0] for c in space.coordinates if (d := _declared(space, c)).typical}))
-    symbols = tuple(p.declaration.symbol for p in mechanism.parameters.values())
-    return dict(zip(texts, _scale_function(symbols, texts)(*(values[name] for name in masters)), strict=True))
-
-
-@lru_cache(maxsize=8)
-def _scale_function(symbols: tuple[str, ...], texts: tuple[str, ...]) -> Callable[..., list[float]]:
-    named = {name: sp.Symbol(name) for name in symbols}
-    compiled: Callable[..., list[float]] = sp.lambdify(
-        list(named.values()), [sp.sympify(text, locals=named) for text in texts], modules="math"
-    )
-    return compiled
-
-
-def _typical_share(space: SearchSpace, j: int, unit: FloatArray, scales: dict[str, float]) -> float:
-    c = space.coordinates[j]
-    typical = _declared(space, c).typical
-    assert typical is not None
-    text, least, most = typical
-    scale, u = scales[text], unit[j]
-    if c.kind in ("cosine", "sine"):
-        first = j if c.kind == "cosine" else j - 1
-        radius, turn = most * scale * math.sqrt(unit[first]), 2.0 * math.pi * unit[first + 1]
-        return radius * (math.cos(turn) if c.kind == "cosine" else math.sin(turn))
-    value = scale * (least * (most / least) ** u if least > 0.0 else most * u)
-    return math.log(value) if c.kind == "log" else value
-
-
 def _first_energy(target: Target) -> float:
     """Return how much a target's first window holds, in sigmas squared: what tells bad starts soonest."""
     n, window = first_samples(target), slice(*first_window(target))
@@ -138,11 +69,11 @@ def capped_costs(
     problem: Problem, points: Sequence[FloatArray], *, targets: Sequence[Target], cap: float = math.inf
 ) -> list[float]:
     """Return the robust cost of `targets` at each point, or inf as soon as it is known to exceed `cap`."""
-    total = np.zeros(len(points))
+    total, model = np.zeros(len(points)), problem.model
     for target in targets:
         left = np.flatnonzero(np.isfinite(total)).tolist()
-        residuals = first_residuals(problem, target, [points[k] for k in left])
-        total[left] += [robust_cost(r) for r in residuals]
+        if left:
+            total[left] += robust_costs(first_residuals(model, target, [points[k] for k in left]))
         total[total > cap] = math.inf
     return total.tolist()
 
@@ -219,7 +150,9 @@ def _of_all(cost: Callable[[Any], list[float]], tasks: Sequence[Any], workers: i
 def _costs_run_up(problem: Problem, targets: Sequence[Target], task: tuple[Sequence[FloatArray], float]) -> list[float]:
     """Return the cost of `targets` at each of some points, or inf as soon as it is known to exceed a cap."""
     points, cap = task
-    return capped_costs(problem, [run_up(problem, q) for q in points], targets=targets, cap=cap)
+    moving = [target for target in problem.targets if target.begins_in_motion]
+    begun = [run_up(problem, q, targets=moving) for q in points] if moving else points
+    return capped_costs(problem, begun, targets=targets, cap=cap)
 
 
 def _ranked(drawn: Sequence[Candidate]) -> Iterator[Candidate]:

@@ -26,6 +26,11 @@ class BatchKernel:
     run: Callable[..., None]
 
     @cached_property
+    def address(self) -> int:
+        """Where the kernel's `run` stands."""
+        return address_of(self.kernel.run)
+
+    @cached_property
     def fixed(self) -> NDArray[np.int64]:
         """Places of what never changes in a run: constants and the table of the filter, without its derivatives."""
         m = self.module
@@ -98,7 +103,7 @@ class BatchBuffers:
 
 def allocate_batch(batch: BatchKernel, *, events: int) -> BatchBuffers:
     """Return buffers of a batch that has not begun; so many numbers of each set's switches are kept."""
-    return _buffers(batch.module, address_of(batch.kernel.run), events)
+    return _buffers(batch.module, batch.address, events)
 
 
 def _buffers(module: ModuleType, address: int, events: int) -> BatchBuffers:

@@ -1,0 +1,116 @@
+"""The box in which a search begins: what a catalogue may be wrong by, and points that fill it evenly.
+
+A parameter lies within its declared spread around the catalogue's value, or is a typical share of a scale that the
+others make.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from mechid.identification.output_error.space import Coordinate, SearchSpace
+from mechid.identification.search.sobol import sobol_points
+from mechid.parameter import Declaration
+
+FloatArray = NDArray[np.float64]
+
+
+def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:
+    """Return start points, (points, n): the catalogue itself first, then a scrambled Sobol sequence."""
+    box = _Box(space)
+    unit = sobol_points(space.size, points, seed)
+    return np.array([space.start] + [box.point(u) for u in unit[1:].tolist()])
+
+
+@dataclass(frozen=True)
+class _Box:
+    """What all points of a box share."""
+
+    space: SearchSpace
+
+    @cached_property
+    def declared(self) -> list[Declaration]:
+        """Declaration of each coordinate."""
+        parameters = self.space.mechanism.parameters
+        return [parameters[c.name].declaration for c in self.space.coordinates]
+
+    @cached_property
+    def early(self) -> list[tuple[int, Callable[[float], float]]]:
+        """Coordinates that lie within a spread, each with what makes a value of a number from 0 to 1."""
+        each = enumerate(zip(self.space.coordinates, self.declared, strict=True))
+        return [(j, _within_spread(self.space, c, d.spread)) for j, (c, d) in each if not d.typical]
+
+    @cached_property
+    def late(self) -> list[tuple[int, Coordinate, tuple[str, float, float]]]:
+        """Coordinates that are shares of a scale."""
+        each = enumerate(zip(self.space.coordinates, self.declared, strict=True))
+        return [(j, c, d.typical) for j, (c, d) in each if d.typical]
+
+    @cached_property
+    def texts(self) -> tuple[str, ...]:
+        """The scales, as expressions in the file's symbols."""
+        return tuple(sorted({typical[0] for _, _, typical in self.late}))
+
+    @cached_property
+    def fixed(self) -> dict[str, float]:
+        """The mechanism's own values by dotted name."""
+        return {name: self.space.mechanism.value(name) for name in self.space.mechanism.parameters}
+
+    @cached_property
+    def scale(self) -> Callable[[Mapping[str, float]], dict[str, float]]:
+        """Gives the value of every scale at values by dotted name."""
+        parameters = self.space.mechanism.parameters
+        masters = [q.tied_to or name for name, q in parameters.items()]
+        function = _scale_function(tuple(q.declaration.symbol for q in parameters.values()), self.texts)
+        return lambda values: dict(zip(self.texts, function(*[values[name] for name in masters]), strict=True))
+
+    def point(self, unit: Sequence[float]) -> FloatArray:
+        """Map a point of the unit cube into the box; shares of a scale need the scale's own parameters first."""
+        q = self.space.start.copy()
+        for j, value in self.early:
+            q[j] = value(unit[j])
+        if self.late:
+            scales = self.scale({**self.fixed, **self.space.values(q)})
+            for j, c, typical in self.late:
+                q[j] = _typical_share(c, j, unit, typical, scales)
+        return self.space.clip(q)
+
+
+def _within_spread(space: SearchSpace, c: Coordinate, spread: float) -> Callable[[float], float]:
+    """Return what makes a coordinate within its spread of a number from 0 to 1."""
+    value = space.mechanism.parameters[c.name].value
+    if c.kind == "log":
+        middle, half = math.log(value), math.log(spread)
+        return lambda u: min(max(middle + (2.0 * u - 1.0) * half, c.lower), c.upper)
+    if math.isfinite(c.lower) and math.isfinite(c.upper):
+        return lambda u: c.lower + u * (c.upper - c.lower)
+    return lambda u: float(value * spread ** (2.0 * u - 1.0))
+
+
+@lru_cache(maxsize=8)
+def _scale_function(symbols: tuple[str, ...], texts: tuple[str, ...]) -> Callable[..., list[float]]:
+    named = {name: sp.Symbol(name) for name in symbols}
+    compiled: Callable[..., list[float]] = sp.lambdify(
+        list(named.values()), [sp.sympify(text, locals=named) for text in texts], modules="math"
+    )
+    return compiled
+
+
+def _typical_share(
+    c: Coordinate, j: int, unit: Sequence[float], typical: tuple[str, float, float], scales: Mapping[str, float]
+) -> float:
+    text, least, most = typical
+    scale, u = scales[text], unit[j]
+    if c.kind in ("cosine", "sine"):
+        first = j if c.kind == "cosine" else j - 1
+        radius, turn = most * scale * math.sqrt(unit[first]), 2.0 * math.pi * unit[first + 1]
+        return radius * (math.cos(turn) if c.kind == "cosine" else math.sin(turn))
+    value = scale * (least * (most / least) ** u if least > 0.0 else most * u)
+    return math.log(value) if c.kind == "log" else value
