@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import UsageError
+from mechid.kernel.compiler import signatures_remembered
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
 from mechid.writing import CACHE, cache_folder
@@ -109,7 +110,8 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
             if not path.exists():
                 _write_whole(path, text())
             module = _imported(path)
-            _on_own_stack(call, module)
+            with signatures_remembered():
+                _on_own_stack(call, module)
     except OSError as error:
         remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
