@@ -18,8 +18,8 @@ AT_CONDA = {"matplotlib": "matplotlib-base"}
 
 
 def as_at_conda(requirement):
-    """Return a requirement of pyproject.toml as a conda recipe writes it."""
-    name, version = re.fullmatch(r"([A-Za-z0-9_.-]+)(.*)", requirement).groups()
+    """Return a requirement as a conda recipe writes it; one package is for all systems, so that markers fall away."""
+    name, version = re.fullmatch(r"([A-Za-z0-9_.-]+)([^;]*).*", requirement).groups()
     return f"{AT_CONDA.get(name, name)} {version}"
 
 
