@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage incomplete fuzz lint style types format pytest lock \
+.PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage faults fuzz incomplete lint style types format pytest lock \
         clean
 
 help: ## List these targets
@@ -59,6 +59,9 @@ incomplete: $(VENV)/.installed ## Errors where one effect is left out of the mod
 
 fuzz: $(VENV)/.installed-dev ## Files and command lines changed by a program, resumable (OPTIONS="--seconds 600 --kinds hdf5,mat")
 	$(BIN)/python -m fuzz $(OPTIONS)
+
+faults: $(VENV)/.installed-dev ## Killed, interrupted, starved: each run comes to the same numbers, resumable (OPTIONS="--only kill,full --count 10")
+	$(BIN)/python benchmarks/faults.py $(OPTIONS)
 
 lint: style types ## Style, format and types, nothing changed
 

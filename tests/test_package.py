@@ -18,8 +18,8 @@ AT_CONDA = {"matplotlib": "matplotlib-base"}
 
 
 def as_at_conda(requirement):
-    """Return a requirement of pyproject.toml as a conda recipe writes it."""
-    name, version = re.fullmatch(r"([A-Za-z0-9_.-]+)(.*)", requirement).groups()
+    """Return a requirement as a conda recipe writes it; one package is for all systems, so that markers fall away."""
+    name, version = re.fullmatch(r"([A-Za-z0-9_.-]+)([^;]*).*", requirement).groups()
     return f"{AT_CONDA.get(name, name)} {version}"
 
 
@@ -48,6 +48,13 @@ def test_the_citation_names_the_paper():
     assert [author["family-names"] for author in paper["authors"]] == ["Kornienko", "Wuseni", "Specht"]
     assert (paper["year"], paper["doi"]) == (2013, "10.3182/20130902-5-DE-2040.00057")
     assert PROJECT["urls"]["The paper it follows"] == f"https://doi.org/{paper['doi']}"
+
+
+def test_the_source_archive_has_every_page_and_what_the_tests_read():
+    """Truth: the pages in the root, and the folders that tests open. README and LICENSE go along anyway."""
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["build"]
+    pages = {path.name for path in ROOT.iterdir() if path.suffix in {".md", ".cff"}} - {"README.md"}
+    assert {*build["targets"]["sdist"]["include"]} >= {*pages, "conda", "tests", "examples", "benchmarks", "Makefile"}
 
 
 @pytest.mark.parametrize("extra", sorted(PROJECT["optional-dependencies"]))

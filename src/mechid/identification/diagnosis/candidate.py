@@ -17,6 +17,7 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.search.gates import grow
 from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
+from mechid.identification.uncertainty.lowered_noise import at_these_levels, lowered
 from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
@@ -40,7 +41,8 @@ class Setting:
     Attributes
     ----------
     problem : Problem
-        Of the mechanism as written, with what the fit's records have of their own, the noise as known before the fit.
+        Of the mechanism as written, with what the fit's records have of their own, the noise as known before the fit,
+        or what a model leaves of them, where that is less.
     windows : mapping of record to (first, stop)
         What of the records the fit follows.
     disturbances : tuple of Disturbance
@@ -123,11 +125,33 @@ class Model:
         """Whether its windows leave nothing of the records out."""
         return dict(self.setting.windows) == dict(self.setting.problem.whole())
 
+    @property
+    def share(self) -> float:
+        """Share of all samples of its records that its windows hold."""
+        return self.setting.samples / replace(self.setting, windows=self.setting.problem.whole()).samples
+
+    def where(self, other: Model) -> Model:
+        """Return it where another one is, in its windows and at its noise levels."""
+        there = replace(self, setting=other.setting)
+        q = lifted(other.problem, other.q, there.problem)
+        return replace(there, q=q, cost=there.problem.total_norm(q, other.setting.windows) ** 2)
+
     def within(self, horizons: Mapping[str, int]) -> Model:
         """Return it over so many first samples of each record, where it is."""
         windows = {name: (0, n) for name, n in horizons.items()}
         there = replace(self, setting=replace(self.setting, windows=windows))
         return replace(there, cost=there.problem.total_norm(there.q, windows) ** 2)
+
+    def lowered(self) -> Model:
+        """Return it with noise levels no higher than what it leaves within its windows; itself where none is."""
+        problem = lowered(self.problem, self.q, self.setting.windows)
+        return self if problem is self.problem else self.at_levels(problem)
+
+    def at_levels(self, problem: Problem) -> Model:
+        """Return it, where it is, with the noise levels of a problem."""
+        setting = replace(self.setting, problem=at_these_levels(self.setting.problem, problem))
+        there = replace(self, setting=setting)
+        return replace(there, cost=there.problem.total_norm(there.q, setting.windows) ** 2)
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""

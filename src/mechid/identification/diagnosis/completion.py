@@ -58,7 +58,10 @@ def identify(
 def identified_with(
     whole: Campaign, found: Diagnosis, *, seed: int = 0, workers: int | None = None, listener: Listener = silent
 ) -> Fit:
-    """Return the fit of a campaign whose mechanism has what a diagnosis proposes, begun at the values found with it."""
-    near = {p.name: p.value for p in whole.mechanism.free}
+    """Return the fit of a campaign whose mechanism has what a diagnosis proposes, begun at the values found with it.
+
+    Values that do not follow the records to their ends are no more than a start: then all is searched again.
+    """
+    near = {p.name: p.value for p in whole.mechanism.free} if found.share == 1.0 else None
     fit = identified(whole, seed=seed, workers=workers, listener=listener, near=near)
     return replace(fit, completed=tuple({"step": number, **asdict(step)} for number, step in enumerate(found.steps, 1)))

@@ -25,7 +25,7 @@ from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
 from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.steps import LEAST, Step, Told
-from mechid.identification.diagnosis.stretches import in_stretches
+from mechid.identification.diagnosis.stretches import in_stretches, reach
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade
@@ -76,6 +76,8 @@ class Diagnosis(Shown):
         What a residual that nothing explains goes with; empty where effects are named.
     held_out : tuple of HeldOut
         How well each record that was held out is predicted; empty where no effect is named.
+    share : float
+        Share of all samples of the records that was diagnosed: 1, or as far as any model was found to follow them.
     """
 
     missing: tuple[Missing, ...]
@@ -89,6 +91,7 @@ class Diagnosis(Shown):
     pictures: Pictures
     locked: tuple[Locked, ...]
     held_out: tuple[HeldOut, ...]
+    share: float = 1.0
 
 
 def diagnose(
@@ -133,7 +136,7 @@ def diagnose(
 
         found = _found(before, start, estimate, told)
         told("effects are drawn")
-        concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate))
+        concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate, found.model))
         predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
         return replace(concluded, held_out=predicted)
 
@@ -144,16 +147,35 @@ def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Told)
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
     """
     if estimate["grade"] == Grade.C:
-        return searched(before, _better(start, in_stretches(before, told)), told)
-    found = searched(before, start, told)
+        other = in_stretches(before, told)
+        if other is None or other.is_of_whole_records:
+            return _searched(before, _better(start, other), told)
+        start = start.at_levels(other.problem)
+        partly = other.share > reach(start)
+        return _searched(before.where(other), other, told) if partly else _searched(before, start, told)
+    found = _searched(before, start, told)
     if found.model.over_noise <= FAR:
         return found
-    other = _better(found.model, in_stretches(before, told))
-    return found if other is found.model else searched(before, other, told)
+    other = in_stretches(before, told)
+    other = _better(found.model, other if other and other.is_of_whole_records else None)
+    return found if other is found.model else _searched(before, other, told)
 
 
 def _better(model: Model, other: Model | None) -> Model:
-    return model if other is None or not other.cost < model.cost else other
+    if other is None:
+        return model
+    return other if other.cost < model.at_levels(other.problem).cost else model
+
+
+def _searched(before: Model, start: Model, told: Told) -> Found:
+    """Return the effects that the records ask for, at noise levels no higher than what is left with them."""
+    start = start.lowered()
+    while True:
+        found = searched(before.at_levels(start.problem), start, told)
+        quieter = found.model.lowered()
+        if quieter is found.model:
+            return found
+        start = quieter
 
 
 def _refuse_failed(estimate: Mapping[str, Any]) -> None:
@@ -163,15 +185,18 @@ def _refuse_failed(estimate: Mapping[str, Any]) -> None:
         raise FitError(" ".join(["a failed fit cannot be diagnosed:", GRADE_WORDS[Grade(grade)], *said]))
 
 
-def _in_part(estimate: Mapping[str, Any]) -> str:
+def _in_part(estimate: Mapping[str, Any], model: Model) -> str:
     """Return what is to be said of a fit that follows its records in part; empty of another one."""
     if estimate["grade"] != Grade.C:
         return ""
     lost = {reason["record"]: None for reason in estimate["grade_reasons"] if reason["cause"] in LOST}
     these = f", {', '.join(name for name in lost if name)} among them," if any(lost) else ""
+    of = f"all records of the fit{these} from beginning to end"
+    if not model.is_of_whole_records:
+        of = f"the first {100.0 * model.share:.3g} % of all samples, which is as far as any model was found to follow"
     return (
-        f"The fit is of grade C. This diagnosis is of all records of the fit{these} from beginning to end, so that an "
-        "effect named here may stand for a wrong branch of the search: identify again with it before you believe it."
+        f"The fit is of grade C. This diagnosis is of {of}, so that an effect named here may stand for a wrong branch "
+        "of the search: identify again with it before you believe it."
     )
 
 
@@ -196,6 +221,7 @@ def _concluded(found: Found, hum: list[Missing], in_part: str) -> Diagnosis:
         pictures=pictures_of(found, {name: _called(found.model, name) for name in found.less} if named else {}),
         locked=goes_with,
         held_out=(),
+        share=model.share,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from scipy.special import chdtrc
@@ -87,11 +87,33 @@ def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[
         if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
             wider = with_periods_seen(model)
             better = _one_more(wider, tried, told) if wider else None
+        if better is None and model.over_noise > FOLLOWED:
+            better = _exchanged(model, told)
         if better is None:
             break
+        lost = model.beyond(better)
+        steps += [step(better, removed=lost)] if lost else []
         steps.append(step(better, added=better.beyond(model)))
         model = better
     return model, steps
+
+
+def _exchanged(model: Model, told: Told) -> Model | None:
+    """Return the model with another effect in place of a term, where that leaves clearly less; None where none does.
+
+    What came first may have imitated another effect, as far as that was to be seen then.
+    """
+    better = next((other for other in exchanges(model, told) if counts(gain(model, other))), None)
+    return better.regrown() if better else None
+
+
+def exchanges(model: Model, told: Told) -> Iterator[Model]:
+    """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
+    for name in model.terms:
+        less = model.without(name)
+        for other in [one for one in asked(less, landscape_of(less)) if one != name][:TRIES]:
+            told(f"{other} is fitted in place of {name}")
+            yield less.with_effect(other)
 
 
 def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:

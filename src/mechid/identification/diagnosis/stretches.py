@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import Told, grown, pruned
+from mechid.identification.diagnosis.steps import Told, exchanges, grown, pruned
 from mechid.identification.diagnosis.with_laws import with_a_law
-from mechid.identification.search.gates import Growth, grow
+from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
 
 ESCAPES = 1
@@ -23,12 +23,18 @@ ESCAPES = 1
 PATIENT = 8
 """Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it."""
 ROUNDS = 12
+QUIETER = 4
+"""Times that noise levels are lowered by one growth at most."""
+ENOUGH = 0.3
+"""Share of the records from which on effects are named: in less of them many imitate one another."""
 FURTHER = 1.001
 """Times as much of the records as before, from which a round has led further."""
 
 
 def in_stretches(before: Model, told: Told) -> Model | None:
-    """Return a model that follows all records, with the effects found on the way; None where none does.
+    """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
+
+    None where no model follows enough of the records for effects to be told apart.
 
     Parameters
     ----------
@@ -42,16 +48,33 @@ def in_stretches(before: Model, told: Told) -> Model | None:
         return None
     model, growth = _followed(begun, before, ESCAPES)
     for _ in range(ROUNDS):
-        reached = growth.reached(model.problem)
-        told(f"{100.0 * reached:.1f} % of the records followed with {', '.join(model.effects) or 'nothing beside'}")
+        told(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
         attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, told))
-        further = next((each for each in attempts if each[1].reached(each[0].problem) > FURTHER * reached), None)
+        further = next((each for each in attempts if _leads_further(*each, model)), None)
         if further is None:
-            return None
+            break
         model, growth = further
-    return None
+    part = model.within(growth.horizons)
+    return part.fitted(part) if growth.reached(model.problem) > ENOUGH and model.effects else None
+
+
+def _percent(model: Model, growth: Growth) -> str:
+    return f"{100.0 * growth.reached(model.problem):.1f} %"
+
+
+def _leads_further(model: Model, growth: Growth, other: Model) -> bool:
+    """Tell whether a model follows the records further than another does at the same noise levels."""
+    return growth.reached(model.problem) > FURTHER * reach(other.at_levels(model.problem))
+
+
+def reach(model: Model) -> float:
+    """Return the share of all samples that a model follows where it is."""
+    problem = model.problem
+    least = floors(problem)
+    reached = sum(max(followed(problem, t, model.q), least[t.name]) for t in problem.targets)
+    return reached / sum(t.samples for t in problem.targets)
 
 
 def _from_best_start(before: Model) -> Model | None:
@@ -64,16 +87,26 @@ def _from_best_start(before: Model) -> Model | None:
 
 
 def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
-    """Return a model where it follows the whole records furthest, from where it is, and how far that is."""
+    """Return a model where it follows the whole records furthest, from where it is, and how far that is.
+
+    With noise levels lowered to what it leaves of them: what was followed at higher ones may be lost, and found anew.
+    """
     whole = replace(model, setting=replace(model.setting, windows=before.setting.windows))
-    growth = grow(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
-    return replace(whole, q=growth.q), growth
+    for _ in range(QUIETER):
+        growth = grow(whole.problem, whole.q, np.random.default_rng(0), escapes=escapes)
+        whole = replace(whole, q=growth.q)
+        quieter = whole.within(growth.horizons).lowered()
+        if quieter.setting.problem is whole.setting.problem:
+            break
+        whole = replace(whole, setting=replace(quieter.setting, windows=before.setting.windows))
+    return whole, growth
 
 
 def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with terms, then with laws.
 
-    Laws come last, since each is a kernel and a fit of its own. A model that leaves no more than noise lacks nothing.
+    Laws come last, since each is a kernel and a fit of its own. A model that leaves no more than noise lacks nothing;
+    but terms that explain a stretch alike do not follow the records equally far.
     """
     here, tried = model.fitted(model), dict[str, str]()
     more = here
@@ -83,4 +116,6 @@ def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, 
             yield more, before, ESCAPES
     if more.over_noise > FOLLOWED:
         yield with_a_law(here, more, tried, told)[0], before, ESCAPES
+    else:
+        yield from ((other, before, ESCAPES) for other in exchanges(more, told))
     yield more, before, PATIENT
