@@ -27,7 +27,7 @@ def refuse_no_clock(table: Table, clock: Clock) -> None:
     """Raise RecordError where a clock, wherever it is from, is none that a recorder has."""
     if not (1.0 / LONGEST_S <= clock.rate_hz <= 1.0 / SHORTEST_S and abs(clock.start_s) <= LONGEST_S):
         raise table.error(
-            f"{clock.rate_hz:.9g} Hz from {clock.start_s:.9g} s is no recorder's clock; check the time stamps' unit, or "
+            f"{clock.rate_hz:.9g} Hz from {clock.start_s:.9g} s is no recorder's clock; check the stamps' unit, or "
             "sample_rate_hz"
         )
 
@@ -55,6 +55,7 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
         raise table.error(f"{time.size} time stamps; a clock needs two at least")
     _refuse_back(table, time, first)
     if rate_hz is not None:
+        refuse_no_clock(table, Clock(0.0, rate_hz))
         _refuse_contradiction(table, time, rate_hz, first)
         return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)

@@ -128,7 +128,7 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
 
 
 def refuse_mostly_missing(table: Table, time: Series, instants: float) -> None:
-    """Raise RecordError where a clock's instants are far more than the stamps: one of these is wrong, no gap is so long."""
+    """Raise RecordError where a clock's instants are far more than the stamps: one of these is wrong."""
     if instants > max(MOST_MISSING * time.size, ALWAYS_PLACED):
         raise table.error(
             f"{time.size} time stamps from {sample_at(time, 0):.9g} s to {sample_at(time, time.size - 1):.9g} s are "
