@@ -337,6 +337,32 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
     assert told[-1] == "100.0 % of the records followed with stepper.torque_harmonic:3"
 
 
+def backwards_after(bench, seconds):
+    """Return a campaign whose records run backwards after some time, which no mechanism follows."""
+    first = round(seconds * RATE_HZ)
+
+    def one(made_record):
+        (channel,) = made_record.data.channels
+        torque = np.array(channel.data)
+        torque[first:] = torque[first:][::-1]
+        return replace(made_record, data=replace(made_record.data, channels=(replace(channel, data=torque),)))
+
+    return replace(bench, records=tuple(map(one, bench.records)))
+
+
+@pytest.mark.slow
+def test_what_is_missing_is_named_from_what_can_be_followed(fitted):
+    """Truth: the harmonic that made the records up to 0.2 s of 0.3; nothing made what comes after that."""
+    bench = backwards_after(made({**HARMONIC, "amplitude": 0.05}), 0.2)
+    estimate = {**fitted[1].to_dict(), "grade": "C", "grade_reasons": []}
+    found = diagnose(bench, estimate, workers=1)
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    assert 0.6 < found.share < 0.7
+    assert f"the first {100.0 * found.share:.3g} % of all samples" in found.words
+    (amplitude,) = (p for n, p in found.missing[0].parameters.items() if n.endswith("amplitude"))
+    assert abs(amplitude.value - 0.05) < 4.0 * amplitude.std_error
+
+
 def test_a_mechanism_completes_itself():
     """Truth: the harmonic and the parameters that made the records."""
     fit = mechid.identify(made(HARMONIC), workers=1, near=TRUTH, complete=True)
