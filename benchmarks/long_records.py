@@ -97,7 +97,7 @@ def _commands(folder: Path, seconds: float, commands: list[str]) -> Iterator[dic
         "report": ["report", result],
     }
     for name in commands:
-        peak, cpu, code, *_ = _measured(MEASURED, asked[name])
+        peak, cpu, code, *_ = measured_in_a_process(MEASURED, asked[name])
         row = {"seconds": seconds, "command": name, "peak_bytes": peak, "cpu_s": cpu, "exit": code}
         print(f"| {seconds:g} s | {name} | {peak / 1e6:.0f} MB | {cpu:.1f} s | exit {code:.0f} |", flush=True)
         yield row
@@ -110,14 +110,15 @@ def _formats(folder: Path, seconds: float) -> Iterator[dict]:
         if not path.exists():
             write(campaign, path)
         column = "1" if suffix == "csv" else "0" if suffix == "npy" else "torque"
-        peak, cpu, samples, wall = _measured(READ, [path, column])
+        peak, cpu, samples, wall = measured_in_a_process(READ, [path, column])
         row = {"seconds": seconds, "format": name, "peak_bytes": peak, "cpu_s": cpu, "wall_s": wall,
                "samples": samples, "file_bytes": path.stat().st_size}  # fmt: skip
         print(f"| {name} | {path.stat().st_size / 1e6:.0f} MB | {cpu:.2f} s | {peak / 1e6:.0f} MB |", flush=True)
         yield row
 
 
-def _measured(script: str, arguments: list) -> list[float]:
+def measured_in_a_process(script: str, arguments: list) -> list[float]:
+    """Run a script that prints what it measured of itself, and return these numbers."""
     done = subprocess.run([sys.executable, "-c", script, *map(str, arguments)], capture_output=True, text=True,
                           check=False)  # fmt: skip
     last = [line for line in done.stdout.splitlines() if line.startswith("measured ")]

@@ -1,7 +1,7 @@
 """What `mechid check` and `mechid identify` say of campaigns in which one thing is wrong.
 
     python benchmarks/wrong_campaigns.py [--command check|identify] [--only NAME ...] [--folder DIR] [--out FILE]
-                                         [--cpu-limit SECONDS]
+                                         [--cpu-limit SECONDS] [--from-truth]
 
 Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is
 whether a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the
@@ -35,6 +35,7 @@ def main() -> None:
     parser.add_argument("--command", choices=("check", "identify"), default="check")
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     parser.add_argument("--folder", type=Path, help="where the campaigns are kept; else a temporary one")
+    parser.add_argument("--from-truth", action="store_true", help="identify from the true values, for less time")
     parser.add_argument("--cpu-limit", type=int, default=3600, help="CPU seconds of one run", metavar="SECONDS")
     parser.add_argument("--out", type=Path, help="JSON of all rows, taken up again")
     arguments = parser.parse_args()
@@ -46,7 +47,7 @@ def main() -> None:
             if arguments.only and case.name not in arguments.only:
                 continue
             if case.name not in rows or arguments.only:
-                rows[case.name] = judged(case, folder, arguments.command)
+                rows[case.name] = judged(case, folder, arguments.command, from_truth=arguments.from_truth)
                 if arguments.out:
                     write_whole(arguments.out, json.dumps(rows, indent=1) + "\n")
             _print(case, rows[case.name])
@@ -57,13 +58,14 @@ def main() -> None:
     print(f"confident wrong answers: {len(wrong)}")
 
 
-def judged(case: Case, folder: Path, command: str) -> dict[str, Any]:
+def judged(case: Case, folder: Path, command: str, *, from_truth: bool = False) -> dict[str, Any]:
     """Write a wrong campaign, run a command on it, and return what it said."""
     right = right_files(folder / "right")
     files = Files()
     case.make(files)
     number = [one.name for one in cases()].index(case.name)
-    campaign = files.write(folder / f"{number:02d}", right)  # a name of its own would be found in what is printed
+    place = folder / f"{number:02d}"  # a name of its own would be found in what is printed
+    campaign = files.write(place, right, from_truth=from_truth)
     result = campaign / "result"
     (result / "estimate.json").unlink(missing_ok=True)
     asked = [command, str(campaign), *(["--out", str(result)] if command == "identify" else [])]

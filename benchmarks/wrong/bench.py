@@ -70,7 +70,7 @@ def time_of(name: str) -> FloatArray:
 
 
 @cache
-def clean_torque(name: str, microsteps: int | None = None) -> FloatArray:
+def clean_torque(name: str) -> FloatArray:
     """Return the torque of the demo's mechanism in a run, (N,) N m, without noise."""
     run = RUNS[name]
     truth = mechanism_from_table(copy.deepcopy(dict(CATALOGUE)), "catalogue").with_values(TRUTH)
@@ -125,8 +125,11 @@ class Files:
         """Give a record other samples, (N,) N m, at other times, (N,) s."""
         self.texts[f"{name}.csv"] = csv_text(time_of(name) if time is None else time, torque)
 
-    def write(self, folder: Path, right: Path) -> Path:
-        """Write the campaign; what is right is linked from the folder of right records."""
+    def write(self, folder: Path, right: Path, *, from_truth: bool = False) -> Path:
+        """Write the campaign; what is right is linked from the folder of right records.
+
+        Where it starts from the truth, what is free has its true value, or the bound next to it.
+        """
         folder.mkdir(parents=True, exist_ok=True)
         for name in RUNS:
             path = folder / f"{name}.csv"
@@ -136,6 +139,10 @@ class Files:
             else:
                 os.link(right / path.name, path)
         mechanism = mechanism_from_table(copy.deepcopy(self.mechanism), "catalogue")
+        if from_truth:
+            limits = {q.name: q for q in mechanism.free}
+            true = {name: min(max(value, limits[name].min), limits[name].max) for name, value in TRUTH.items()}
+            mechanism = mechanism.with_values(true)
         write_whole(folder / "mechanism.toml", mechanism_text(mechanism, "SYNTHETIC"))
         write_whole(folder / "campaign.toml", 'mechanism = "mechanism.toml"\n' + "".join(map(self._entry, RUNS)))
         return folder

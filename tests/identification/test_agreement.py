@@ -84,6 +84,17 @@ def test_a_record_that_contradicts_the_others_is_taken_as_it_was(case):
     assert torque.residual_rms == pytest.approx(NOISE_NM, rel=0.1)
 
 
+def test_a_gain_that_is_off_is_found():
+    """Truth: one record was multiplied by 0.9; what is left of its gain the fit may put beside it."""
+    bench = made("full_46", polarity=0.9)
+    fit = identify(bench, workers=1)
+    taken = fit.records["full_46"].taken
+    assert taken.scale == pytest.approx(1.0 / 0.9, rel=2e-3)
+    assert taken.changes == 1
+    within(fit)
+    assert [w for w in fit.warnings if w.startswith("record full_46:") and "torque times 1.1" in w and "gain" in w]
+
+
 def test_an_undeclared_time_offset_is_found_and_estimated():
     """Truth: the record was shifted by 3 ms against its command; within 5 standard errors and 1 us."""
     bench = made("full_46", late_s=LATE_S)

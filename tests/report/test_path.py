@@ -7,8 +7,9 @@ import pytest
 
 from mechid.reports import print_report, report_data
 from mechid.reports.markdown import report_markdown
-from mechid.reports.page import environment, report_page
+from mechid.reports.page import report_page
 from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
+from mechid.reports.shared_tables import path_table
 from printing import printed
 
 STEPS = (
@@ -58,6 +59,6 @@ def test_markdown_and_page_show_it(reported, steps):
 
 
 def test_a_table_on_a_page_has_every_cell():
-    table = environment().get_template("path.html").module.path_table(path_rows(STEPS), PATH_COLUMNS)
+    table = path_table(path_rows(STEPS)).html()
     assert all(f">{cell}<" in table for row in TEXTS for cell in row.values())
     assert all(f">{column.header}<" in table for column in PATH_COLUMNS)

@@ -249,14 +249,15 @@ def _trajectory() -> Presenter:
 
 def _validations() -> Presenter:
     from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.text_table import print_table, print_tables
-    from mechid.reports.validation import ORDER_COLUMNS, VALIDATION_LAYOUTS, order_rows, validation_rows
+    from mechid.reports.shared_tables import order_table
+    from mechid.reports.text_table import print_tables
+    from mechid.reports.validation import VALIDATION_LAYOUTS, order_rows, validation_rows
     from mechid.writing import write_together
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
         print_tables(console, VALIDATION_LAYOUTS, data["validation"])
         if data["orders"]:
-            print_table(console, ORDER_COLUMNS, data["orders"])
+            order_table(data["orders"]).print(console)
 
     def files(found: Mapping[str, Any], data: Mapping[str, Any], folder: Path) -> list[Path]:
         content = {name: one.to_dict() for name, one in found.items()}

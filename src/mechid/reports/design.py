@@ -17,7 +17,7 @@ from mechid.identification.result.estimate_file import json_text
 from mechid.reports.design_figures import design_figures
 from mechid.reports.digits import plain
 from mechid.reports.figures import write_figures
-from mechid.reports.markdown import bullets, table
+from mechid.reports.markdown_text import bullets, table
 from mechid.reports.rivals import PAIRS, pair_rows, rival_lines
 from mechid.reports.sheet import FOLDER_NAME
 from mechid.reports.terminal import print_lines, say

@@ -20,12 +20,13 @@ from mechid.reports.diagnosis_figures import STRETCH_NAME, diagnosis_figures, he
 from mechid.reports.evidence import evidence_lines
 from mechid.reports.figures import write_figures
 from mechid.reports.lacking import missing_data
-from mechid.reports.markdown import bullets, cell, table
+from mechid.reports.markdown_text import bullets, cell, table
 from mechid.reports.page import asset, environment
-from mechid.reports.path import HEADER, MEANING, PATH_COLUMNS, cells, path_rows
+from mechid.reports.path import MEANING, path_rows
+from mechid.reports.shared_tables import own_table, path_table
 from mechid.reports.sheet import FOLDER_NAME
 from mechid.reports.terminal import print_lines, say
-from mechid.reports.text_table import Column, print_table, print_tables
+from mechid.reports.text_table import Column, print_tables
 from mechid.reports.themed import themed
 from mechid.signal.strongest import Strongest
 from mechid.writing import writable, write_together
@@ -151,8 +152,7 @@ def diagnosis_markdown(data: Mapping[str, Any]) -> str:
     lines = ["# What the model is missing", "", data["unexplained"]["words"], ""]
     for one in data["missing"]:
         lines += [f"## {one['name']}", "", f"{_sentence(one)}", ""]
-        rows = [(r["name"], r["text"]["value"], r["text"]["std_error"], r["text"]["unit"]) for r in one["rows"]]
-        lines += [table(("parameter", "value", "+-", "unit"), rows), ""]
+        lines += [own_table(one["rows"]).markdown(), ""]
         if one["places"]:
             places = [(place["record"], place["text"], place["kind"]) for place in one["places"]]
             lines += [table(("record", "acts most at, Hz", ""), places), ""]
@@ -161,7 +161,7 @@ def diagnosis_markdown(data: Mapping[str, Any]) -> str:
         lines += [bullets([*data["evidence"], *_next(data)]), ""]
     lines += _drawn_markdown(data)
     if data["path"]:
-        lines += [f"## {PATH_TITLE}", "", table(HEADER, map(cells, data["path"])), "", MEANING, ""]
+        lines += [f"## {PATH_TITLE}", "", path_table(data["path"]).markdown(), "", MEANING, ""]
     if data["tried"]:
         said = [f"{one['name']}: {one['words']}; {one['why']}" for one in data["tried"]]
         lines += ["## Tried and not named", "", bullets(said), ""]
@@ -218,7 +218,8 @@ def _page(data: Mapping[str, Any], figures: Mapping[str, str]) -> str:
         sentences=sentences,
         words=words,
         figures={name: Markup(themed(text)) for name, text in figures.items()},
-        path=PATH_COLUMNS,
+        path=path_table(data["path"]).html(),
+        own=lambda rows: own_table(rows).html(),
         style=asset("report.css"),
     )
 
@@ -237,7 +238,7 @@ def print_diagnosis(data: Mapping[str, Any], console: Console, files: Sequence[P
     if data["path"]:
         console.print()
         say(console, PATH_TITLE, "bold")
-        print_table(console, PATH_COLUMNS, data["path"])
+        path_table(data["path"]).print(console)
     print_lines(console, "tried", [f"{one['name']}: {one['why']}" for one in data["tried"]])
     print_lines(console, "written", [str(path) for path in files])
 

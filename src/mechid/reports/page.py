@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -13,13 +13,15 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from mechid.kernel.equation_text import Section
+from mechid.reports import shared_tables
 from mechid.reports.curves import Curves
 from mechid.reports.embedded import embedded
 from mechid.reports.outline import DETAIL_S, Outline
-from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS
+from mechid.reports.path import COMPLETED_TITLE
 from mechid.reports.payload import payload
 from mechid.reports.quantities import quantity_words
-from mechid.reports.side import SIDE_COLUMNS, SIDE_SAID, SIDE_TITLE
+from mechid.reports.side import SIDE_SAID, SIDE_TITLE
+from mechid.reports.table import Table
 from mechid.units import unit_words
 
 OUTLINED = (
@@ -28,6 +30,14 @@ OUTLINED = (
 )
 DARKEST = 0.75
 """Opacity of a cell's colour at most, so that its number stays legible."""
+TABLES: Mapping[str, Callable[[Sequence[Any]], Table]] = {
+    "beside": shared_tables.beside_table,
+    "orders": shared_tables.order_table_of_one,
+    "own": shared_tables.own_table,
+    "path": shared_tables.path_table,
+    "side": shared_tables.side_table,
+    "stages": shared_tables.stage_table,
+}
 
 
 def report_page(
@@ -58,8 +68,8 @@ def report_page(
         library=embedded().library,
         kinds=embedded().kinds,
         completed_title=COMPLETED_TITLE,
-        path=PATH_COLUMNS,
-        side={"title": SIDE_TITLE, "said": SIDE_SAID, "columns": SIDE_COLUMNS},
+        tables=TABLES,
+        side={"title": SIDE_TITLE, "said": SIDE_SAID},
         curves=drawn,
         style=asset("report.css"),
         script=asset("painted.js") + asset("report.js"),

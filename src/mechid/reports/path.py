@@ -26,7 +26,6 @@ PATH_COLUMNS = (
     Column("free", "free"),
     Column("Bayesian criterion", "bic"),
 )
-HEADER = tuple(column.header for column in PATH_COLUMNS)
 
 
 def path_rows(steps: Iterable[Mapping[str, Any]], first: Mapping[str, Any] | None = None) -> list[dict[str, Any]]:
@@ -48,11 +47,6 @@ def completed_data(steps: Sequence[Mapping[str, Any]] | None) -> dict[str, Any] 
     if steps is None:
         return None
     return {"said": [COMPLETED, MEANING] if steps else [NOTHING_ADDED], "rows": path_rows(steps)}
-
-
-def cells(row: Mapping[str, Any]) -> list[str]:
-    """Return a row's texts in the order of the columns."""
-    return [str(row["text"][column.key]) for column in PATH_COLUMNS]
 
 
 def _what(step: Mapping[str, Any]) -> str:

@@ -12,12 +12,13 @@ from rich.console import Console
 from rich.text import Text
 
 from mechid.reports.lacking import LACKING
-from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS
+from mechid.reports.path import COMPLETED_TITLE
 from mechid.reports.quantities import torque_alone
-from mechid.reports.side import SIDE_COLUMNS, SIDE_TITLE
+from mechid.reports.shared_tables import beside_table, order_table, own_table, path_table, side_table, stage_table
+from mechid.reports.side import SIDE_TITLE
 from mechid.reports.text_table import Column, print_table, print_tables
 from mechid.reports.use import held_out, left_out
-from mechid.reports.validation import CHANNEL, ORDER_COLUMNS, VALIDATION_LAYOUTS
+from mechid.reports.validation import CHANNEL, VALIDATION_LAYOUTS
 
 LOG_WIDTH = 120
 """Columns where the output is no terminal and COLUMNS says nothing."""
@@ -63,22 +64,6 @@ CHANNEL_LAYOUTS = (
 )
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
-OWN_COLUMNS = (
-    Column("name", "name", words=True),
-    Column("value", "value"),
-    Column("std error", "std_error"),
-    Column("unit", "unit", words=True),
-)
-BESIDE_COLUMNS = (*OWN_COLUMNS, Column("meaning", "meaning", words=True))
-STAGE_COLUMNS = (
-    Column("stage", "name", words=True),
-    Column("records", "records"),
-    Column("record s", "record_s"),
-    Column("free", "free"),
-    Column("cost", "cost"),
-    Column("evaluations", "evaluations"),
-    Column("took s", "seconds"),
-)
 
 
 def console_on(*, err: bool = False) -> Console:
@@ -121,9 +106,9 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     _print_held_out(data, console)
     if data["side"]:
         say(console, f"{SIDE_TITLE}: the largest lines of each component", "bold")
-        print_table(console, SIDE_COLUMNS, data["side"])
+        side_table(data["side"]).print(console)
     say(console, "Stages", "bold")
-    print_table(console, STAGE_COLUMNS, data["stages"])
+    stage_table(data["stages"]).print(console)
     print_lines(console, "warning", others, "yellow")
     print_lines(console, "note", data["notes"], "dim")
     print_lines(console, "written", [str(path) for path in files])
@@ -144,7 +129,7 @@ def _print_completed(completed: Mapping[str, Any] | None, console: Console) -> N
         say(console, line)
     if completed["rows"]:
         console.print()
-        print_table(console, PATH_COLUMNS, completed["rows"])
+        path_table(completed["rows"]).print(console)
     else:
         console.print()
 
@@ -164,7 +149,7 @@ def _print_missing(data: Mapping[str, Any], console: Console) -> None:
         text = one["text"]
         said = f"{one['name']}: {one['words']}; not declared, found (chi-square {text['chi_square']} for {one['dof']})"
         say(console, said, "bold")
-        print_table(console, OWN_COLUMNS, one["rows"])
+        own_table(one["rows"]).print(console)
         say(console, "To declare it, at the end of campaign.toml:")
         for line in one["toml"].strip().splitlines():
             say(console, f"    {line}" if line else "")
@@ -180,11 +165,7 @@ def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
         say(console, line)
     console.print()
     if beside["clear_terms"]:
-        print_table(
-            console,
-            BESIDE_COLUMNS,
-            [{**row, "table": f"{row['words']} ({row['term']})"} for row in beside["clear_terms"]],
-        )
+        beside_table(beside["clear_terms"]).print(console)
     if beside["other_terms"]:
         names = dict.fromkeys(row["term"] for row in beside["other_terms"])
         say(console, f"{beside['other_words']} {', '.join(names)}")
@@ -211,7 +192,7 @@ def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
         unit = "N m" if torque_alone(orders) else "the unit"
         said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"
         say(console, said, "bold")
-        print_table(console, ORDER_COLUMNS, orders)
+        order_table(orders).print(console)
 
 
 def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:

@@ -18,12 +18,32 @@ Row: TypeAlias = Mapping[str, Any]
 
 @dataclass(frozen=True)
 class Column:
-    """A column: its header, the key of a row's text, whether it holds words (or numbers), its cells' style."""
+    """A column.
+
+    Parameters
+    ----------
+    header : str
+    key : str
+        Of a row's text, else of the row itself.
+    words : bool
+        Whether it holds words, or numbers.
+    style : str
+        Of its cells on a terminal.
+    said : str
+        Header in documents, where there is more room; empty takes `header`.
+    on_page : bool
+        Whether it is shown on pages alone.
+    wide : bool
+        Whether it takes a page's whole width where that is small.
+    """
 
     header: str
     key: str
     words: bool = False
     style: str = ""
+    said: str = ""
+    on_page: bool = False
+    wide: bool = False
 
 
 def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]) -> None:
@@ -50,7 +70,7 @@ def table_width(columns: Sequence[Column], rows: Sequence[Row]) -> int:
 
 def table_lines(columns: Sequence[Column], rows: Sequence[Row]) -> list[Text]:
     """Return header, rule and rows; rows with a ``table`` stand under its name, empty columns are dropped."""
-    used = [c for c in columns if any(_cell(row, c.key) for row in rows)] or list(columns)
+    used = [c for c in columns if any(cell_of(row, c.key) for row in rows)] or list(columns)
     cells = [[_indented(row, c, used[0]) for c in used] for row in rows]
     widths = [max([len(c.header), *(len(row[j]) for row in cells)]) for j, c in enumerate(used)]
     lines = [
@@ -74,8 +94,9 @@ def _line(columns: Sequence[Column], widths: Sequence[int], cells: Sequence[str]
 
 
 def _indented(row: Row, column: Column, first: Column) -> str:
-    return (INDENT if column is first and row.get("table") else "") + _cell(row, column.key)
+    return (INDENT if column is first and row.get("table") else "") + cell_of(row, column.key)
 
 
-def _cell(row: Row, key: str) -> str:
+def cell_of(row: Row, key: str) -> str:
+    """Return a row's text of a column."""
     return str(row["text"][key] if key in row["text"] else row[key])

@@ -27,16 +27,6 @@ VALIDATION_LAYOUTS = (
     ((RECORD, *CHANNEL, *AGREEMENT, *THEIL, *WHITENESS),),
     ((RECORD, *CHANNEL, *AGREEMENT, *THEIL), (RECORD, *CHANNEL, *WHITENESS)),
 )
-ORDER_COLUMNS = (
-    RECORD,
-    *CHANNEL,
-    Column("order", "order"),
-    Column("measured", "measured"),
-    Column("modelled", "modelled"),
-    Column("error %", "amplitude_error_percent"),
-    Column("phase deg", "phase_error_deg"),
-    Column("peak at", "peak_rate"),
-)
 
 
 def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:

@@ -24,6 +24,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import followed
 from mechid.plant.mechanism import Mechanism
+from mechid.signal.trend import fit_line
 
 FloatArray = NDArray[np.float64]
 STEPS = 2.0
@@ -32,6 +33,8 @@ AFTER_S = 0.06
 """And how long they go on after these, s."""
 NEAR = 2.0 * math.log(100.0)
 """Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken."""
+LEAST_GAIN, SAME_GAIN = 0.5, 0.02
+"""Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one."""
 SAME = 1e-9
 
 
@@ -139,7 +142,7 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
     order = sorted(range(1, len(options)), key=lambda i: costs[i])
     late = _latest(problem, here, known)
     found = [_judged(problem, here, known, options[i], costs[i]) for i in order[:8] if math.isfinite(costs[i])]
-    found += [late] if late else []
+    found += [other for other in (late, _of_other_gain(problem, here, known)) if other]
     return [declared, *_likeliest(found)]
 
 
@@ -167,6 +170,21 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
     return Judged(taken, cost, followed(alone, own, q) >= own.samples)
+
+
+def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
+    """Return a record of which the gain is off by no unit: the factor by which it is nearest to the model."""
+    modelled = np.array(problem.model.predict(target, q, target.samples)[0])
+    measured = np.array(target.leading.measured[:])
+    if not np.all(np.isfinite(modelled)):
+        return None
+    for y in (modelled, measured):
+        fit_line(y, 2).take_from(y)
+    common = float(measured @ modelled)
+    scale = float(modelled @ modelled) / common if common > 0.0 else 0.0
+    if not LEAST_GAIN < scale < 1.0 / LEAST_GAIN or abs(scale - 1.0) < SAME_GAIN:
+        return None
+    return _judged(problem, q, target, taken := Taken(scale=scale), _costs(problem, q, target, [taken])[0])
 
 
 def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:

@@ -11,7 +11,7 @@ from mechid.command import MeasuredCommand
 from mechid.identification.contradiction.record_sight import COARSE, RecordSight, sight_of
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import READABLE
-from mechid.signal.lines import prominence
+from mechid.signal.lines import Prominence, prominence
 from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
 
 FloatArray = NDArray[np.float64]
@@ -25,12 +25,14 @@ SWINGS = 0.1
 """And from what share of its largest swing."""
 LEAST_HUM = 0.5
 """Of a channel's noise level: smaller lines of hum change little, and are left to `identify`."""
+SKIRT_BINS, NARROW = range(3, 7), 0.5
+"""Bins beside a line of hum, and of its height what they stay below: benches' hum gave 0.23, resonances 0.8 to 1.1."""
 ORDER_PARTS, NEAR_BINS = 4, 1.0
 """A line of hum this near to a quarter order of the step rate, in bins, may be one."""
 
 
-def own_evidence(targets: Sequence[Target], said: Mapping[str, object]) -> list[str]:
-    """Return a line for all records whose clock seems off, and for each that begins late or hums.
+def own_evidence(targets: Sequence[Target], said: Mapping[str, object], *, hum: bool = True) -> list[str]:
+    """Return a line for all records whose clock seems off, for each that begins late, and for those that hum.
 
     Parameters
     ----------
@@ -38,12 +40,14 @@ def own_evidence(targets: Sequence[Target], said: Mapping[str, object]) -> list[
         As declared; looked at are those of which the torque leads, under a command.
     said : mapping of record to anything
         Those whose rate or stepping is plainly otherwise already.
+    hum : bool
+        Whether hum is told of; `identify` takes it out by itself and says so.
     """
     seen = [t for t in targets if t.leading.quantity == "torque" and not isinstance(t.command, MeasuredCommand)]
     constant = [t for t in seen if len(t.command.rate.rates) == 1 and t.name not in said]
     off = {t.name: ratio for t in constant if (ratio := rate_ratio(sight_of(t)))}
     late = [line for t in constant if (line := _late(t))]
-    return [*_off_lines(off, constant), *late, *_hum(seen)]
+    return [*_off_lines(off, constant), *late, *(_hum(seen) if hum else ())]
 
 
 def rate_ratio(sight: RecordSight) -> float | None:
@@ -129,8 +133,17 @@ def _strongest_hum(target: Target) -> MainsLine | None:
     orders = [rate / ORDER_PARTS for rate in rates if rate and len(rates) == 1]
     loud = [one for one in mains_lines(found) if one.line.amplitude > LEAST_HUM * target.leading.sigma]
     own = [one for one in loud if not any(_is_order(one, o, found.bin_hz) for o in orders)]
+    if len(rates) > 1:
+        own = [one for one in own if _is_narrow(one, found)]
     strongest = max(own, key=lambda one: one.line.amplitude, default=None)
     return strongest if strongest and strongest.multiple <= LOW_MULTIPLES else None
+
+
+def _is_narrow(one: MainsLine, found: Prominence) -> bool:
+    """Tell hum from what a rate does that passes a resonance: that is as high some bins beside."""
+    at = round(one.line.frequency_hz / found.bin_hz)
+    beside = (found.amplitude[at + sign * bins] for sign in (-1, 1) for bins in SKIRT_BINS)
+    return bool(max(beside, default=0.0) < NARROW * found.amplitude[at])
 
 
 def _is_order(one: MainsLine, order_hz: float, bin_hz: float) -> bool:

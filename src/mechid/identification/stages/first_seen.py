@@ -25,6 +25,7 @@ def first_seen(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campa
     sight = first_sight(state.problem, seed)
     taken = {} if campaign.stages else sight.sure
     lines = first_sight_lines(campaign, sight, used=not campaign.stages)
+    lines += own_evidence(state.problem.targets, sight.otherwise, hum=False)
     if not lines:
         return campaign, state
     problem = taken_problem(state.problem, taken)

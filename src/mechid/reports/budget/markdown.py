@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from mechid.reports.markdown import Strong, bullets, cell, table
+from mechid.reports.markdown_text import Strong, bullets, cell, table
 from mechid.reports.side import SIDE_TITLE
 
 REQUIREMENT = (
