@@ -17,7 +17,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.search import standing_in
+from mechid.identification.diagnosis.search import small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
@@ -289,6 +289,18 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     five = dict.fromkeys("abcd", score(0.9))
     assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []
     assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
+
+
+def test_a_small_effect_is_not_named_of_records_followed_in_part():
+    """Truth: less than a hundredth of what the largest explains is small, of whole records never."""
+    needed = {
+        name: SimpleNamespace(chi_square=c) for name, c in {"a": 1e5, "b": 1001.0, "c": 999.0, "d": 500.0}.items()
+    }
+    part, whole = (SimpleNamespace(is_of_whole_records=one) for one in (False, True))
+    assert small_in_part(part, needed) == "d"
+    assert small_in_part(part, {name: needed[name] for name in "ab"}) == ""
+    assert small_in_part(part, {}) == ""
+    assert small_in_part(whole, needed) == ""
 
 
 def test_nothing_is_named_where_nothing_is_missing():
