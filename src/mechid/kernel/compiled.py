@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from mechid.errors import UsageError
 from mechid.holding import sweep
+from mechid.kernel.compiler import signatures_remembered
 from mechid.kernel.kept import forget, is_sealed, is_whole, one_process, seal
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
@@ -134,7 +135,8 @@ def _made(path: Path, text: Callable[[], str], call: Callable[[ModuleType], None
 def _called(path: Path, call: Callable[[ModuleType], None]) -> ModuleType:
     """Import a module and call it, which loads or compiles it; Numba compiles what another processor left anew."""
     module = _imported(path)
-    _on_own_stack(call, module)
+    with signatures_remembered():
+        _on_own_stack(call, module)
     seal(path)
     return module
 
