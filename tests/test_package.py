@@ -50,6 +50,13 @@ def test_the_citation_names_the_paper():
     assert PROJECT["urls"]["The paper it follows"] == f"https://doi.org/{paper['doi']}"
 
 
+def test_the_source_archive_has_every_page_and_what_the_tests_read():
+    """Truth: the pages in the root, and the folders that tests open. README and LICENSE go along anyway."""
+    build = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["build"]
+    pages = {path.name for path in ROOT.iterdir() if path.suffix in {".md", ".cff"}} - {"README.md"}
+    assert {*build["targets"]["sdist"]["include"]} >= {*pages, "conda", "tests", "examples", "benchmarks", "Makefile"}
+
+
 @pytest.mark.parametrize("extra", sorted(PROJECT["optional-dependencies"]))
 def test_every_extra_is_documented_and_pinned(extra):
     """Truth: README's table, and the list from which `make lock` makes the pins."""

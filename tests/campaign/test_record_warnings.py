@@ -18,6 +18,13 @@ def test_more_than_one_step_between_two_samples(changed):
     assert load_campaign(path).warnings == (warning,)
 
 
+@pytest.mark.parametrize(("angle", "warned"), [("0.7854", True), ("-1.570796", True), ("0.75", False), ("45.0", False)])
+def test_a_start_angle_in_radians_is_asked_about(changed, angle, warned):
+    """Truth: 0.7854 and -1.570796 are pi/4 and -pi/2."""
+    path = changed("campaign.toml", "start_angle_deg = 45.0", f"start_angle_deg = {angle}")
+    assert any("is this in rad?" in line for line in load_campaign(path).warnings) == warned
+
+
 @pytest.mark.parametrize(("end", "warned"), [("1.0", False), ("1.0014", False), ("1.01", True)])
 def test_a_record_shorter_than_its_command(changed, end, warned):
     """Truth: the record has samples from 0 s to 1 s; one sample interval is forgiven."""

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from mechid.errors import UsageError
-from mechid.identification.computation.journal import Journal, packed, unpacked
+from mechid.identification.computation.entries import sealed
+from mechid.identification.computation.journal import Journal, last_run, packed, unpacked
 from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from synthetic import bench, displaced, truth
@@ -126,3 +127,51 @@ def test_without_a_journal_the_numbers_are_the_same(campaign, tmp_path):
     """Truth: the run without one."""
     kept = identify(campaign, journal=Journal.opened(tmp_path / "journal.jsonl", INPUTS))
     assert numbers(kept) == numbers(identify(campaign))
+
+
+DAMAGES = {
+    "a letter changed": lambda line: line.replace('"seconds"', '"secondz"'),
+    "without its key": lambda line: sealed({k: v for k, v in entry(line).items() if k != "key"}),
+    "without its result": lambda line: sealed({k: v for k, v in entry(line).items() if k != "result"}),
+    "a key that is a number": lambda line: sealed({**entry(line), "key": 3}),
+    "seconds that are a text": lambda line: sealed({**entry(line), "seconds": "long"}),
+    "without its digest": lambda line: json.dumps(entry(line)),
+    "another result": lambda line: line.replace('"result": 20', '"result": 21'),
+    "no JSON": lambda line: line[:-20],
+    "an empty line": lambda line: "",
+    "a list": lambda line: "[]",
+    "a number": lambda line: sealed({}).replace("{}", "7"),
+}
+
+
+def entry(line):
+    content = json.loads(line)
+    del content["check"]
+    return content
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+def test_a_damaged_line_is_left_out_and_nothing_else_is_lost(tmp_path, damage):
+    """Truth: the other steps come from the journal, the damaged one is worked out again, to the same result."""
+    path = tmp_path / "journal.jsonl"
+    journal = Journal.opened(path, INPUTS)
+    for number in range(1, 4):
+        journal.step("a", [number], lambda number=number: 10 * number)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:2], DAMAGES[damage](lines[2]), lines[3]]) + "\n")
+    resumed = Journal.opened(path, INPUTS, resume=True)
+    assert resumed.notice == f"{path}: line 3 is damaged and left out; what stood there is worked out again"
+    done = []
+    found = [resumed.step("a", [n], lambda n=n: done.append(n) or 10 * n) for n in range(1, 4)]
+    assert (found, done) == ([10, 20, 30], [2])
+    assert last_run(path)[1].count("step") == 3
+
+
+def test_a_damaged_beginning_mixes_no_runs(tmp_path):
+    """Truth: a step depends on the inputs of its whole run too, so that none of another run is taken."""
+    path = tmp_path / "journal.jsonl"
+    Journal.opened(path, INPUTS).step("a", [1], lambda: 1)
+    Journal.opened(path, {"mechanism": "another"}).step("a", [1], lambda: 2)
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([*lines[:2], lines[2][:-9], *lines[3:]]) + "\n")
+    assert Journal.opened(path, INPUTS, resume=True).step("a", [1], lambda: 3) == 1

@@ -111,6 +111,9 @@ def test_what_flies_is_the_fit_itself(fit, tmp_path):
     assert {path.name for path in budget.write(tmp_path / "budget")} >= {"budget.json", "budget.html", "budget.md"}
     axes = budget.plot(ax=pyplot.figure().subplots())
     assert [tick.get_text() for tick in axes.get_yticklabels()] == ["jitter\nslew"]
+    (shown,) = budget.to_dict()["requirements"][:1]
+    (level,) = next(line.get_xdata() for line in axes.get_lines() if line.get_label() == "level")
+    assert level == pytest.approx(shown["decided"]["level_rad"] / shown["limit_rad"])
     pyplot.close("all")
 
 

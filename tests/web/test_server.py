@@ -7,6 +7,7 @@ import socket
 from urllib.parse import urlsplit
 
 import pytest
+from bokeh.util.token import generate_jwt_token, generate_session_id
 
 UPGRADE = {
     "Upgrade": "websocket", "Connection": "Upgrade", "Sec-WebSocket-Version": "13",
@@ -86,3 +87,37 @@ def test_what_was_there_before_is_left_out_of_collections(address):
     """Truth: the interpreter's count. A tab that is forgotten costs two collections, in which no other is answered."""
     answer(address)
     assert gc.get_freeze_count() > 0
+
+
+@pytest.mark.parametrize(
+    "path", ["/%00", "/static/%00", "/static/js/%00bokeh.min.js", "/ws%00", "/static/js/bokeh.min.js%00"]
+)
+def test_a_path_with_a_zero_is_not_there(address, path):
+    assert answer(address, path)[0].status == 404
+
+
+def opened(address, protocols):
+    """Return the first bytes that the web socket sends, after the handshake's headers."""
+    parts = urlsplit(address)
+    lines = ["GET /ws HTTP/1.1", f"Host: {parts.netloc}", f"Origin: http://{parts.netloc}"]
+    lines += [f"{name}: {value}" for name, value in UPGRADE.items()]
+    with socket.create_connection((parts.hostname, parts.port), timeout=30) as asked:
+        asked.sendall("\r\n".join([*lines, f"Sec-WebSocket-Protocol: {protocols}", "", ""]).encode())
+        content = b""
+        while b"\r\n\r\n" not in content or not content.partition(b"\r\n\r\n")[2]:
+            more = asked.recv(4096)
+            if not more:
+                break
+            content += more
+    return content.partition(b"\r\n\r\n")[2]
+
+
+def test_the_web_socket_answers_those_alone_that_have_a_token_of_the_page(address):
+    """Truth: Bokeh's first message, ACK, and RFC 6455's frame 0x88, with which a server closes."""
+    token = re.search(rb'"token":\s*"([^"]+)"', answer(address)[1])[1].decode()
+    assert b"ACK" in opened(address, f"bokeh, {token}")
+    signed, _, signature = token.rpartition(".")
+    made_up = generate_jwt_token(generate_session_id(), signed=False, extra_payload={})
+    others = (made_up, signed, f"{signed}.{'A' * len(signature)}")
+    for other in others:
+        assert opened(address, f"bokeh, {other}")[:1] == b"\x88"

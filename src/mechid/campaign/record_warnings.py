@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 
 from mechid.campaign.campaign import CampaignRecord
@@ -13,6 +14,8 @@ from mechid.signal.moments import standard_deviation
 
 FAR_OFF = 1e6
 """Times a channel's standard deviation, or a share of it, beyond which no noise level is meant."""
+RADIANS = 3e-4
+"""How near to a multiple of pi/4 a start angle is one."""
 TOO_DENSE = "check the rate, and whether the time is in ms or the sample rate in kHz"
 SLACK_SAMPLES = 1.5
 """A record of a command's own length ends one sample interval before the command does."""
@@ -33,6 +36,7 @@ def record_warnings(record: CampaignRecord, place: Place) -> Iterator[str]:
         Its command makes more steps than can be held, or a `noise_sigma` leaves nothing to be told.
     """
     lines = [*_unused_channels(record)]
+    lines += _radians(record.command.start_angle_deg)
     if record.data is not None:
         lines += [*record.data.warnings, *_noise_levels(record, record.data, place)]
     if record.data is not None and not isinstance(record.command, MeasuredCommand):
@@ -53,6 +57,16 @@ def same_file_warnings(records: Sequence[CampaignRecord]) -> Iterator[str]:
         if earlier != record.name:
             same = f'{record.spec.path} is the same file as that of "{earlier}"'
             yield f'record "{record.name}": {same}; is that meant?'
+
+
+def _radians(start_angle_deg: float) -> Iterator[str]:
+    """Ask about a start angle that is a multiple of pi/4: a number that nobody gives in degrees."""
+    eighths = start_angle_deg / (0.25 * math.pi)
+    if 0.5 < abs(eighths) < 8.5 and abs(eighths / round(eighths) - 1.0) < RADIANS:
+        yield (
+            f"start_angle_deg = {start_angle_deg:.9g}: is this in rad? it is read in degrees; "
+            f"write {math.degrees(start_angle_deg):.4g} if so"
+        )
 
 
 def _unused_channels(record: CampaignRecord) -> Iterator[str]:

@@ -10,6 +10,7 @@ import gc
 import os
 import re
 import sys
+import warnings
 from importlib.metadata import version
 from typing import Annotated, Any
 
@@ -118,6 +119,7 @@ def main() -> None:
     """Run the command line; never returns."""
     gc.set_threshold(COLLECTED)
     prepare_streams()
+    warnings.showwarning = _warn
     try:
         try:
             app()
@@ -134,6 +136,13 @@ def main() -> None:
         what = " ".join(f"{type(error).__name__}: {error}".split())
         _say(f"mechid: unexpected error, please report it (with the traceback that {DEBUG}=1 shows): {what}")
         sys.exit(UNEXPECTED)
+
+
+def _warn(message: Warning | str, category: type[Warning], *where: object, **more: object) -> None:
+    """Say a warning of mechid's own in a line; those of libraries are for who writes programs."""
+    del where, more
+    if category is UserWarning:
+        _say(f"warning: {message}")
 
 
 def _refused(line: str, code: int) -> typer.Exit:

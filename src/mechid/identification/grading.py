@@ -72,9 +72,9 @@ def _reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
         text = FitOutcome.FAILED.value if fit.outcome is FitOutcome.FAILED else "The simulation fails at the estimate."
         yield Reason(cause=Cause.NOT_SIMULATED, text=text, next_command=f"mechid check {evidence.campaign}")
         return
+    yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)  # why records are not followed
     for record in fit.records.values():
         yield from _record_reasons(record, evidence)
-    yield from (_bound(p, again) for p in fit.parameters.values() if p.contradicted)
     yield from _search_reasons(fit, evidence)
     found = fit.consistency
     if found and not found.agrees:

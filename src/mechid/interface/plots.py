@@ -61,17 +61,18 @@ def plot_fit(fit: Fit, record: str | None, quantity: str | None, ax: Axes | None
 
 
 def plot_budget(made: Budget, mode: str | None, ax: Axes | None) -> Axes:
-    """Draw each requirement's level over its limit, with its 95 % interval; of a mode its line of sight."""
+    """Draw each requirement's level over its limit, with its 95 % interval, as decides; of a mode its line of sight."""
     if mode is not None:
         modes = {one.mode.name: one for one in made.modes}
         return _plot_mode(modes[_one_of(mode, modes, "mode")], _axes(ax))
-    axes, rows = _axes(ax), made.standings
-    share = np.array([[*s.level.ci95, s.level.value] for s in rows]) / [[s.requirement.limit_rad] for s in rows]
+    axes, rows = _axes(ax), made.to_dict()["requirements"]
+    decided = [row["decided"] for row in rows]
+    share = 1.0 - np.array([[*reversed(one["margin95"]), one["margin"]] for one in decided])
     places = np.arange(len(rows))
     axes.hlines(places, share[:, 0], share[:, 1], color=MODELLED, linewidth=2.0, label="95 % interval")
     axes.plot(share[:, 2], places, "o", color=MODELLED, label="level")
     axes.axvline(1.0, color=LIMIT, linewidth=1.2, label="limit")
-    axes.set_yticks(places, [f"{s.requirement.name}\n{s.mode}" for s in rows])
+    axes.set_yticks(places, [f"{row['requirement']}\n{row['mode']}" for row in rows])
     axes.invert_yaxis()
     axes.set_xlabel("level over limit")
     axes.legend(loc="best")
@@ -88,6 +89,10 @@ def _plot_mode(made: ModeBudget, axes: Axes) -> Axes:
         names = made.responses[0].axes
     for name, level in zip(names, levels.T, strict=True):
         axes.plot(times, level, marker="." if len(times) < 40 else "", linewidth=0.8, label=name)
+    if made.course is None and made.two_way:
+        axes.set_prop_cycle(None)
+        for name, level in zip(names, np.array([r.rms() for r in made.two_way]).T, strict=True):
+            axes.plot(times, level, "--", linewidth=0.8, label=f"{name}, two-way")
     axes.set_xlabel(over)
     axes.set_ylabel("line of sight, RMS, rad")
     axes.set_title(made.mode.name, loc="left")

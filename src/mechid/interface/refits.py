@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from contextlib import contextmanager
@@ -196,4 +197,7 @@ def content_of(fit: AnyFit) -> Mapping[str, Any]:
 def _journal(campaign: Campaign, fit: AnyFit, path: Path | str | None, *, resume: bool) -> Journal | None:
     if path is None:
         return None
-    return Journal.opened(Path(path), FinishedFit(campaign, dict(content_of(fit))).inputs, resume=resume)
+    opened = Journal.opened(Path(path), FinishedFit(campaign, dict(content_of(fit))).inputs, resume=resume)
+    if opened.notice:
+        warnings.warn(opened.notice, stacklevel=2)
+    return opened

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import lru_cache
 from importlib.metadata import version
@@ -19,9 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.errors import UsageError
+from mechid.holding import sweep
+from mechid.kernel.compiler import signatures_remembered
+from mechid.kernel.kept import forget, is_sealed, is_whole, one_process, seal
 from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
-from mechid.writing import CACHE, cache_folder
+from mechid.writing import CACHE, cache_folder, write_whole
 
 FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
@@ -74,14 +77,14 @@ def kernel_for(plant: Plant, sensitivities: int = 0) -> Kernel:
 
 def is_compiled(plant: Plant, sensitivities: int = 0) -> bool:
     """Return whether `kernel_for` will find the kernel in the cache and need not compile it."""
-    return _has_machine_code(_path(plant, lanes_for(sensitivities)))
+    return is_whole(_path(plant, lanes_for(sensitivities)))
 
 
 @lru_cache(maxsize=64)
 def _kernel(plant: Plant, lanes: int) -> Kernel:
     began = time.perf_counter()
     path = _path(plant, lanes)
-    cached = _has_machine_code(path)
+    cached = is_whole(path)
     module = compiled_module(path.stem, lambda: generate(plant, lanes), lambda made: _compile(made, plant))
     return Kernel(plant, path, module, module.begin, module.run, time.perf_counter() - began, cached)
 
@@ -106,13 +109,35 @@ def compiled_module(name: str, text: Callable[[], str], call: Callable[[ModuleTy
     path = version_folder() / f"{name}.py"
     try:
         with _ONE_AT_A_TIME:
-            if not path.exists():
-                _write_whole(path, text())
-            module = _imported(path)
-            _on_own_stack(call, module)
+            if is_whole(path):
+                return _called(path, call)
+            with one_process(path):
+                return _made(path, text, call)
     except OSError as error:
         remedy = f"make room, or name another folder in {CACHE}"
         raise UsageError(f"{cache_folder()}: the kernel cannot be kept there ({error.strerror}); {remedy}") from error
+
+
+def _made(path: Path, text: Callable[[], str], call: Callable[[ModuleType], None]) -> ModuleType:
+    """Return a module that is not there, or not whole: another process may have made it since."""
+    if path.exists() and not is_sealed(path):  # a process was killed before it could say that all is whole
+        with suppress(Exception):
+            return _called(path, call)
+    if not is_whole(path):
+        sweep(path.parent)
+        forget(path)
+        sys.modules.pop(_module_name(path), None)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text())
+    return _called(path, call)
+
+
+def _called(path: Path, call: Callable[[ModuleType], None]) -> ModuleType:
+    """Import a module and call it, which loads or compiles it; Numba compiles what another processor left anew."""
+    module = _imported(path)
+    with signatures_remembered():
+        _on_own_stack(call, module)
+    seal(path)
     return module
 
 
@@ -120,20 +145,12 @@ def _path(plant: Plant, lanes: int) -> Path:
     return version_folder() / f"kernel_{fingerprint(plant, lanes)}.py"
 
 
-def _has_machine_code(path: Path) -> bool:
-    return any(path.parent.glob(f"__pycache__/{path.stem}.run*.nbc"))
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file so that no reader ever sees a part of it."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.NamedTemporaryFile("w", dir=path.parent, suffix=".part", delete=False, encoding="utf-8") as f:
-        f.write(text)
-    Path(f.name).replace(path)
+def _module_name(path: Path) -> str:
+    return f"mechid_{path.stem}"
 
 
 def _imported(path: Path) -> ModuleType:
-    name = f"mechid_{path.stem}"
+    name = _module_name(path)
     if name in sys.modules:
         return sys.modules[name]
     spec = importlib.util.spec_from_file_location(name, path)

@@ -6,12 +6,16 @@ calls it is begun: a rate that five functions call is optimised six times, and i
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, TypeAlias
 
+from numba.core import types
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import InlineOverloads, NativeLowering
+from numba.core.types.functions import BaseFunction
 from numba.core.untyped_passes import (
     FindLiterallyCalls,
     InlineClosureLikes,
@@ -24,6 +28,7 @@ from numba.core.untyped_passes import (
 )
 
 Options: TypeAlias = dict[str, Any]
+NUMBERS = (types.Number, types.Boolean, types.CPointer, types.Literal)
 UNNEEDED = {
     FindLiterallyCalls,
     InlineClosureLikes,
@@ -35,6 +40,31 @@ UNNEEDED = {
     RewriteDynamicRaises,
     WithLifting,
 }
+
+
+@contextmanager
+def signatures_remembered() -> Iterator[None]:
+    """Let Numba find the signature of an operator on numbers once within, and not for each place where it stands.
+
+    It goes through all that it knows of ``+`` several times for each of some two thousand operations of a kernel. A
+    signature depends on nothing but the types. Not for several threads at once.
+    """
+    functions: Any = BaseFunction
+    look_up, found = functions.get_call_type, {}
+
+    def get_call_type(self: BaseFunction, context: Any, args: tuple[Any, ...], kws: dict[str, Any]) -> Any:
+        if kws or not all(isinstance(one, NUMBERS) for one in args):
+            return look_up(self, context, args, kws)
+        key = self, *args
+        if key not in found:
+            found[key] = look_up(self, context, args, kws)
+        return found[key]
+
+    functions.get_call_type = get_call_type
+    try:
+        yield
+    finally:
+        functions.get_call_type = look_up
 
 
 class InnerLibrary(JITCodeLibrary):

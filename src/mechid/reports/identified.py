@@ -125,6 +125,8 @@ def _identified(
     path = folder / FILE_NAME
     about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
     journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
+    if journal.notice:
+        audience.told(f"warning: {journal.notice}")
     if resume:
         audience.told(f"{path}: {len(journal.known)} steps are there already")
     stages = StageLines(journal)

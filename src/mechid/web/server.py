@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import gc
+import secrets
 import socket
 import webbrowser
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 from bokeh.resources import Resources
 from bokeh.server.server import BaseServer
@@ -35,6 +36,7 @@ HEADERS = {
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
 }
+SECRET_BYTES = 32
 MOST_MESSAGE_BYTES = 1_000_000
 UNUSED_MS = 15_000
 
@@ -62,7 +64,7 @@ class LoopbackOnly(BokehTornado):
         path = request.path or "/"
         if not self.is_own(request):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": FORBIDDEN})
-        if path not in SERVED and not path.startswith("/static/"):
+        if "\0" in unquote(path) or (path not in SERVED and not path.startswith("/static/")):
             return self.get_handler_delegate(request, ErrorHandler, {"status_code": MISSING})
         return super().find_handler(request, **kwargs)
 
@@ -86,6 +88,8 @@ def _is_http(origin: str, own: set[str]) -> bool:
 
 class Explorer:
     """The server, bound to a port of the loopback interface.
+
+    Its web socket answers those alone that bring a token which this server gave out with a page, and has signed.
 
     Parameters
     ----------
@@ -116,6 +120,8 @@ class Explorer:
             extra_websocket_origins=[f"{name}:{self.port}" for name in NAMES],
             unused_session_lifetime_milliseconds=UNUSED_MS,
             websocket_max_message_size_bytes=MOST_MESSAGE_BYTES,
+            sign_sessions=True,
+            secret_key=secrets.token_bytes(SECRET_BYTES),
             include_headers=[],
             include_cookies=[],
             transforms=[_Headers],

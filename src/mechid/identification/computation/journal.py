@@ -20,11 +20,12 @@ from typing import Any, Self
 import numpy as np
 
 from mechid.errors import UsageError
+from mechid.identification.computation.entries import STARTED, STEP, entries_of, sealed
 from mechid.identification.computation.installation import source_digest
 from mechid.identification.computation.parallel import Done, mapped
 from mechid.writing import placed, writable
 
-STARTED, RESUMED, STEP = "started", "resumed", "step"
+RESUMED = "resumed"
 VERSION = "version of mechid"
 """Of the inputs: other code may go another way."""
 
@@ -36,33 +37,41 @@ class Journal:
     ----------
     saved_s : float
         What the steps taken from the journal took when they were worked out.
+    notice : str
+        What was found damaged in the file, in a line; empty where nothing was.
     """
 
-    def __init__(self, path: Path | None = None, known: Mapping[str, Mapping[str, Any]] | None = None) -> None:
+    def __init__(
+        self, path: Path | None = None, known: Mapping[str, Mapping[str, Any]] | None = None, notice: str = ""
+    ) -> None:
         self.path, self.known, self.lock, self.saved_s = path, dict(known or {}), Lock(), 0.0
+        self.notice = notice
+        self.inputs = ""
 
     @classmethod
     def opened(cls, path: Path, inputs: Mapping[str, str], *, resume: bool = False, **entries: object) -> Self:
         """Open a journal for a computation from `inputs`, digests by name; its folder is made where it is missing.
 
         A new run is appended, its first line with `entries` too; a resumed one takes up the last. What a killed
-        run left half-written is cut off.
+        run left half-written is cut off; a line that is damaged otherwise is left out, and its step done again.
 
         Raises
         ------
         UsageError
-            The file cannot be written, or the run to be resumed had other inputs.
+            The file cannot be written, is no journal, or the run to be resumed had other inputs.
         """
         inputs = with_version(inputs)
         with writable(path.parent):
-            lines = _whole_lines(path)
+            lines, notice = entries_of(path)
             begun = max((i for i, line in enumerate(lines) if line["event"] == STARTED), default=None)
             if not resume or begun is None:
-                journal = cls(path)
+                journal = cls(path, notice=notice)
+                journal.inputs = digest(inputs)
                 journal.note(STARTED, **entries, inputs=inputs)
                 return journal
             _refuse_others(path, lines[begun].get("inputs", {}), inputs)
-            journal = cls(path, {line["key"]: line for line in lines[begun:] if line["event"] == STEP})
+            journal = cls(path, {line["key"]: line for line in lines[begun:] if line["event"] == STEP}, notice)
+            journal.inputs = digest(inputs)
             journal.note(RESUMED)
         return journal
 
@@ -75,7 +84,7 @@ class Journal:
         if self.path is None or not lines:
             return
         now = datetime.now(UTC).isoformat(timespec="seconds")
-        text = "".join(json.dumps({"time": now, **line}) + "\n" for line in lines)
+        text = "".join(sealed({"time": now, **line}) + "\n" for line in lines)
         try:
             with self.lock, self.path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)
@@ -95,7 +104,7 @@ class Journal:
         """
         if self.path is None:
             return work()
-        key = digest([kind, inputs, rng.bit_generator.state if rng else None])
+        key = digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
         if key in self.known:
             if rng:
                 rng.bit_generator.state = unpacked(self.known[key]["rng"])
@@ -119,7 +128,7 @@ class Journal:
         What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
         `told` is told of each task and its result.
         """
-        keys = [digest([kind, task, None]) if self.path else "" for task in tasks]
+        keys = [digest([kind, task, None, self.inputs]) if self.path else "" for task in tasks]
         results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
         for i, result in results.items():
             told(tasks[i], result)
@@ -148,8 +157,8 @@ def _step(kind: str, key: str, seconds: float, result: object, rng: object = Non
 def last_run(path: Path) -> tuple[dict[str, str], tuple[str, ...]]:
     """Return inputs and events of the last run that a journal tells of, both empty where there is none."""
     try:
-        lines = [{"event": "", **json.loads(line)} for line in path.read_text(encoding="utf-8").splitlines()]
-    except (OSError, ValueError, TypeError):
+        lines, _ = entries_of(path, mends=False)
+    except (OSError, UsageError):
         return {}, ()
     events = tuple(line["event"] for line in lines)
     if STARTED not in events:
@@ -194,23 +203,6 @@ def unpacked(value: Any) -> Any:
 def digest(value: Any) -> str:
     """Return a digest of plain values and arrays, to the last bit."""
     return hashlib.sha256(json.dumps(packed(value)).encode()).hexdigest()
-
-
-def _whole_lines(path: Path) -> list[dict[str, Any]]:
-    """Return the entries of a journal, and cut off a last line that was not written to its end."""
-    if not path.exists():
-        return []
-    content = path.read_bytes()
-    whole = content[: content.rfind(b"\n") + 1]
-    if len(whole) < len(content):
-        os.truncate(path, len(whole))
-    lines = []
-    for number, text in enumerate(whole.splitlines(), 1):
-        try:
-            lines.append({"event": "", **json.loads(text)})
-        except (ValueError, TypeError) as error:
-            raise UsageError(f"{path}: line {number}: is no entry of a journal; move the file away") from error
-    return lines
 
 
 def _refuse_others(path: Path, found: Mapping[str, str], inputs: Mapping[str, str]) -> None:

@@ -33,7 +33,7 @@ def identified_campaign(folder: Path) -> Path:
     try:
         notes = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines() if '"started"' in line]
         named = Path([note["campaign"] for note in notes][-1])
-    except (OSError, ValueError, KeyError, IndexError) as error:
+    except (OSError, ValueError, KeyError, IndexError, TypeError) as error:
         raise InputFileError(f"{path}: does not say which campaign was identified; {remedy}") from error
     found = next((place for place in (named, folder / named.name) if place.is_file()), None)
     if found is None:
