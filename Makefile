@@ -7,7 +7,7 @@ PIP    := $(BIN)/python -m pip --disable-pip-version-check
 SETUP  := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage faults incomplete lint style types format pytest lock \
+.PHONY: help demo test test-slow test-data site pages package package-test bench recovery coverage faults fuzz incomplete lint style types format pytest lock \
         clean
 
 help: ## List these targets
@@ -56,6 +56,9 @@ coverage: $(VENV)/.installed ## Coverage of the 95 % intervals, resumable (OPTIO
 
 incomplete: $(VENV)/.installed ## Errors where one effect is left out of the model, resumable (OPTIONS="--seeds 0:5 --halves")
 	$(BIN)/python benchmarks/incomplete_benches.py $(OPTIONS)
+
+fuzz: $(VENV)/.installed-dev ## Files and command lines changed by a program, resumable (OPTIONS="--seconds 600 --kinds hdf5,mat")
+	$(BIN)/python -m fuzz $(OPTIONS)
 
 faults: $(VENV)/.installed-dev ## Killed, interrupted, starved: each run comes to the same numbers, resumable (OPTIONS="--only kill,full --count 10")
 	$(BIN)/python benchmarks/faults.py $(OPTIONS)

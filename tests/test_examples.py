@@ -41,3 +41,12 @@ def test_identify_from_python(folder, monkeypatch, capsys):
     for name, (_, value, _, sigma, *_) in found.items():
         assert abs(float(value) - TRUTH[name]) <= 5.0 * float(sigma) < 0.1 * TRUTH[name]
     assert printed[-1].startswith("full_46: fit 9")
+
+
+def test_a_campaign_without_files(tmp_path, capsys):
+    fit = runpy.run_path(str(EXAMPLES / "without_files.py"))["main"](tmp_path)
+    found = fit.parameters["gear.stiffness"]
+    assert abs(found.value - 2000.0) < 4.0 * found.std_error
+    assert "gear" in capsys.readouterr().out
+    assert {"full_46.png", "report.html", "estimate.json"} <= {path.name for path in tmp_path.iterdir()}
+    assert "SYNTHETIC" in (tmp_path / "mechanism.toml").read_text()

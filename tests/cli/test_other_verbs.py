@@ -101,7 +101,7 @@ def test_help_imports_nothing_heavy():
 
 def test_the_public_names_are_what_they_say():
     from mechid.campaign.prediction import simulate
-    from mechid.identification.diagnosis.completion import identify
+    from mechid.interface.identification import identify
 
     assert mechid.identify is identify
     assert mechid.simulate is simulate

@@ -17,7 +17,7 @@ from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.search import standing_in
+from mechid.identification.diagnosis.search import small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
@@ -291,6 +291,18 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
 
 
+def test_a_small_effect_is_not_named_of_records_followed_in_part():
+    """Truth: less than a hundredth of what the largest explains is small, of whole records never."""
+    needed = {
+        name: SimpleNamespace(chi_square=c) for name, c in {"a": 1e5, "b": 1001.0, "c": 999.0, "d": 500.0}.items()
+    }
+    part, whole = (SimpleNamespace(is_of_whole_records=one) for one in (False, True))
+    assert small_in_part(part, needed) == "d"
+    assert small_in_part(part, {name: needed[name] for name in "ab"}) == ""
+    assert small_in_part(part, {}) == ""
+    assert small_in_part(whole, needed) == ""
+
+
 def test_nothing_is_named_where_nothing_is_missing():
     """Truth: the records were made by the mechanism as it is written."""
     bench = made()
@@ -335,6 +347,32 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
     assert amplitude == pytest.approx(0.05, rel=0.05)
     assert told[0].endswith("% of the records followed with nothing beside")
     assert told[-1] == "100.0 % of the records followed with stepper.torque_harmonic:3"
+
+
+def backwards_after(bench, seconds):
+    """Return a campaign whose records run backwards after some time, which no mechanism follows."""
+    first = round(seconds * RATE_HZ)
+
+    def one(made_record):
+        (channel,) = made_record.data.channels
+        torque = np.array(channel.data)
+        torque[first:] = torque[first:][::-1]
+        return replace(made_record, data=replace(made_record.data, channels=(replace(channel, data=torque),)))
+
+    return replace(bench, records=tuple(map(one, bench.records)))
+
+
+@pytest.mark.slow
+def test_what_is_missing_is_named_from_what_can_be_followed(fitted):
+    """Truth: the harmonic that made the records up to 0.2 s of 0.3; nothing made what comes after that."""
+    bench = backwards_after(made({**HARMONIC, "amplitude": 0.05}), 0.2)
+    estimate = {**fitted[1].to_dict(), "grade": "C", "grade_reasons": []}
+    found = diagnose(bench, estimate, workers=1)
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    assert 0.6 < found.share < 0.7
+    assert f"the first {100.0 * found.share:.3g} % of all samples" in found.words
+    (amplitude,) = (p for n, p in found.missing[0].parameters.items() if n.endswith("amplitude"))
+    assert abs(amplitude.value - 0.05) < 4.0 * amplitude.std_error
 
 
 def test_a_mechanism_completes_itself():

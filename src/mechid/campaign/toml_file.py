@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -41,11 +42,24 @@ def read_toml(path: Path, kind: str = "") -> dict[str, Any]:
         table = tomllib.loads(content)
     except tomllib.TOMLDecodeError as error:
         raise InputFileError(f"{path.name}: {_syntax(str(error), content)}") from error
+    if any("\0" in each for each in _texts(table)):
+        raise InputFileError(f"{path.name}: a text holds the character NUL, which no name can have; leave it out")
     if kind and not KINDS[kind] & table.keys():
         other = next((name for name, keys in KINDS.items() if keys & table.keys()), "")
         if other:
             raise InputFileError(f"{path.name}: is a {other} file; give a {kind} file")
     return table
+
+
+def _texts(entry: Any) -> Iterator[str]:
+    """Yield every key and text of a table, tables and lists within it included."""
+    if isinstance(entry, str):
+        yield entry
+    elif isinstance(entry, dict | list):
+        for each in entry:
+            yield from _texts(each)
+        for value in entry.values() if isinstance(entry, dict) else ():
+            yield from _texts(value)
 
 
 def toml_text(value: str) -> str:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from mechid.campaign.templates import RecordDraft, campaign_text
+from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import toml_number, toml_text
 from mechid.command import Command
 from mechid.designs.design import Design
@@ -50,9 +50,10 @@ def _rate(command: Command) -> str:
 
 
 def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> str:
-    """Return campaign.toml of the records chosen, commented; the mechanism is that of the campaign."""
+    """Return campaign.toml of the records chosen, commented; the mechanism is the campaign's file, else beside it."""
     peaks = {r["name"]: r["peak_torque_Nm"] for r in data["candidates"]}
-    mechanism = Path(os.path.relpath(design.campaign.mechanism_path.absolute(), folder.absolute())).as_posix()
+    file = design.campaign.mechanism_path if has_file(design) else folder / MECHANISM_NAME
+    mechanism = Path(os.path.relpath(file.absolute(), folder.absolute())).as_posix()
     count = len(design.chosen.records)
     guide = GUIDE.format(
         records=f"{count} record{'s' * (count != 1)}",
@@ -65,6 +66,11 @@ def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> 
         for r in design.chosen.records
     ]
     return campaign_text(drafts, guide, mechanism=mechanism)
+
+
+def has_file(design: Design) -> bool:
+    """Tell whether the mechanism stands in a file; one made in code does not."""
+    return design.campaign.mechanism_path.is_file()
 
 
 def criterion_words(data: Mapping[str, Any]) -> str:

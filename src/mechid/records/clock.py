@@ -16,9 +16,20 @@ JITTER_OF_ROUNDED = 0.25
 """The same where the stamps were printed with too few digits for `JITTER`."""
 WHOLE_RATE = 1e-6
 """Relative distance at which a rate is taken for a whole number of hertz."""
+SHORTEST_S, LONGEST_S = 1e-12, 1e12
+"""Sample intervals of recorders lie between, far from both."""
 BLOCK = 65536
 MOST_STAMPS = 2**21
 """First stamps that the usual step is told from, where a message says it."""
+
+
+def refuse_no_clock(table: Table, clock: Clock) -> None:
+    """Raise RecordError where a clock, wherever it is from, is none that a recorder has."""
+    if not (1.0 / LONGEST_S <= clock.rate_hz <= 1.0 / SHORTEST_S and abs(clock.start_s) <= LONGEST_S):
+        raise table.error(
+            f"{clock.rate_hz:.9g} Hz from {clock.start_s:.9g} s is no recorder's clock; check the stamps' unit, or "
+            "sample_rate_hz"
+        )
 
 
 def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: int = 0) -> Clock:
@@ -29,7 +40,7 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
     table : Table
         Where the stamps come from, for messages.
     time : Series of N samples
-        Time stamps in s, N at least 2, finite.
+        Time stamps in s, finite.
     rate_hz : float or None
         Rate that the campaign states; the stamps have to agree with it to half an interval.
     first : int
@@ -38,14 +49,19 @@ def read_clock(table: Table, time: Series, rate_hz: float | None = None, first: 
     Raises
     ------
     RecordError
-        The clock goes back, repeats, is irregular, or contradicts `rate_hz`.
+        There are less than two stamps; or the clock goes back, repeats, is irregular, or contradicts `rate_hz`.
     """
+    if time.size < 2:
+        raise table.error(f"{time.size} time stamps; a clock needs two at least")
     _refuse_back(table, time, first)
     if rate_hz is not None:
+        refuse_no_clock(table, Clock(0.0, rate_hz))
         _refuse_contradiction(table, time, rate_hz, first)
         return Clock(sample_at(time, 0), rate_hz)
     _refuse_repeated(table, time, first)
     interval = _span(time) / (time.size - 1)
+    if not SHORTEST_S <= interval <= LONGEST_S:
+        raise table.error(f"its time stamps lie {interval:.3g} s apart on the average; is their unit right?")
     unresolved = max(_printed_rounding(time, interval), _binary_rounding(time))
     allowed = max(JITTER * interval, min(unresolved, JITTER_OF_ROUNDED * interval))
     _refuse_jitter(table, time, interval, allowed, first)

@@ -20,6 +20,8 @@ from mechid.signal.stored import Room, change_in_place, pieces_of, stretch_in_pl
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
 TOLD_GAPS = 8
+FAR = 2.0**62
+"""Samples: no file has so many, and an integer holds it."""
 EDGE = 1e-6
 """Share of a sample interval by which a sample may miss a window's end."""
 
@@ -45,7 +47,8 @@ class Samples:
 
     def times(self, start_s: float, stop_s: float) -> slice:
         """Return the samples from `start_s` to `stop_s` of record time, both included."""
-        first, last = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
+        places = ((t - self.clock.start_s) * self.clock.rate_hz for t in (start_s, stop_s))
+        first, last = (min(max(place, -FAR), FAR) for place in places)
         return slice(max(math.ceil(first - EDGE), 0), max(math.floor(last + EDGE) + 1, 0))
 
     def after(self, step: str, text: str, data: tuple[Room, ...], **figures: object) -> Samples:

@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.errors import RecordError
 from mechid.reading.memory import GIB, memory_bytes
-from mechid.records.clock import MOST_STAMPS, read_clock, refuse_not_increasing
+from mechid.records.clock import MOST_STAMPS, read_clock, refuse_no_clock, refuse_not_increasing
 from mechid.records.columns import ChosenColumn, Layout, time_beside
 from mechid.records.conditioning import Samples, condition, limited
 from mechid.records.health import refuse_not_finite
@@ -49,6 +49,7 @@ def sample(table: Table, layout: Layout, spec: RecordSpec) -> Samples:
     ]
     treatments = limited(layout, how, data)
     samples = _clocked(table, layout, spec, arrays, data, first)
+    refuse_no_clock(table, samples.clock)
     samples = replace(samples, treatments=(*treatments, *samples.treatments))
     return condition(table, layout, how, samples)
 
@@ -202,7 +203,7 @@ def _clocked(
     if stamps is TimeStamps.REGULAR:
         return _on_nearest_clock(table, time, rate_hz, data, first)
     seconds = time[:]
-    clock, samples = resampled_clock(seconds, rate_hz)
+    clock, samples = resampled_clock(table, seconds, rate_hz)
     steps = np.diff(seconds)
     text = (
         f"interpolated by cubic splines from samples {steps.min():.4g} s to {steps.max():.4g} s apart onto "

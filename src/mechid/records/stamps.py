@@ -23,6 +23,8 @@ RANGE, TRIALS = 0.1, 1001
 """Relative distance from the median interval, and trials in it, where the interval is looked for."""
 GAP = 2.5
 """Median intervals between two stamps beyond which samples are missing between them."""
+MOST_MISSING, ALWAYS_PLACED = 100, 2**20
+"""A clock may have so many instants for each sample of the file, where it has more than so many at all."""
 MEND = "window_s cuts a part out"
 
 
@@ -120,7 +122,18 @@ def placed(table: Table, time: Series, rate_hz: float | None, first: int = 0) ->
             first + row,
         )
     begins = comb.start_s + interval * float(comb.nearest(time[0:1])[0])
-    return Placement(Clock(begins, rate_hz or whole_rate(1.0 / interval)), time, comb, rms, off)
+    found = Placement(Clock(begins, rate_hz or whole_rate(1.0 / interval)), time, comb, rms, off)
+    refuse_mostly_missing(table, time, found.samples)
+    return found
+
+
+def refuse_mostly_missing(table: Table, time: Series, instants: float) -> None:
+    """Raise RecordError where a clock's instants are far more than the stamps: one of these is wrong."""
+    if instants > max(MOST_MISSING * time.size, ALWAYS_PLACED):
+        raise table.error(
+            f"{time.size} time stamps from {sample_at(time, 0):.9g} s to {sample_at(time, time.size - 1):.9g} s are "
+            f"{instants:.3g} samples on a regular clock; is a stamp wrong? {MEND}"
+        )
 
 
 def _off(comb: Comb, time: Series, part: slice) -> FloatArray:
@@ -151,13 +164,20 @@ def _is_repeated(comb: Comb, time: Series, row: int) -> bool:
     return bool(np.any(np.diff(comb.nearest(time[max(row - 1, 0) : row + 1])) < 1))
 
 
-def resampled_clock(time: FloatArray, rate_hz: float | None) -> tuple[Clock, int]:
+def resampled_clock(table: Table, time: FloatArray, rate_hz: float | None) -> tuple[Clock, int]:
     """Return the clock that irregular samples are interpolated onto, and its number of samples.
 
     It begins at the first stamp; its rate, where the campaign states none, is that of the median interval.
+
+    Raises
+    ------
+    RecordError
+        Nearly all of its samples would be missing.
     """
     rate = rate_hz or whole_rate(1.0 / float(np.median(np.diff(time))), 1e-3)
-    return Clock(float(time[0]), rate), int((time[-1] - time[0]) * rate * (1.0 + 1e-12)) + 1
+    instants = float((time[-1] - time[0]) * rate * (1.0 + 1e-12))
+    refuse_mostly_missing(table, time, instants)
+    return Clock(float(time[0]), rate), int(instants) + 1
 
 
 def resampled(time: FloatArray, data: FloatArray, clock: Clock, samples: int) -> FloatArray:

@@ -78,7 +78,7 @@ def _item(nptdms: Any, path: Path, channel: Any) -> Item:
 def _clock(properties: Mapping[str, Any]) -> Clock | None:
     """Return the clock of a waveform; None where the channel is none."""
     interval = float(properties.get("wf_increment", 0.0))
-    if not 0.0 < interval < np.inf:
+    if not 0.0 < interval < np.inf or 1.0 / interval == np.inf:
         return None
     return Clock(float(properties.get("wf_start_offset", 0.0)), whole_rate(1.0 / interval))
 

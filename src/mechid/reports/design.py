@@ -9,9 +9,11 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.campaign.mechanism_text import mechanism_text
+from mechid.campaign.templates import MECHANISM_NAME
 from mechid.designs.design import Design
 from mechid.designs.hand_off import design_data, rate_rows
-from mechid.designs.proposal import criterion_words, proposed_campaign, proposed_options
+from mechid.designs.proposal import criterion_words, has_file, proposed_campaign, proposed_options
 from mechid.errors import UsageError
 from mechid.identification.result.estimate_file import json_text
 from mechid.reports.design_figures import design_figures
@@ -68,6 +70,7 @@ def write_design(design: Design, folder: Path | str, data: Mapping[str, Any] | N
         MARKDOWN: design_markdown(data),
         CAMPAIGN: proposed_campaign(design, data, folder),
         OPTIONS: proposed_options(design),
+        **({} if has_file(design) else {MECHANISM_NAME: mechanism_text(design.campaign.mechanism)}),
         RATES: "".join(rate_rows(data)),
     }
     files = write_together(folder, texts)

@@ -13,6 +13,8 @@ from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitat
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.uncertainty.noise import MISFIT
 
+SMALL = 0.01
+"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part."""
 FEW = 4
 """Effects that a mechanism file may well lack at once."""
 FEW_WEAK = 2
@@ -89,6 +91,11 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)
+    while small := small_in_part(model, needed):
+        tried[small] = "explains less than a hundredth of what another effect does, where the records are followed"
+        model = model.without(small)
+        steps.append(step(model, removed=small))
+        less, needed = _needed(before, model)
     refused: list[str] = []
     while lost := standing_in(model, needed):
         refused += lost
@@ -109,6 +116,18 @@ def _needed(before: Model, model: Model) -> tuple[dict[str, Model], dict[str, Sc
     alone = len(model.effects) == 1
     less = {name: before if alone else model.without(name) for name in model.effects}
     return less, {name: gain(without, model) for name, without in less.items()}
+
+
+def small_in_part(model: Model, needed: Mapping[str, Score]) -> str:
+    """Return the least effect that is not worth its name where records are followed in part; empty where there is none.
+
+    Where a model loses a record the windows hold the beginning of that, which small effects imitate.
+    """
+    if model.is_of_whole_records or not needed:
+        return ""
+    least = min(needed, key=lambda name: needed[name].chi_square)
+    most = max(score.chi_square for score in needed.values())
+    return least if needed[least].chi_square < SMALL * most else ""
 
 
 def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:

@@ -62,7 +62,9 @@ def read_fit(path: Path | str, campaign: Campaign) -> Fit:
     content = read_estimate(path)
     try:
         _refuse_changed(content["provenance"]["inputs_sha256"], campaign, Path(path))
-        return _fit(content, campaign)
+        fit = _fit(content, campaign)
+        fit.to_dict()  # what cannot be written again is no fit
+        return fit
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         what = " ".join(str(error).split()) or type(error).__name__
         raise InputFileError(f"{path}: is damaged at {what}; identify anew") from error
