@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from mechid.kernel.batch.source import fingerprint
 from mechid.kernel.kept import forget, is_sealed, is_whole, one_process, seal
 
 GIVEN = """
@@ -126,3 +127,8 @@ def test_a_process_that_is_killed_while_it_makes_a_kernel_stops_nobody(tmp_path)
         began = time.perf_counter()
         with one_process(path):
             assert time.perf_counter() - began < 10.0
+
+
+def test_batches_of_kernels_of_one_text_have_names_of_their_own():
+    """Truth: a batch imports its kernel by name; after a change of the generator that leaves the text, another name."""
+    assert fingerprint("mechid_kernel_a", "text") != fingerprint("mechid_kernel_b", "text")
