@@ -26,6 +26,8 @@ from mechid.campaign.bench import write_bench
 
 CHILD = Path(__file__).parent / "command" / "timed.py"
 DEMO = "demo"
+BYTECODE = {"PYTHONDONTWRITEBYTECODE": "", "PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir()) / "mechid-bytecode")}
+"""An installed mechid has its bytecode kept; the first run of each command, which is not counted, writes it."""
 
 
 def main() -> None:
@@ -72,7 +74,7 @@ def _bench(name: str, folder: Path) -> Path:
 def timed(command: list[str], environment: Mapping[str, str]) -> dict:
     """Run a command of mechid in a process of its own; seconds by part, and of all of it."""
     with tempfile.NamedTemporaryFile(suffix=".json") as file:
-        whole, around = [sys.executable, CHILD, file.name, *command], {**os.environ, **environment}
+        whole, around = [sys.executable, CHILD, file.name, *command], {**os.environ, **BYTECODE, **environment}
         done = subprocess.run(whole, env=around, capture_output=True, text=True, check=False)
         if done.returncode not in (0, 5):
             raise SystemExit(done.stderr)
@@ -93,7 +95,14 @@ def told(row: dict) -> str:
     lines = [f"{row['verb']} {row['bench']}: {whole}, and {figures:.2f} s CPU of what draws figures"]
     for name in parts:
         lines.append(f"    {name:24} {_medians([run['parts'][name] for run in row['runs'] if name in run['parts']])}")
+    lines.append(f"    {'the rest':24} {_medians([rest(run) for run in row['runs']])}")
     return "\n".join(lines)
+
+
+def rest(run: dict) -> dict:
+    """Return the seconds of a run that are in no part."""
+    parts = run["parts"].values()
+    return {key: run["whole"][key] - sum(part[key] for part in parts) for key in ("wall_s", "cpu_s")}
 
 
 def _medians(runs: list[dict]) -> str:

@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
-from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.density import THIRD
+from mechid.signal.orders import orders_and_rest
 from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
 
@@ -102,10 +102,9 @@ def tracked_windows(travel: Series, sample_rate_hz: float) -> Iterator[tuple[int
 
 
 def _tracked(window: TravelWindow, left: FloatArray, orders: list[float]) -> _Window:
-    amplitudes, _ = order_amplitudes(left[:, None], window.position, orders)
-    between = left - left.mean() - order_signal(amplitudes[:, 0], window.position, orders)
+    amplitudes, rest = orders_and_rest(left[:, None], window.position, orders)
     duration_s = left.size / window.sample_rate_hz
-    fine = windowed_density(between, window.sample_rate_hz)
+    fine = windowed_density(rest[:, 0], window.sample_rate_hz)
     frequency = np.arange(fine.size) / duration_s
     at_lines, tracked = window.rate * np.array(orders), np.isin(TRACKED, orders)
     density = _third_octaves(frequency, fine, at_lines)

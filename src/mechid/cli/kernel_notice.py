@@ -15,7 +15,7 @@ def prepare_kernels(campaign: Campaign) -> None:
     from mechid.identification.identifiability.visibility import sensitivities
 
     plant = campaign.mechanism.plant
-    prepare_kernel(plant)  # counting the sensitivities asks it which of them may ride together
+    prepare_kernel(plant)  # of runs without derivatives, as those of a validation
     count = sensitivities(campaign)
     if lanes_for(count) > lanes_for(0):
         prepare_kernel(plant, count)

@@ -30,15 +30,19 @@ def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float
     error : ndarray, shape (C,)
         Standard error of an amplitude's real and imaginary part, as if what is left over were white.
     """
+    amplitudes, left = orders_and_rest(y, position, orders)
+    variance = np.sum(left**2, axis=0) / (position.size - 1 - 2 * len(orders))
+    return amplitudes, np.asarray(np.sqrt(2.0 * variance / position.size), dtype=np.float64)
+
+
+def orders_and_rest(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, FloatArray]:
+    """Return the amplitudes of the same sines, (K, C), and what they and the constant leave, (N, C)."""
     angle = 2.0 * np.pi * np.outer(position, orders)
     columns = np.column_stack((np.ones(position.size), np.cos(angle), np.sin(angle)))
     solution, *_ = np.linalg.lstsq(columns, y, rcond=None)
-    left = y - columns @ solution
-    variance = np.sum(left**2, axis=0) / (position.size - columns.shape[1])
     count = len(orders)
     amplitudes = solution[1 : count + 1] - 1j * solution[count + 1 :]
-    error = np.sqrt(2.0 * variance / position.size)
-    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(error, dtype=np.float64)
+    return np.asarray(amplitudes, dtype=np.complex128), np.asarray(y - columns @ solution, dtype=np.float64)
 
 
 def order_signal(amplitudes: ComplexArray, position: FloatArray, orders: Sequence[float]) -> FloatArray:
