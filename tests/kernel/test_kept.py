@@ -8,8 +8,7 @@ import time
 
 import pytest
 
-from mechid.kernel.batch.source import fingerprint
-from mechid.kernel.kept import forget, is_sealed, is_whole, one_process, seal
+from mechid.kernel.kept import TAG, forget, is_sealed, is_whole, one_process, seal
 
 GIVEN = """
     from mechid.kernel.compiled import compiled_module
@@ -102,13 +101,19 @@ def test_a_damaged_index_that_was_never_sealed_is_made_anew(cache):
 
 
 def test_what_is_kept_is_whole_until_it_is_changed(tmp_path):
-    path, compiled = tmp_path / "kernel_1.py", tmp_path / "__pycache__" / "kernel_1.run-3.py311.1.nbc"
+    path, compiled = tmp_path / "kernel_1.py", tmp_path / "__pycache__" / f"kernel_1.run-3{TAG}1.nbc"
     compiled.parent.mkdir()
     path.write_text("a = 1")
     compiled.write_bytes(b"code")
     assert not is_whole(path)
     assert not is_sealed(path)
     seal(path)
+    assert is_whole(path)
+    other = compiled.with_name("kernel_1.run-3.py27.1.nbc")  # of another version of Python, which shares the cache
+    other.write_bytes(b"code")
+    assert is_whole(path)
+    seal(path)
+    other.unlink()
     assert is_whole(path)
     compiled.write_bytes(b"cod3")
     assert not is_whole(path)
@@ -127,8 +132,3 @@ def test_a_process_that_is_killed_while_it_makes_a_kernel_stops_nobody(tmp_path)
         began = time.perf_counter()
         with one_process(path):
             assert time.perf_counter() - began < 10.0
-
-
-def test_batches_of_kernels_of_one_text_have_names_of_their_own():
-    """Truth: a batch imports its kernel by name; after a change of the generator that leaves the text, another name."""
-    assert fingerprint("mechid_kernel_a", "text") != fingerprint("mechid_kernel_b", "text")

@@ -11,7 +11,7 @@ from pathlib import Path
 from mechid.errors import UnwritableError, UsageError
 from mechid.holding.holder import Holder, Life, read_holder, this_process
 from mechid.holding.leftovers import LOCK_NAME, sweep
-from mechid.holding.saved import Left, left_in, saved_since
+from mechid.holding.saved import saved_since
 from mechid.reading.whole import read_text
 from mechid.writing import is_refusal_of, refusal, writable
 
@@ -56,7 +56,7 @@ def held(folder: Path | str, *, within: str = "") -> Iterator[str]:
         reset = _HELD.set((*_HELD.get(), (place, own.token)))
         try:
             sweep(place)
-            with _said(place, Path(folder), left_in(place)):
+            with _said(place, Path(folder)):
                 yield own.token
         finally:
             _HELD.reset(reset)
@@ -76,8 +76,9 @@ def _made_if_used(folder: Path) -> Iterator[None]:
 
 
 @contextmanager
-def _said(place: Path, folder: Path, before: Left) -> Iterator[None]:
-    """Say of a folder that cannot be written to any more what has been saved in it."""
+def _said(place: Path, folder: Path) -> Iterator[None]:
+    """Say of a folder that cannot be written to any more what has been saved in it since its lock file was."""
+    began_ns = (place / LOCK_NAME).stat().st_mtime_ns
     try:
         yield
     except (UnwritableError, OSError) as error:
@@ -85,7 +86,7 @@ def _said(place: Path, folder: Path, before: Left) -> Iterator[None]:
             if not is_refusal_of(place, error):
                 raise
             error = refusal(folder, error)
-        raise UnwritableError(f"{error}; {saved_since(place, before)}") from error
+        raise UnwritableError(f"{error}; {saved_since(place, began_ns)}") from error
 
 
 def _taken(lock: Path, folder: Path, within: str) -> Holder:

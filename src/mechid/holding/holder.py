@@ -79,7 +79,9 @@ class Holder:
 
 def this_process(within: str = "") -> Holder:
     """Return a new holder that this process is."""
-    command = " ".join([Path(sys.argv[0]).name, *sys.argv[1:]])
+    program = Path(sys.argv[0])
+    name = program.parent.name if program.name == "__main__.py" else program.name  # python -m mechid
+    command = " ".join([name, *sys.argv[1:]])
     return Holder(
         pid=os.getpid(),
         host=platform.node(),

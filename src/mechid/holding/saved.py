@@ -4,27 +4,15 @@ from __future__ import annotations
 
 from contextlib import suppress
 from pathlib import Path
-from typing import TypeAlias
 
-Left: TypeAlias = "dict[Path, tuple[int, int]]"
-"""Files of a folder and of the folders right in it, by path: the inode, and when it was written to, in ns."""
 MOST_NAMED = 8
 
 
-def left_in(folder: Path) -> Left:
-    """Return the files that are in a folder, and in the folders right in it; hidden ones do not count."""
-    found: Left = {}
+def saved_since(folder: Path, instant_ns: int) -> str:
+    """Return in words which files have been written in a folder, and right below it, since an instant of its clock."""
+    fresh: list[Path] = []
     with suppress(OSError):
-        for path in (*folder.iterdir(), *folder.glob("*/*")):
-            if not any(part.startswith(".") for part in path.relative_to(folder).parts) and path.is_file():
-                about = path.stat()
-                found[path] = (about.st_ino, about.st_mtime_ns)
-    return found
-
-
-def saved_since(folder: Path, before: Left) -> str:
-    """Return in words which files have been written since a folder was looked at."""
-    fresh = [path for path, state in left_in(folder).items() if before.get(path) != state]
+        fresh = [path for path in (*folder.iterdir(), *folder.glob("*/*")) if _is_fresh(path, folder, instant_ns)]
     names = sorted(path.name for path in fresh if path.parent == folder)
     counts = {
         place: sum(path.parent == place for path in fresh) for place in {path.parent for path in fresh} - {folder}
@@ -34,3 +22,9 @@ def saved_since(folder: Path, before: Left) -> str:
         return "nothing was saved"
     more = [f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else []
     return f"saved before: {', '.join([*names[:MOST_NAMED], *more])}"
+
+
+def _is_fresh(path: Path, folder: Path, instant_ns: int) -> bool:
+    """Whether a path is a file, not a hidden one, that has been written since."""
+    is_hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+    return not is_hidden and path.is_file() and path.stat().st_mtime_ns >= instant_ns

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+import sys
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from mechid.writing import write_whole
+
+TAG = f".py{sys.version_info.major}{sys.version_info.minor}."
+"""Of this version of Python, in the names that Numba gives."""
 
 
 def is_whole(path: Path) -> bool:
@@ -16,11 +20,8 @@ def is_whole(path: Path) -> bool:
 
     Machine code that is cut off or changed ends Python when it is loaded, so it is never loaded.
     """
-    try:
-        sealed = json.loads(_seal(path).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return False
-    return bool(sealed) and sealed == _digests(path)
+    sealed = _sealed(path)
+    return path.name in sealed and _own(sealed, path) == _own(_digests(path), path)
 
 
 def is_sealed(path: Path) -> bool:
@@ -36,7 +37,7 @@ def seal(path: Path) -> None:
 
 
 def forget(path: Path) -> None:
-    """Remove a kernel with all that was compiled of it.
+    """Remove a kernel with all that was compiled of it, also by other versions of Python.
 
     Raises
     ------
@@ -69,6 +70,19 @@ def one_process(path: Path) -> Iterator[None]:
 
 def _seal(path: Path) -> Path:
     return path.with_suffix(".sums")
+
+
+def _sealed(path: Path) -> dict[str, str]:
+    try:
+        found = json.loads(_seal(path).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _own(digests: Mapping[str, str], path: Path) -> dict[str, str]:
+    """Return the digests of the source and of what this version of Python loads; others' come and go beside it."""
+    return {name: digest for name, digest in digests.items() if name == path.name or TAG in name}
 
 
 def _files(path: Path) -> list[Path]:

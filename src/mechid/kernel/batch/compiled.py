@@ -53,7 +53,7 @@ def batch_kernel_for(kernel: Kernel) -> BatchKernel:
     UsageError
         The cache cannot be written to.
     """
-    name = f"batch_{fingerprint(kernel.module.__name__, kernel.text)}"
+    name = f"batch_{fingerprint(kernel.module.__name__ + kernel.text)}"  # of which it imports
     module = compiled_module(name, lambda: generate(kernel.text, kernel.module), partial(_call_once, kernel=kernel))
     return BatchKernel(kernel, module, module.run_batch)
 

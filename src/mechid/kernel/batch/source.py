@@ -28,11 +28,11 @@ UNUSED = "AT_POINTS"
 """Points of a step's stages are for sensitivities alone."""
 
 
-def fingerprint(kernel_name: str, kernel_text: str) -> str:
-    """Return the name of the batch of a kernel: the module that it imports by name, its text, and mechid's own."""
+def fingerprint(kernel_text: str) -> str:
+    """Return the name of the batch of a kernel, by its module's name and text."""
     own = "".join(resources.files("mechid.kernel.batch").joinpath(f"{name}.py").read_text(encoding="utf-8")
                   for name in ("source", *(f"loop/{name}" for name in LOOP)))  # fmt: skip
-    return hashlib.sha256(f"{kernel_name} {kernel_text} {own}".encode()).hexdigest()[:24]
+    return hashlib.sha256(f"{kernel_text} {own}".encode()).hexdigest()[:24]
 
 
 def generate(kernel_text: str, kernel: ModuleType) -> str:
