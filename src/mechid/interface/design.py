@@ -43,7 +43,8 @@ def design(
     fit : Fit, what its estimate.json holds, or None
         A fit of the campaign: what to measure next. One that does not hold its campaign is of this one, records read.
     diagnosis : Path, Diagnosed or None
-        Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come first.
+        Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come
+        first.
     criterion : str or None
         "D", "A", "E" or a parameter's dotted name, in place of the options'.
     total_s : float or None
