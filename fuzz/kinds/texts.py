@@ -2,12 +2,15 @@
 
 import json
 import shutil
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from fuzz.draw import Draw
 from fuzz.kinds.tomls import SEEDS, TOMLS
-from fuzz.tree import changed, damaged, leaves
+from fuzz.tree import changed, damaged, plain
 from fuzz.trial import Kind, Misread
 
 
@@ -60,32 +63,28 @@ def read_diagnosis(folder: Path, written: dict[str, Any]) -> None:
         one.to_dict()
 
 
-STEP = {"shape": [2, 2], "hex": " ".join(float(x).hex() for x in (1.5, -2.0, 0.1, 1e-300))}
+INPUTS = {"mechanism": "a" * 8}
+RESULTS = (np.array([[1.5, -2.0], [0.1, 1e-300]]), {"a": 3.0, "b": [1, "x", None]}, [float("nan"), True], 3, None)
 
 
 def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
-    """Write a journal with steps of every kind of result."""
-    from mechid.identification.computation.journal import digest, with_version
+    """Have a journal written with steps of every kind of result; change entries, whose digests then are wrong."""
+    from mechid.identification.computation.journal import Journal
 
-    start = {"time": "t", "event": "started", "campaign": "c", "inputs": with_version({"mechanism": "a" * 8})}
-    results = (STEP, {"items": [["a", {"hex": "0x1.8p+1"}], ["b", [1, "x", None]]]}, [STEP, {"hex": "nan"}], 3, None)
-    steps = [
-        {
-            "time": "t",
-            "event": "step",
-            "step": "s",
-            "key": digest(["s", [k], None]),
-            "seconds": 1.0,
-            "result": r,
-            "rng": None,
-        }
-        for k, r in enumerate(results)
-    ]
-    tree = changed(draw, {"lines": [start, *steps, {"time": "t", "event": "finished"}]})
-    lines = tree.get("lines", [])
-    text = "\n".join(json.dumps(line, default=str) for line in (lines if isinstance(lines, list) else [lines])) + "\n"
-    (folder / "journal.jsonl").write_bytes(damaged(draw, text, 0.2))
-    return {"steps": len(list(leaves(tree)))}
+    path = folder / "journal.jsonl"
+    journal = Journal.opened(path, INPUTS)
+    for k, result in enumerate(RESULTS):
+        journal.step("s", [k], partial(_given, result))
+    whole = path.read_text()
+    lines = [json.loads(line) for line in whole.splitlines()]
+    changes = changed(draw, {"lines": lines}).get("lines", [])
+    changes = changes if isinstance(changes, list) else [changes]
+    path.write_bytes(damaged(draw, "".join(json.dumps(plain(one)) + "\n" for one in changes), 0.2))
+    return {"is_whole": path.read_text(errors="replace") == whole}
+
+
+def _given(result: Any) -> Any:
+    return result
 
 
 def read_journal(folder: Path, written: dict[str, Any]) -> None:
@@ -94,9 +93,11 @@ def read_journal(folder: Path, written: dict[str, Any]) -> None:
 
     path = folder / "journal.jsonl"
     last_run(path)
-    journal = Journal.opened(path, {"mechanism": "a" * 8}, resume=True)
-    for k in range(5):
-        journal.step("s", [k], lambda: 1)
+    journal = Journal.opened(path, INPUTS, resume=True)
+    for k in range(len(RESULTS)):
+        journal.step("s", [k], partial(_given, 1))
+    if written["is_whole"] and journal.saved_s == 0.0:
+        raise Misread("steps: none is taken from a journal that is whole")
 
 
 TEXTS = (

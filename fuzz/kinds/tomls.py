@@ -215,7 +215,7 @@ def finite(structure: Any) -> None:
 
     model = structure.model
     grid = getattr(model, "frequency_hz", np.array([1.0]))
-    some = np.array([0.5, 1.0, 10.0, 77.7]) if not hasattr(model, "values") else np.asarray(grid)[:3]
+    some = np.array([0.5177, 1.0331, 10.217, 77.713]) if not hasattr(model, "values") else np.asarray(grid)[:3]
     with np.errstate(all="ignore"):
         response = model.response(some) if hasattr(model, "response") else np.zeros(1)
     lines = np.asarray(response)[..., 1:] if np.ndim(response) > 1 else np.asarray(response)

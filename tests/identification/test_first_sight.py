@@ -10,6 +10,7 @@ from mechid.campaign import catalogue_mechanism
 from mechid.command import RateProfile
 from mechid.identification.contradiction.first_sight import FirstSight, first_sight
 from mechid.identification.contradiction.first_sight_text import first_sight_lines
+from mechid.identification.contradiction.record_sight import sight_of
 from mechid.identification.identify import identify, make_problem
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.outcome import FitOutcome
@@ -122,3 +123,12 @@ def test_a_further_reading_is_beside_the_first():
     """Truth: two faults of one record, found one after the other."""
     found = Taken(scale=1e-3, polarity=-1).beside(Taken(polarity=-1, start_angle_deg=45.0))
     assert found == Taken(scale=1e-3, start_angle_deg=45.0)
+
+
+def test_a_low_pass_far_above_a_record_changes_nothing():
+    """Truth: the distance without one, also of a record at 1 kHz, all of whose frequencies are looked at."""
+    short = record("full_46", torque("full_46")[:2000:10], COMMANDS["full_46"], rate_hz=1000.0)
+    sight = sight_of(make_problem(campaign(catalogue_mechanism(), short), 1).targets[0])
+    np.testing.assert_allclose(
+        sight.distances_behind(2.0 * sight.power, [1e9]), sight.distances(2.0 * sight.power, [1.0])
+    )

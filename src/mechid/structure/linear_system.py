@@ -110,7 +110,9 @@ def from_state_space(
 
 
 def checked_system(system: LinearSystem, line_of_sight: tuple[str, ...], axis: str, name: str) -> Structure:
-    """Return the structure of a system with what its checks found; InputFileError where it is unstable."""
+    """Return the structure of a system with what its checks found; InputFileError where unstable or not finite."""
+    if not all(np.all(np.isfinite(matrix)) for matrix in (system.A, system.B, system.C, system.D)):
+        raise InputFileError(f"{name}: a number of A, B, C or D is not finite; write the state space anew")
     poles = np.linalg.eigvals(system.A)
     size = max(float(np.abs(poles).max()), 1.0)
     if poles.real.max() > 1e-6 * size:

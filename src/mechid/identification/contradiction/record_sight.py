@@ -117,7 +117,7 @@ class RecordSight:
         if modelled is None:
             return [math.inf] * len(cut_offs_hz)
         size = self.target.samples // self.pieces
-        f = (np.arange(self.bins) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
+        f = (np.arange(modelled.shape[-1]) + LOWEST_BIN) * self.target.base.sample_rate_hz / size
         passed = [1.0 / (1.0 + (f / one) ** (2 * ORDER)) for one in cut_offs_hz]
         return [spectral_distance(self.power, modelled * part, self.noise) for part in passed]
 
