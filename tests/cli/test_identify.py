@@ -104,6 +104,7 @@ def ended(monkeypatch, staged):
 
         monkeypatch.setattr(identified, "identify", lambda *_, **__: replace(fit, **changes))
         monkeypatch.setattr(identified, "_report", lambda *_: [])  # tests/cli/test_report.py has it
+        monkeypatch.setattr(identified.Illustration, "begin", lambda *_: None)
 
     return end
 
