@@ -107,7 +107,10 @@ def many_records(folder: Path, count: int) -> Path:
 
 
 def many_parameters(folder: Path) -> Path:
-    """Write a campaign with 60 free parameters; 30 are phases of harmonics that have no amplitude."""
+    """Write a campaign with 60 free parameters; 30 are phases of harmonics that have no amplitude.
+
+    Of the 30 others two are a detent of a period that is there already: only its sum with that one is seen.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     table = copy.deepcopy(dict(CATALOGUE))
     table["stepper"]["detent"] += [_seen(k) for k in range(3, 3 + SEEN_DETENTS)]

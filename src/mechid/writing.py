@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
@@ -48,6 +49,18 @@ def aside(folder: Path, name: str) -> Iterator[Path]:
         yield beside
     finally:
         shutil.rmtree(beside, ignore_errors=True)
+
+
+@contextmanager
+def made_in_memory(path: Path) -> Iterator[io.BytesIO]:
+    """Yield room in memory for a file, which is written at the end: for libraries that a full disk brings down.
+
+    HDF5's ends Python with a segmentation fault where a file cannot be closed.
+    """
+    content = io.BytesIO()
+    yield content
+    with whole(path) as beside:
+        beside.write_bytes(content.getbuffer())
 
 
 def write_whole(path: Path, content: str | Iterable[str]) -> None:

@@ -7,6 +7,8 @@ import errno
 import json
 import os
 import shutil
+import subprocess
+import sys
 from contextlib import contextmanager
 
 import pytest
@@ -123,3 +125,27 @@ def test_no_room_is_said_wherever_it_is_met(tmp_path, error):
     with said, held(tmp_path / "out"):
         write_together(tmp_path / "out", {"a.json": "1", "b.json": "2"})
         raise error
+
+
+HDF5 = """
+import resource, sys
+from pathlib import Path
+import h5py, numpy
+from mechid.errors import UnwritableError
+from mechid.writing import made_in_memory, writable
+resource.setrlimit(resource.RLIMIT_FSIZE, (9000, resource.RLIM_INFINITY))
+try:
+    with writable(sys.argv[1]), made_in_memory(Path(sys.argv[1]) / "a.h5") as content, h5py.File(content, "w") as file:
+        file["x"] = numpy.arange(5000.0)
+except UnwritableError as error:
+    print(error)
+"""
+
+
+def test_a_full_disk_under_hdf5_is_an_error_and_no_crash(tmp_path):
+    """Truth: written to the disk itself, h5py 3.16 ends Python with a segmentation fault on a full one."""
+    pytest.importorskip("h5py")
+    done = subprocess.run([sys.executable, "-c", HDF5, str(tmp_path)], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == f"{tmp_path}: cannot be written to (File too large); make room, or give another folder\n"
+    assert list(tmp_path.iterdir()) == []

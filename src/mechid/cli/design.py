@@ -32,6 +32,7 @@ def design(
     """Choose the records of the next test, and rate step loss."""
     from mechid.campaign import load_campaign
     from mechid.cli.printed import print_result, say
+    from mechid.designs.diagnosis_file import read_diagnosed
     from mechid.errors import UsageError
     from mechid.holding import held
     from mechid.interface.design import design as designed
@@ -42,10 +43,11 @@ def design(
     refuse_own_folder(loaded.path, out)
     if diagnosis and not fit:
         raise UsageError(f"--diagnosis {diagnosis}: give --fit DIR too, the fit that was diagnosed")
+    named = read_diagnosed(diagnosis) if diagnosis else None  # before the fit, which takes its time
     with held(out):
         with on_scheduler(scheduler):
             made = designed(
-                loaded, options, fit=finished_fit(fit, loaded.path) if fit else None, diagnosis=diagnosis,
+                loaded, options, fit=finished_fit(fit, loaded.path) if fit else None, diagnosis=named,
                 criterion=criterion, total_s=total_s, workers=workers, told=say,
             )  # fmt: skip
         print_result(made, out)

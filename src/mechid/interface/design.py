@@ -24,7 +24,7 @@ def design(
     options: DesignOptions | Path | str | None = None,
     *,
     fit: AnyFit | None = None,
-    diagnosis: Path | str | None = None,
+    diagnosis: Path | str | Diagnosed | None = None,
     criterion: str | None = None,
     total_s: float | None = None,
     workers: int | None = None,
@@ -42,8 +42,9 @@ def design(
         file, else the usual ones.
     fit : Fit, what its estimate.json holds, or None
         A fit of the campaign: what to measure next. One that does not hold its campaign is of this one, records read.
-    diagnosis : Path or None
-        Result folder of a diagnosis of that fit: records that tell its rival effects apart come first.
+    diagnosis : Path, Diagnosed or None
+        Result folder of a diagnosis of that fit, or what was read of it: records that tell its rival effects apart come
+        first.
     criterion : str or None
         "D", "A", "E" or a parameter's dotted name, in place of the options'.
     total_s : float or None
@@ -77,7 +78,7 @@ def design(
     """
     count = workers or os.cpu_count() or 1
     if diagnosis is not None and fit is None:
-        raise UsageError(f"diagnosis {diagnosis}: give the fit too that was diagnosed")
+        raise UsageError("diagnosis: give the fit too that was diagnosed")
     asked = _options(campaign, options).asking(criterion, total_s)
     with telling(told) as tell, working_on(executor):
         diagnosed = _diagnosed(diagnosis, tell)
@@ -96,10 +97,10 @@ def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> 
     return beside(campaign.path) if options is None else read_design_file(options)
 
 
-def _diagnosed(folder: Path | str | None, tell: Callable[[str], None]) -> Diagnosed | None:
-    if folder is None:
+def _diagnosed(source: Path | str | Diagnosed | None, tell: Callable[[str], None]) -> Diagnosed | None:
+    if source is None:
         return None
-    found = read_diagnosed(folder)
+    found = source if isinstance(source, Diagnosed) else read_diagnosed(source)
     if not found.groups:
         tell(f"{found.path}: names no rival effects, so there is nothing to tell apart; the design is the usual one")
     return found

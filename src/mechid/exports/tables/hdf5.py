@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from mechid.exports.tables.table import FloatArray, Table
-from mechid.writing import whole
+from mechid.writing import made_in_memory
 
 FILE_NAME = "tables.h5"
 FORMAT = "mechid-tables/1"
@@ -18,7 +18,7 @@ def write_hdf5(tables: Sequence[Table], provenance: Mapping[str, Any], folder: P
     """Write tables and return the file's name."""
     import h5py
 
-    with whole(folder / FILE_NAME) as beside, h5py.File(beside, "w") as file:
+    with made_in_memory(folder / FILE_NAME) as content, h5py.File(content, "w") as file:
         file.attrs["format"] = FORMAT
         file.attrs["provenance"] = json.dumps(provenance)
         for table in tables:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -53,7 +53,9 @@ def _hold(watch: Watch, state: SearchState, campaign: Campaign, found: Dependenc
     if not state.converged:
         state = state.ending(FitOutcome.NOT_CONVERGED)
     reason = f"{found.sentence}. Held at {parameter.value:.6g} {parameter.declaration.unit}; "
-    held = Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, state))
+    seen = seen_coordinates(before, triangle)
+    unseen = {name for name, is_seen in zip(before.coordinates.names, seen, strict=True) if not is_seen}
+    held = Frozen(found.held, parameter.value, parameter.sigma, reason + _shifts(before, was, state, unseen))
     return watch.note(replace(state, frozen=(*state.frozen, held)))
 
 
@@ -85,13 +87,13 @@ def without(
     return replace(problem, space=space), np.concatenate([space.start, q[problem.space.size :]])
 
 
-def _shifts(before: Problem, was: FloatArray, state: SearchState) -> str:
-    """Say how far the others have moved by it."""
+def _shifts(before: Problem, was: FloatArray, state: SearchState, unseen: Collection[str]) -> str:
+    """Say how far the others have moved by it; what no record sees moves by rounding and means nothing."""
     old = before.space.values(was[: before.space.size])
     new = state.problem.space.values(state.q[: state.problem.space.size])
     moved = [
         f"{name} by {100.0 * (new[name] / old[name] - 1.0):+.2g} %"
         for name in new
-        if name in old and old[name] != 0.0 and abs(new[name] / old[name] - 1.0) > 1e-4
+        if name in old and name not in unseen and old[name] != 0.0 and abs(new[name] / old[name] - 1.0) > 1e-4
     ]
     return "this moved " + ", ".join(moved) if moved else "no other moved by more than 0.01 %"
