@@ -180,7 +180,7 @@ def read(folder: Path, written: dict[str, Any]) -> None:
 
 
 STRUCTURES = (
-    Kind("structure csv", write_csv, read, weight=3),
-    Kind("structure mat", write_mat, read, weight=3),
-    Kind("structure uff", write_uff, read, weight=2),
+    Kind("structure_csv", write_csv, read, weight=3),
+    Kind("structure_mat", write_mat, read, weight=3),
+    Kind("structure_uff", write_uff, read, weight=2),
 )
