@@ -77,8 +77,9 @@ def read_record(path: Path, spec: RecordSpec) -> Record:
     """
     began = time.perf_counter()
     with readable(spec.path):
-        record = record_from(path, spec, open_table(path, spec.path, spec.external_files), digest_of(path))
-    return replace(record, reading_s=time.perf_counter() - began)
+        record = record_from(path, spec, open_table(path, spec.path, spec.external_files))
+        digest = digest_of(path)  # of what can be used alone: a refused file may be of any size
+    return replace(record, digest=digest, reading_s=time.perf_counter() - began)
 
 
 def open_table(path: Path, label: str, external_files: tuple[str, ...] = ()) -> Table:
@@ -152,7 +153,7 @@ def _libraries(path: Path) -> tuple[str, ...]:
     return (LIBRARIES[reader],) if reader in LIBRARIES else ()
 
 
-def record_from(path: Path, spec: RecordSpec, table: Table, digest: str) -> Record:
+def record_from(path: Path, spec: RecordSpec, table: Table, digest: str = "") -> Record:
     """Return the record of an opened table; `path` and `digest` say where its samples are from.
 
     Raises
