@@ -8,6 +8,7 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism, mechanism_text, read_mechanism, write_mechanism
 from mechid.campaign.toml_file import read_toml, toml_text
+from mechid.errors import UnwritableError
 from mechid.parameter import Status
 
 TEXTS = ["plain", 'with "quotes"', "C:\\data\\run", "tab\tand\nline", "Prüf 90°", "\x7f"]
@@ -85,8 +86,8 @@ def test_an_earlier_file_is_replaced_and_nothing_left_beside(folder):
 def test_a_file_that_cannot_be_written_stays_as_it_was(folder, monkeypatch):
     path = folder / "mechanism.toml"
     before = path.read_text()
-    monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(OSError("disk")))
-    with pytest.raises(OSError, match="disk"):
+    monkeypatch.setattr("pathlib.Path.replace", lambda *_: (_ for _ in ()).throw(OSError(28, "disk full")))
+    with pytest.raises(UnwritableError, match="disk"):
         write_mechanism(catalogue_mechanism(), path)
     assert path.read_text() == before
     assert not list(folder.glob(".*"))

@@ -174,7 +174,8 @@ def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost:
 
 def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
     """Return a record of which the gain is off by no unit: the factor by which it is nearest to the model."""
-    modelled = np.array(problem.model.predict(target, q, target.samples)[0])
+    alone = replace(problem, targets=(target,))  # without the coordinates that only other records have
+    modelled = np.array(alone.model.predict(target, q, target.samples)[0])
     measured = np.array(target.leading.measured[:])
     if not np.all(np.isfinite(modelled)):
         return None
