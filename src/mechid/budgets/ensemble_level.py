@@ -6,15 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from mechid.arrays import FloatArray
 from mechid.budgets.ensemble import MEMBERS, Members
 from mechid.budgets.indices import Index
 from mechid.budgets.levels import Mixture, gaussians, member_level, quantile, share_below, worst_share
 from mechid.budgets.pointing_error import QUICK_POINTS
-
-FloatArray = NDArray[np.float64]
 
 KEPT = 128
 """Instants of each member where all times of all members count; divides `QUICK_POINTS`."""

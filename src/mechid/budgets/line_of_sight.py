@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.indices import Index
 from mechid.budgets.pointing_error import Incoherent, PointingError, Random, Source
@@ -17,9 +17,6 @@ from mechid.budgets.side_response import SideResponse
 from mechid.budgets.steady_state import SteadyState
 from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 QUIET = 1e-4
 """A line below this share of the largest is left out of levels; together they are far below the bands."""

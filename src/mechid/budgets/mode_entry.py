@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.operating_mode import RMS_WINDOW_S, SETTLE_S, OperatingMode, usual_highest_hz
 from mechid.campaign.place import Place, above_zero, found, number, refuse_unknown_keys, required, tables, text
 from mechid.command import Command
 from mechid.command.entry import is_table, is_whole
 from mechid.command.rate_entry import RATE_KEYS
-
-FloatArray = NDArray[np.float64]
 
 KEYS = (
     "name", "command", "rates", "rate_range", "settle_s", "highest_hz", "duration_s", "rms_window_s", "duty",

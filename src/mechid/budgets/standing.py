@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.ensemble import Ensemble
 from mechid.budgets.ensemble_level import FromDraws, ensemble_level
 from mechid.budgets.flying_mechanism import Estimate
@@ -18,8 +18,6 @@ from mechid.budgets.pointing_error import POINTS, QUICK_POINTS, PointingError
 from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.shares import Band, drawn
 from mechid.budgets.summation import Contribution, total
-
-FloatArray = NDArray[np.float64]
 
 MISSED_DRAWS = 128
 """Of what the model misses."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.budgets.lines import RELATIVE, VERIFIED, Lines, lines_of_repeating, lines_with_scatter
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import MOST_PERIODS, Orbit, find_orbit
@@ -21,9 +21,6 @@ from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.block import State
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.trajectory import SimulationOutcome
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LEAST_S = 0.5
 """Of the stretch of a motion that repeats which is shown."""
@@ -80,7 +77,7 @@ class SteadyState:
     rate: float
     steps: int
     periods: int
-    orders: NDArray[np.int64]
+    orders: IntArray
     lines: ComplexArray
     gradient: ComplexArray
     error: FloatArray

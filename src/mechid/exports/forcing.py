@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.residual_file import read_residual
+from mechid.arrays import FloatArray
 from mechid.budgets.attractors import steady_states
 from mechid.budgets.carried import carried
 from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
@@ -27,8 +27,6 @@ from mechid.exports.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.plant.flight import in_flight, left_on_bench
 from mechid.plant.tables import bench_reason
-
-FloatArray = NDArray[np.float64]
 
 SEED = 0
 """Of the draws behind a bound."""

@@ -9,7 +9,6 @@ from dataclasses import replace
 from importlib.metadata import version
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
@@ -35,7 +34,6 @@ from mechid.identification.uncertainty.standard_errors import ParameterErrors, S
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
 ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 from sympy import Expr, Float, Matrix, Symbol, pi, sin, sqrt, symbols
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.housing import FAST
@@ -149,7 +149,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     )
 
 
-def anti_alias_response(order: int, cut_off: float, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+def anti_alias_response(order: int, cut_off: float, frequency_hz: FloatArray) -> ComplexArray:
     """Return what `anti_alias` of some order and cut-off, rad/s, lets through, (n,) complex."""
     s = 2j * np.pi * np.asarray(frequency_hz, dtype=np.float64) / cut_off
     out = np.ones_like(s) if order % 2 == 0 else 1.0 / (s + 1.0)

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.records.columns import Layout
 from mechid.records.gaps import bridge, missing_runs, missing_samples
 from mechid.records.spec import Conditioning
-from mechid.records.table import Clock, FloatArray, IntArray, Table, column_label
+from mechid.records.table import Clock, Table, column_label
 from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
 from mechid.signal.stored import Room, change_in_place, pieces_of, stretch_in_place
 

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.records.arrays import Index, Item
 from mechid.records.hdf5_links import Links
 from mechid.records.table import Clock, Column
@@ -94,7 +94,7 @@ def _loader(h5py: Any, data: Any, length: int, size: int) -> Any:
     """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
     path, name = data.file.filename, data.name
 
-    def load(index: Index) -> NDArray[np.float64]:
+    def load(index: Index) -> FloatArray:
         start, stop, step = (index[0] if index else slice(None)).indices(length)  # type: ignore[union-attr]
         with h5py.File(path, "r") as file:
             data = file[name]

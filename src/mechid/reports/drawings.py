@@ -13,8 +13,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.figures import (
     BAR_IN,
     MARK,
@@ -42,7 +42,6 @@ from mechid.reports.quantities import (
 )
 from mechid.reports.sheet import Sheet
 
-FloatArray = NDArray[np.float64]
 Span = Sequence[FloatArray]
 """Measured, modelled, residual: of a stretch times in s and samples, (2, n) each; of a spectrum amplitudes, (n,)."""
 

@@ -18,16 +18,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.command import Command, RateProfile
 from mechid.kernel.equations import equations_of
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Holding: TypeAlias = Mapping[sp.Symbol, float]
 """The value of each symbol by which switches tell their modes apart."""
 Compiled: TypeAlias = Callable[..., list[Any]]

@@ -8,8 +8,8 @@ from functools import cached_property
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
@@ -21,8 +21,6 @@ from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
-
-FloatArray = NDArray[np.float64]
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
 """Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
@@ -276,7 +274,7 @@ class Run:
         return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
     @cached_property
-    def _lane_rows(self) -> NDArray[np.int64]:
+    def _lane_rows(self) -> IntArray:
         """Where the lanes of each state stand, (n_x, lanes)."""
         module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
         return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
 from mechid.identification.output_error.instants import INSTANTS
@@ -30,7 +30,6 @@ from mechid.simulation.start import Start
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
-FloatArray = NDArray[np.float64]
 MOST_BINS = 1500
 SHOWN_HZ, ORDERS_SHOWN = 500.0, 6.0
 """A spectrum is shown up to the paper's 500 Hz, or so many times the step rate."""

@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.spectrogram import WINDOWS, largest_rows, spectrogram, usual_window_s
 from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 
-FloatArray = NDArray[np.float64]
 MOST_ROWS = 600
 """Of an image; where there are more bins a row is the largest of several."""
 ABOVE_RATE, ABOVE_RESONANCE = 2.5, 1.2

@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.emission import BOUND
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
 from mechid.exports.tables.options import Options
 from mechid.writing import write_whole
-
-FloatArray = NDArray[np.float64]
 
 FILE_NAME = "lines.bdf"
 LOUD = 0.01
@@ -42,7 +40,7 @@ class OrderLoad:
     stepping: str
     order: float
     frequency_hz: FloatArray
-    lines: NDArray[np.complex128]
+    lines: ComplexArray
     bound: FloatArray
 
 

@@ -8,15 +8,13 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.emission import BOUND, Emission, line_sigmas, phase_sigmas
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.table import Column, Table, numbers, texts
-
-FloatArray = NDArray[np.float64]
 
 LINES, BANDS, RATES = "lines", "bands", "rates"
 SHARE = f"{100.0 * BOUND:g} %"

@@ -16,8 +16,8 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import MeasuredCommand
 from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.contradiction.record_sight import (
@@ -36,7 +36,6 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.parameter import Role
 
-FloatArray = NDArray[np.float64]
 POINTS, BEST = 16, 4
 """Points of the box at which the declared commands are run, and of these those at which others are."""
 SCALES = (1e-3, 1e-2, 1e2, 1e3)

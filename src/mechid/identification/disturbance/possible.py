@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, record_parameter_name
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
@@ -18,7 +16,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
 
-FloatArray = NDArray[np.float64]
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
 DELAY_S = 1e-4

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.coordinates import Coordinates
 from mechid.identification.output_error.target import Target
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
 LEAST_AMPLITUDE = 1e-12
 """N m; below it a detent's phase has no derivative worth the name."""
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.misfit import misfit_series
@@ -27,8 +27,6 @@ from mechid.signal.stored import Room, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
-
-FloatArray = NDArray[np.float64]
 
 
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:

@@ -10,8 +10,8 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
@@ -33,7 +33,6 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
 from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
-FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
 TOGETHER = 4
 """Candidates that are grown at once where others do the work; the first of them that follows all records counts."""

@@ -11,12 +11,11 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.budget.mode_figures import COLOURS, course, line_of_sight, over_rate
 from mechid.reports.figures import BAR_IN, MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, Drawing, in_powers, made
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
 DECADES = 4.0

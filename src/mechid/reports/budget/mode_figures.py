@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, in_powers
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
 """Okabe and Ito's, and two greys."""

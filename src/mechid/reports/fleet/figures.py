@@ -9,11 +9,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, STYLE, made
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
 REACH = 1.96

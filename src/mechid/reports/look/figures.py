@@ -11,10 +11,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.reports.curves import drawn
 from mechid.reports.figures import (
     BAR_IN,
@@ -37,7 +37,6 @@ from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows
 
-FloatArray = NDArray[np.float64]
 GROUPS, MOST_ROWS, MOST_MARKED, MOST_LABELS = 3000, 400, 200, 12
 """Of a spectrum, of a waterfall; gaps and lines that are marked."""
 KINDS = ("time", "spectrum", "waterfall", "bands", "over_rate")
