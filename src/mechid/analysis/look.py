@@ -182,7 +182,7 @@ def _constant_rate(travel: Travel | None) -> float | None:
 
 def _channel(
     channel: Channel, spectrum: Prominence, lines: Sequence[Line], travel: Travel | None, base: TimeBase, steps: int
-) -> ChannelLook:  # fmt: skip
+) -> ChannelLook:
     line, fs = fit_line(channel.data, 2), base.sample_rate_hz
     middle = mean(channel.data)
     y = Remainder(channel.data, Trend(middle))

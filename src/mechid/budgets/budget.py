@@ -252,10 +252,11 @@ class _Maker:
             return ()
         self.listener("all modes by duty")
         return tuple(
-            standing(r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes],
-                     self.estimate, self.ensemble)
+            standing(
+                r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes], self.estimate, self.ensemble
+            )
             for r in self.file.requirements
-        )  # fmt: skip
+        )
 
     def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
         """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""

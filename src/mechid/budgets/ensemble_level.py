@@ -47,10 +47,12 @@ def ensemble_level(
     """
     if interpretation == "mixed":
         return _from_draws(*_all_times(member, members, index, axis), confidence)
-    ranks = np.array([
-        [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
-        for of in members.draws
-    ])  # fmt: skip
+    ranks = np.array(
+        [
+            [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
+            for of in members.draws
+        ]
+    )
     share = worst_share(confidence) if interpretation == "temporal" else confidence
     return _from_draws(ranks, np.zeros_like(ranks), members.weights[:, :, None], share)
 

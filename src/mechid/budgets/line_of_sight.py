@@ -201,9 +201,16 @@ def respond(
     power = np.abs(state.lines) ** 2
     uncovered = float(np.sqrt(power[~known].sum() / power.sum())) if power.sum() > 0.0 else 0.0
     return Response(
-        structure.line_of_sight, state, transfer, phasors, uncovered, _random_part(state, structure), residual,
-        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None, side,
-    )  # fmt: skip
+        structure.line_of_sight,
+        state,
+        transfer,
+        phasors,
+        uncovered,
+        _random_part(state, structure),
+        residual,
+        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None,
+        side,
+    )
 
 
 def _lacking(residual: ResidualHere, structure: Structure, highest_hz: float) -> Incoherent:

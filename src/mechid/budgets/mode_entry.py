@@ -77,9 +77,14 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
         highest_hz = _highest_hz(entry, driven, float(np.abs(driven.rate.rates).max()), place)
         duration, window = _profile_times(entry, driven, place)
         return OperatingMode(
-            name=name, command=driven, rates=np.zeros(0), highest_hz=highest_hz, duty=duty, duration_s=duration,
+            name=name,
+            command=driven,
+            rates=np.zeros(0),
+            highest_hz=highest_hz,
+            duty=duty,
+            duration_s=duration,
             rms_window_s=window,
-        )  # fmt: skip
+        )
     rates = _rates(entry, command, place)
     steady = {k: v for k, v in command.items() if k not in RATE_KEYS} | {"rate": float(rates[0])}
     stepped = Command.from_table(steady, str(place.key("command")), folder)

@@ -63,9 +63,12 @@ class OtherError:
         if kept == 0.0:
             return None
         return Contribution(
-            name=self.name, kind=self.kind, size=kept * self.size_rad, spread=abs(kept) * self.spread_rad,
+            name=self.name,
+            kind=self.kind,
+            size=kept * self.size_rad,
+            spread=abs(kept) * self.spread_rad,
             group=self.group,
-        )  # fmt: skip
+        )
 
 
 def _with_bias(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:

@@ -173,9 +173,11 @@ class PeriodMap:
         lanes = self.repetition.sign[:, None] ** periods * run.state.lanes
         size = np.ptp(np.array(seen), axis=0)
         return Image(
-            x=self._back(run.state.x, periods), by_state=lanes[:, p:], by_parameter=lanes[:, :p],
+            x=self._back(run.state.x, periods),
+            by_state=lanes[:, p:],
+            by_parameter=lanes[:, :p],
             size=np.where(size > 0.0, size, 1.0),
-        )  # fmt: skip
+        )
 
     def stretch(
         self, start: State | None, skipped: int, periods: int, *, slopes: bool = True, finer: int = 1

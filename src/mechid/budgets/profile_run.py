@@ -159,13 +159,18 @@ def run_profile(
     y, J = simulated(simulator, mechanism, names, substeps)
     thinning = max(1, int(SAMPLE_RATE_HZ / (SAMPLES_A_PERIOD * mode.highest_hz)))
     columns = np.hstack([y, J])
-    moved = np.array([
-        axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)
-    ])  # fmt: skip
+    moved = np.array(
+        [axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)]
+    )
     return ProfileResponse(
-        structure.line_of_sight, y[:, 0], SAMPLE_RATE_HZ, np.ascontiguousarray(moved[:, 0].T),
-        np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)), thinning, mode.rms_window_s,
-    )  # fmt: skip
+        structure.line_of_sight,
+        y[:, 0],
+        SAMPLE_RATE_HZ,
+        np.ascontiguousarray(moved[:, 0].T),
+        np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)),
+        thinning,
+        mode.rms_window_s,
+    )
 
 
 def _picked(index: Index, series: FloatArray, sample_rate_hz: float) -> FloatArray:

@@ -192,8 +192,10 @@ def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: floa
     known = np.isfinite(density)
     weight = np.where(known, np.maximum(2.0 * bins, 2.0), 0.0)
     total = weight.sum(axis=0)
-    mean, noise = ((weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
-                   for values in (density, np.broadcast_to(floor, density.shape)))  # fmt: skip
+    mean, noise = (
+        (weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
+        for values in (density, np.broadcast_to(floor, density.shape))
+    )
     hann = 1.5  # bins of a Hann window are worth fewer
     worth = np.maximum(total / hann, 1.0)
     samples = sum(record.sample_rate_hz * at.duration_s for record, at in cells)

@@ -108,9 +108,7 @@ def side_response(state: SteadyState, source: SideSource, here: SideHere, highes
     at = np.array([orders.index(q) if q in orders else -1 for q in state.step_orders.tolist()], dtype=np.int64)
     size = np.abs(state.lines)
     phase = np.where(size > state.error, state.lines / np.where(size > 0.0, size, 1.0), 0.0)
-    return SideResponse(
-        here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz)
-    )  # fmt: skip
+    return SideResponse(here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz))
 
 
 def _alone(state: SteadyState, source: SideSource, here: SideHere, highest_hz: float) -> Incoherent | None:

@@ -197,9 +197,16 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     times = math.ceil(LEAST_S / (period.duration_s * orbit.periods))
     torque = np.tile(found.torque, max(times, 1))
     return SteadyState(
-        **_of_lines(period, found), periods=orbit.periods, torque=torque, residual=np.zeros(torque.size), rms_error=0.0,
-        x=orbit.x, multipliers=orbit.multipliers, follows=orbit.turns == 0, size=orbit.size,
-    )  # fmt: skip
+        **_of_lines(period, found),
+        periods=orbit.periods,
+        torque=torque,
+        residual=np.zeros(torque.size),
+        rms_error=0.0,
+        x=orbit.x,
+        multipliers=orbit.multipliers,
+        follows=orbit.turns == 0,
+        size=orbit.size,
+    )
 
 
 def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
@@ -210,18 +217,30 @@ def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) ->
     x = period.settled(start, skipped)
     on = period(x, periods)
     return SteadyState(
-        **_of_lines(period, found), periods=0, torque=found.torque, residual=residual, rms_error=rms_error, x=x,
-        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
-    )  # fmt: skip
+        **_of_lines(period, found),
+        periods=0,
+        torque=found.torque,
+        residual=residual,
+        rms_error=rms_error,
+        x=x,
+        multipliers=np.zeros(0, dtype=np.complex128),
+        follows=period.turns_off(on.x - x) == 0,
+        size=on.size,
+    )
 
 
 def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
     return {
-        "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
-        "gradient": found.gradient, "error": found.error, "sample_rate_hz": found.sample_rate_hz,
+        "rate": period.rate,
+        "steps": period.steps,
+        "orders": found.orders,
+        "lines": found.values,
+        "gradient": found.gradient,
+        "error": found.error,
+        "sample_rate_hz": found.sample_rate_hz,
         "samples_a_period": found.sample_rate_hz * period.duration_s,
         "rms": math.sqrt(max(found.power, 0.0)),
-    }  # fmt: skip
+    }
 
 
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:

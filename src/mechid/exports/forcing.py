@@ -80,11 +80,13 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
     source = ResidualSource(left, carried(bench, held)) if left else None
     missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()
     return Estimate(
-        mechanism=held, names=tuple(handover.names[k] for k in kept),
+        mechanism=held,
+        names=tuple(handover.names[k] for k in kept),
         covariance=handover.covariance[np.ix_(kept, kept)],
         discrepancy=replace(missed, of_profiles_alone=True) if source else missed,
-        left=left_on_bench(bench, handover.names), residual=source,
-    )  # fmt: skip
+        left=left_on_bench(bench, handover.names),
+        residual=source,
+    )
 
 
 def forcing(estimate: Estimate, stepping: Stepping, rates: FloatArray) -> Forcing:

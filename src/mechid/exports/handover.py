@@ -127,9 +127,14 @@ def handover(
         raise FitError(f"{GRADE_WORDS[Grade.FAILED]} {said} Identify anew, or hand it on with --anyway")
     names, covariance = _covariance(estimate)
     return Handover(
-        name=_name(campaign), mechanism=mechanism, names=names, covariance=covariance, estimate=estimate,
-        trials=_trials(campaign) if campaign else (), folder=folder,
-    )  # fmt: skip
+        name=_name(campaign),
+        mechanism=mechanism,
+        names=names,
+        covariance=covariance,
+        estimate=estimate,
+        trials=_trials(campaign) if campaign else (),
+        folder=folder,
+    )
 
 
 def _name(campaign: Campaign | None) -> str:

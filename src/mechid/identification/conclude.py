@@ -220,8 +220,11 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
     """
     parameters = {name: p for name, p in parameters.items() if not names_start(name)}
     said = (Status.FROZEN, Status.AT_BOUND)
-    lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
-             for p in parameters.values() if p.status in said]  # fmt: skip
+    lines = [
+        f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
+        for p in parameters.values()
+        if p.status in said
+    ]
     return lines + [
         f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
         f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would determine it"

@@ -47,8 +47,9 @@ def base_torque(*, loaded: bool = True) -> Block:
 def transducer_gain(name: str = "sensor") -> Block:
     """Gain g of the transducer and its conditioning, negative where the polarity is reversed: y = g T."""
     T, g = symbols("T_in g_y")
-    return Block(name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T},
-                 reference=GAUTSCHI)  # fmt: skip
+    return Block(
+        name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T}, reference=GAUTSCHI
+    )
 
 
 def transducer_resonance(name: str = "sensor") -> Block:
@@ -77,8 +78,14 @@ def transducer_adaptor(name: str = "sensor") -> Block:
 
 def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Symbol, Expr], w: Symbol) -> Block:
     T, g, zeta, x, v = symbols("T_in g_y zeta_t x_t v_t")
-    damping = Declaration(key="damping", symbol=zeta.name, unit="1", lower=0.0, source=GAUTSCHI,
-                          meaning="damping ratio of the transducer's resonance")  # fmt: skip
+    damping = Declaration(
+        key="damping",
+        symbol=zeta.name,
+        unit="1",
+        lower=0.0,
+        source=GAUTSCHI,
+        meaning="damping ratio of the transducer's resonance",
+    )
     return Block(
         name=name,
         table="transducer",
@@ -97,8 +104,14 @@ def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Sym
 def charge_amplifier(name: str = "charge_amplifier") -> Block:
     """High-pass of a charge amplifier: y = tau s/(tau s + 1) T, by x' = (T - x)/tau, y = T - x; tau in s."""
     T, tau, x = symbols("T_in tau_q x_q")
-    constant = Declaration(key="time_constant", symbol=tau.name, unit="s", lower=0.0, source=GAUTSCHI,
-                           meaning="time constant of the charge amplifier")  # fmt: skip
+    constant = Declaration(
+        key="time_constant",
+        symbol=tau.name,
+        unit="s",
+        lower=0.0,
+        source=GAUTSCHI,
+        meaning="time constant of the charge amplifier",
+    )
     return Block(
         name=name,
         table="charge_amplifier",
@@ -183,8 +196,15 @@ class _Start(TypedDict):
 
 
 def _gain() -> Declaration:
-    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI, role=Role.TRANSDUCER_GAIN,
-                       meaning="gain of the transducer, negative for the other polarity")  # fmt: skip
+    return Declaration(
+        key="gain",
+        symbol="g_y",
+        unit="1",
+        default=1.0,
+        source=GAUTSCHI,
+        role=Role.TRANSDUCER_GAIN,
+        meaning="gain of the transducer, negative for the other polarity",
+    )
 
 
 TRANSDUCERS: Mapping[str, Callable[[], Block]] = {

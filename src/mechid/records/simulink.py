@@ -61,9 +61,11 @@ def _signal(links: Links, node: Any, where: str, named: set[int]) -> Iterator[It
         is_data = entry == "Data"
         path_of = where if is_data and len(streams) == 1 else f"{where}/{entry}"
         column = Column(
-            name=name if is_data else entry, path=path_of, clock=clock if is_data else None,
+            name=name if is_data else entry,
+            path=path_of,
+            clock=clock if is_data else None,
             unit="s" if entry == "Time" else None,
-        )  # fmt: skip
+        )
         yield _stream(links, node.file, number, column)
 
 

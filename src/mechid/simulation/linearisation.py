@@ -91,9 +91,7 @@ class Linearised:
         M = 1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A
         right = np.linalg.solve(M, B + 0j)
         left = np.linalg.solve(np.swapaxes(M, 1, 2), C.T + 0j).swapaxes(1, 2)
-        return np.array([
-            c @ right + left @ (a @ right + b) + d for a, b, c, d in zip(dA, dB, dC, dD, strict=True)
-        ])  # fmt: skip
+        return np.array([c @ right + left @ (a @ right + b) + d for a, b, c, d in zip(dA, dB, dC, dD, strict=True)])
 
     @property
     def outputs(self) -> FloatArray:
@@ -231,8 +229,12 @@ def _symbolic(plant: Plant) -> _Symbolic:
     rates = sp.Matrix([*map(plant.expand, map(sp.sympify, plant.rates)), *_flow(plant)])
     outputs = sp.Matrix([plant.expand(sp.sympify(e)) for e in plant.outputs.values()])
     arguments = (states, plant.inputs, _mode_symbols(plant), plant.parameters)
-    matrices = (rates.jacobian(states), _jacobian(rates, plant.inputs), outputs.jacobian(states),
-                _jacobian(outputs, plant.inputs))  # fmt: skip
+    matrices = (
+        rates.jacobian(states),
+        _jacobian(rates, plant.inputs),
+        outputs.jacobian(states),
+        _jacobian(outputs, plant.inputs),
+    )
     return _Symbolic(arguments, matrices)
 
 

@@ -162,8 +162,9 @@ class Run:
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
-        self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
-                                         events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
+        self.buffers: Buffers = allocate(
+            simulator.plant, kernel.module, samples=self.block, events=events, sensitive=directions.shape[1] > 0
+        )
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
@@ -183,9 +184,15 @@ class Run:
     def _begin(self, x: FloatArray, x_p: FloatArray) -> None:
         simulator, b = self.simulator, self.buffers
         simulator.kernel.begin(
-            self.p, b.directions, simulator.excitation.initial, simulator.command.start_angle_rad, x, x_p,
-            b.discrete, b.w,
-        )  # fmt: skip
+            self.p,
+            b.directions,
+            simulator.excitation.initial,
+            simulator.command.start_angle_rad,
+            x,
+            x_p,
+            b.discrete,
+            b.w,
+        )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
@@ -250,9 +257,14 @@ class Run:
             buffers.y[:] = np.nan
             return
         status = simulator.kernel.run(
-            self.p, buffers.directions, int(buffers.sensitive), self.grid,
-            simulator.excitation.times, simulator._edge_values, *buffers.run_arguments(count),
-        )  # fmt: skip
+            self.p,
+            buffers.directions,
+            int(buffers.sensitive),
+            self.grid,
+            simulator.excitation.times,
+            simulator._edge_values,
+            *buffers.run_arguments(count),
+        )
         self.outcome = outcome_of(int(status))
 
     def _block(self, start: int, count: int) -> Block:
@@ -285,8 +297,9 @@ class Run:
         b, module = self.buffers, self.simulator.kernel.module
         lanes = int(module.EVENT_LANES)
         table = b.events.reshape(-1, lanes + b.lanes)[: b.discrete[int(module.EVENTS)]]
-        switch, before, after = (table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64)
-                                 for name in ("SWITCH", "BEFORE", "AFTER"))  # fmt: skip
+        switch, before, after = (
+            table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64) for name in ("SWITCH", "BEFORE", "AFTER")
+        )
         times, slopes = table[:, int(module.EVENT_TIME)].copy(), table[:, int(module.EVENT_SLOPE)].copy()
         return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + self.moved].copy())
 

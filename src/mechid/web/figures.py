@@ -85,8 +85,15 @@ class Slot:
         return stacked(list(plots.values()))
 
     def _spectrum_plot(self) -> Any:
-        plot = empty_plot(FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency,
-                          y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
+        plot = empty_plot(
+            FREQUENCY,
+            AMPLITUDE,
+            height=SPECTRUM_HEIGHT,
+            y_axis_type="log",
+            x_range=self.frequency,
+            y_range=self.heights["spectrum"],
+            min_border_left=LEFT,
+        )
         plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
         lines = [self._line(plot, "frequency", name) for name in SPECTRA[1:]]
         tips = [("frequency", "@frequency{0.0} Hz"), ("amplitude", "$y{0.000000}")]

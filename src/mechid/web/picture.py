@@ -209,10 +209,17 @@ class Scene:
         measured = self.channel.measured[:n] - removed
         frequency, spectra, share = self._spectra(measured, modelled, residual)
         return Picture(
-            start_s=self.base.start_s, interval_s=self.base.interval_s, measured=measured, modelled=modelled,
-            residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
-            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, share, line),
-        )  # fmt: skip
+            start_s=self.base.start_s,
+            interval_s=self.base.interval_s,
+            measured=measured,
+            modelled=modelled,
+            residual=residual,
+            frequency_hz=frequency,
+            measured_spectrum=spectra[0],
+            modelled_spectrum=spectra[1],
+            residual_spectrum=spectra[2],
+            numbers=self._numbers(measured, residual, share, line),
+        )
 
     def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
         """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""

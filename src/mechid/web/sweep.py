@@ -66,10 +66,17 @@ def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> Sweep
     each = math.ceil(shown / MOST_ROWS)
     measured, modelled, residual = (largest_rows(amplitude[:shown], each) for amplitude in (first, *others))
     return SweepPicture(
-        time_s=time + picture.start_s, lowest_hz=-0.5 * frequency[1], row_hz=each * frequency[1],
-        measured=measured, modelled=modelled, residual=residual,
-        rate=scene.rate, orders=_orders(scene), resonances=swinging, tops_hz=tops,
-    )  # fmt: skip
+        time_s=time + picture.start_s,
+        lowest_hz=-0.5 * frequency[1],
+        row_hz=each * frequency[1],
+        measured=measured,
+        modelled=modelled,
+        residual=residual,
+        rate=scene.rate,
+        orders=_orders(scene),
+        resonances=swinging,
+        tops_hz=tops,
+    )
 
 
 def _tops(scene: Scene, highest_hz: float) -> tuple[float, ...]:

@@ -50,9 +50,11 @@ class Fraction:
         delta = np.repeat(deltas, self.sizes)[:, None]
         Bw, Dw = M.B[:, :r], M.D[r:, :r]
         return Matrices(
-            M.A + Bw @ (delta * M.C[:r]), M.B[:, r:] + Bw @ (delta * M.D[:r, r:]),
-            M.C[r:] + Dw @ (delta * M.C[:r]), M.D[r:, r:] + Dw @ (delta * M.D[:r, r:]),
-        )  # fmt: skip
+            M.A + Bw @ (delta * M.C[:r]),
+            M.B[:, r:] + Bw @ (delta * M.D[:r, r:]),
+            M.C[r:] + Dw @ (delta * M.C[:r]),
+            M.D[r:, r:] + Dw @ (delta * M.D[:r, r:]),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return matrices, sizes and directions as lists."""

@@ -66,8 +66,13 @@ def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, 
     known = {f: (line, bound) for f, line, bound in found}
     inside = [f for f in every if ends[0] <= f <= ends[1]]
     line, bound = zip(*(known.get(f, (0.0j, 0.0)) for f in inside), strict=True)
-    return OrderLoad(forcing.stepping.name, order, np.array(inside), np.array(line, dtype=np.complex128),
-                     np.array(bound, dtype=np.float64))  # fmt: skip
+    return OrderLoad(
+        forcing.stepping.name,
+        order,
+        np.array(inside),
+        np.array(line, dtype=np.complex128),
+        np.array(bound, dtype=np.float64),
+    )
 
 
 def write_bulk(forcings: Sequence[Forcing], options: Options, provenance: Mapping[str, Any], folder: Path) -> str:

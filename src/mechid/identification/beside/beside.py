@@ -78,6 +78,7 @@ def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
     What is new begins at its start: the null of a term, and the mechanism's value where a record has one of its own.
     """
     values = plain.space.values(plain.coordinates.of_mechanism(q))
-    owned = {c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own
-             if c.parameter.replaces in values}  # fmt: skip
+    owned = {
+        c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own if c.parameter.replaces in values
+    }
     return other.coordinates.point({**owned, **plain.coordinates.values(q)})

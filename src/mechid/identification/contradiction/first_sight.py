@@ -135,9 +135,12 @@ def _is_looked_at(target: Target) -> bool:
 
 
 def _declared(
-    problem: Problem, points: Sequence[FloatArray], scales: Sequence[float], cut_offs: Sequence[float],
+    problem: Problem,
+    points: Sequence[FloatArray],
+    scales: Sequence[float],
+    cut_offs: Sequence[float],
     sight: RecordSight,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Return how far off a record is as declared, in other units and behind low-passes, (points, scales + cut-offs)."""
     powers = (sight.modelled(problem, sight.target, q) for q in points)
     return np.array([[*sight.distances(one, scales), *sight.distances_behind(one, cut_offs)] for one in powers])
@@ -219,9 +222,12 @@ class _Comparison:
 def _driven_as(other: Target) -> Taken:
     command = other.command
     return Taken(
-        rate=command.rate, stepping=command.stepping, microsteps=command.microsteps,
-        start_angle_deg=command.start_angle_deg, swapped=other.name,
-    )  # fmt: skip
+        rate=command.rate,
+        stepping=command.stepping,
+        microsteps=command.microsteps,
+        start_angle_deg=command.start_angle_deg,
+        swapped=other.name,
+    )
 
 
 def _other_commands(sight: RecordSight) -> list[tuple[float, Taken]]:

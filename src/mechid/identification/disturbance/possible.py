@@ -77,7 +77,7 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
     low, high = max(value - REACH * sigma, declaration.lower), min(value + REACH * sigma, declaration.upper)
     return Parameter(
         name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
-    )  # fmt: skip
+    )
 
 
 _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
@@ -86,7 +86,8 @@ _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance
     "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
     "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),
     "record.temperature": _of_role(
-        Role.WINDING_RESISTANCE, "record.temperature", "the winding's resistance, so its temperature, differs from "
-        "record to record",
+        Role.WINDING_RESISTANCE,
+        "record.temperature",
+        "the winding's resistance, so its temperature, differs from record to record",
     ),
-}  # fmt: skip
+}

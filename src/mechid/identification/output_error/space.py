@@ -74,9 +74,12 @@ class SearchSpace:
             pair.amplitude: pair.phase
             for pair in self.mechanism.plant.polar_pairs
             if pair.amplitude not in self.polar
-            and (a := parameters[pair.amplitude]).is_free and a.min == 0.0 and math.isfinite(a.max)
-            and (f := parameters[pair.phase]).is_free and f.is_periodic
-        }  # fmt: skip
+            and (a := parameters[pair.amplitude]).is_free
+            and a.min == 0.0
+            and math.isfinite(a.max)
+            and (f := parameters[pair.phase]).is_free
+            and f.is_periodic
+        }
 
     @cached_property
     def _below(self) -> dict[str, str]:

@@ -198,8 +198,11 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
     """Return the problem of one draw."""
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
     here = world.problem.coordinates.values(at)
-    priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
-              for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
+    priors = {
+        name: (here[name] + sigma * rng.standard_normal(), sigma)
+        for name, (_, sigma) in world.problem.priors.items()
+        if name in here
+    }
     return replace(world.problem, targets=targets, priors=priors)
 
 

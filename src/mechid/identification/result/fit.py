@@ -266,9 +266,15 @@ class Fit(Shown):
         run; without, 0 deg and no rates. The keywords are those of `Options` there; `anyway` takes a failed fit too.
         """
         return import_module(LINEAR).linear_of_fit(
-            self, campaign, anyway, start_angle_deg=start_angle_deg, rates=None if rates is None else tuple(rates),
-            samples=samples, seed=seed, values=dict(values or {}),
-        )  # fmt: skip
+            self,
+            campaign,
+            anyway,
+            start_angle_deg=start_angle_deg,
+            rates=None if rates is None else tuple(rates),
+            samples=samples,
+            seed=seed,
+            values=dict(values or {}),
+        )
 
     def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw what was measured of a record, what the fit says of it and what is left, in SI units over time in s.

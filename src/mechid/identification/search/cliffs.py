@@ -71,8 +71,12 @@ def along_cliff(
 def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part]]:
     """Return the beginnings of every record, ever longer, up to its whole window; short records first."""
     used = sorted((t for t in problem.targets if t.name in windows), key=lambda t: windows[t.name][1])
-    pieces = [(t, (start, start + max(round(share * (stop - start)), 1)))
-              for t in used for start, stop in (windows[t.name],) for share in BEGINNINGS]  # fmt: skip
+    pieces = [
+        (t, (start, start + max(round(share * (stop - start)), 1)))
+        for t in used
+        for start, stop in (windows[t.name],)
+        for share in BEGINNINGS
+    ]
     triangles = in_threads(lambda piece: problem.triangle(piece[0], q, piece[1]), pieces, problem.workers)
     parts = [_Part(*piece, triangle) for piece, triangle in zip(pieces, triangles, strict=True)]
     return [parts[i : i + len(BEGINNINGS)] for i in range(0, len(parts), len(BEGINNINGS))]

@@ -104,8 +104,9 @@ def descend(
         return found.jacobian
 
     try:
-        result = least_squares(fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps,
-                               ftol=tolerance, xtol=1e-12, gtol=1e-14)  # fmt: skip
+        result = least_squares(
+            fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps, ftol=tolerance, xtol=1e-12, gtol=1e-14
+        )
     except _AtOptimumError:
         return Solution(*at, True, calls, AT_OPTIMUM)
     except ArithmeticError as error:

@@ -124,8 +124,15 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         axes.plot(seen.line.frequency_hz, seen.line.amplitude, "o", color=colour, markersize=2.2)
         if k < MOST_LABELS and seen.order is not None:
             place = (seen.line.frequency_hz, seen.line.amplitude)
-            axes.annotate(_number(seen.order), place, xytext=(0, 3), textcoords="offset points", ha="center",
-                          color=MARK, fontsize=7)  # fmt: skip
+            axes.annotate(
+                _number(seen.order),
+                place,
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                color=MARK,
+                fontsize=7,
+            )
     for found in channel.resonances:
         axes.axvspan(
             found.frequency_hz - found.spread_hz,
@@ -180,8 +187,15 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
     high = float(np.nanmax(rows[1:])) or 1.0
-    image = axes.pcolormesh(over[1], frequency, rows, norm=LogNorm(high / 10.0**SHOWN_DECADES, high), cmap="cividis",
-                            rasterized=True, shading="nearest")  # fmt: skip
+    image = axes.pcolormesh(
+        over[1],
+        frequency,
+        rows,
+        norm=LogNorm(high / 10.0**SHOWN_DECADES, high),
+        cmap="cividis",
+        rasterized=True,
+        shading="nearest",
+    )
     if np.all(np.isfinite(w.rate)) and float(np.ptp(w.rate)) > 0.0:
         for order in ORDERS:
             axes.plot(over[1], order * w.rate, "w--", linewidth=0.5, alpha=0.6)
