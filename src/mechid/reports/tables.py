@@ -20,7 +20,7 @@ from mechid.reports.quantities import quantity_words
 from mechid.reports.side import side_rows
 from mechid.reports.use import with_left_out, with_use
 from mechid.reports.validation import order_rows, validation_rows
-from mechid.units import unit_words
+from mechid.units import angle_difference, unit_words
 
 FORMAT = "mechid-report/1"
 
@@ -134,9 +134,7 @@ def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
     """Return (estimate - truth) / sigma, an angle the short way round; None where there is no sigma."""
     if truth is None or not p.std_error:
         return None
-    difference = p.value - truth
-    if p.unit == "deg":
-        difference = (difference + 180.0) % 360.0 - 180.0
+    difference = angle_difference(p.value, truth) if p.unit == "deg" else p.value - truth
     return difference / p.std_error
 
 

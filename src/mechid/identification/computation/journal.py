@@ -104,7 +104,7 @@ class Journal:
         """
         if self.path is None:
             return work()
-        key = digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
+        key = self._key(kind, inputs, rng)
         if key in self.known:
             if rng:
                 rng.bit_generator.state = unpacked(self.known[key]["rng"])
@@ -128,7 +128,7 @@ class Journal:
         What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
         `told` is told of each task and its result.
         """
-        keys = [digest([kind, task, None, self.inputs]) if self.path else "" for task in tasks]
+        keys = [self._key(kind, task) if self.path else "" for task in tasks]
         results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
         for i, result in results.items():
             told(tasks[i], result)
@@ -143,6 +143,10 @@ class Journal:
 
         mapped(function, [tasks[i] for i in left], workers, ended)
         return [results[i] for i in range(len(tasks))]
+
+    def _key(self, kind: str, inputs: Any, rng: np.random.Generator | None = None) -> str:
+        """Return under what a step is noted: a digest of all that its result follows from."""
+        return digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
 
     def _recalled(self, key: str) -> Any:
         line = self.known[key]

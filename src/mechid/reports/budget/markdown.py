@@ -14,13 +14,34 @@ REQUIREMENT = (
     "two-way margin, %", "decides, %", "of", "",
 )  # fmt: skip
 SHOWN = (
-    "statistics", "rate", "level", "sigma", "sampling", "lacking", "two_way", "ecss", "limit", "one_way_margin",
-    "two_way_margin", "deciding", "coupling", "met",
-)  # fmt: skip
+    "statistics",
+    "rate",
+    "level",
+    "sigma",
+    "sampling",
+    "lacking",
+    "two_way",
+    "ecss",
+    "limit",
+    "one_way_margin",
+    "two_way_margin",
+    "deciding",
+    "coupling",
+    "met",
+)
 MODE = (
-    "mode", "stepping", "driven", "duty", "worst rate, steps/s", "torque RMS, N m", "line of sight RMS, rad",
-    "lacking in the model", "two-way", "largest R K", "slowest transient, to 1/e",
-)  # fmt: skip
+    "mode",
+    "stepping",
+    "driven",
+    "duty",
+    "worst rate, steps/s",
+    "torque RMS, N m",
+    "line of sight RMS, rad",
+    "lacking in the model",
+    "two-way",
+    "largest R K",
+    "slowest transient, to 1/e",
+)
 
 
 def budget_markdown(data: Mapping[str, Any]) -> str:
