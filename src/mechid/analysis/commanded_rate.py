@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import RateProfile
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 ONE_RATE = 0.02
 """Rates that differ by less than this part of the largest are one rate."""
 

@@ -11,17 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.beside_estimate import read_beside
 from mechid.analysis.residual_emission import TRACKED
 from mechid.analysis.side_components import SideAtRate, side_lines
 from mechid.analysis.validation import RecordValidation
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.identification.result.fit import Fit
 from mechid.records import Mounting
 from mechid.units import unit_words
-
-ComplexArray = NDArray[np.complex128]
 
 FILE_NAME, FORMAT = "components.json", "mechid-components/1"
 DIGITS = 6
@@ -146,7 +144,7 @@ def _row(at: SideAtRate) -> dict[str, Any]:
     }
 
 
-def _rounded(values: NDArray[np.float64]) -> list[float]:
+def _rounded(values: FloatArray) -> list[float]:
     return [float(f"{value:.{DIGITS}g}") for value in values]
 
 

@@ -188,9 +188,7 @@ def entries_by_what_tells_them(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _believed(name: str, p: Mapping[str, Any]) -> Believed:
-    return Believed(
-        name=name, unit=p["unit"], value=_number(p["value"]), std_error=p["std_error"], status=p["status"]
-    )  # fmt: skip
+    return Believed(name=name, unit=p["unit"], value=_number(p["value"]), std_error=p["std_error"], status=p["status"])
 
 
 def _evidence(name: str, r: Mapping[str, Any]) -> RecordEvidence:

@@ -6,9 +6,9 @@ import os
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.prediction import as_fitted
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduced import channel_triangles
@@ -16,8 +16,6 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.result.fit import Fit, RecordFit
 from mechid.parameter import Parameter, Status
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

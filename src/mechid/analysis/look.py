@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.measured_resonances import MeasuredResonance, measured_resonances
@@ -15,6 +14,7 @@ from mechid.analysis.order_tracking import ORDERS, OrderLine, order_lines
 from mechid.analysis.prediction import Travel
 from mechid.analysis.seen_lines import SeenLine, seen_line
 from mechid.analysis.step_lines import StepLine, summed_up
+from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, MeasuredCommand, RateProfile, Timing
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.records import Channel, Record
@@ -35,7 +35,6 @@ from mechid.signal.trend import Line as Trend
 from mechid.signal.trend import fit_line
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 MORE_ORDERS = (0.25, *ORDERS, 6.0, 8.0)
 """A quarter: the currents of a two-phase motor repeat after four full steps."""
 USUAL_MICROSTEPS = 16
@@ -74,7 +73,7 @@ class ChannelLook:
     drift: float
     gaps: Runs
     clipped: Runs
-    spikes: NDArray[np.int64]
+    spikes: IntArray
     quiet: tuple[QuietStretch, ...]
     noise: NoiseEvidence
     spectrum: Prominence
@@ -183,7 +182,7 @@ def _constant_rate(travel: Travel | None) -> float | None:
 
 def _channel(
     channel: Channel, spectrum: Prominence, lines: Sequence[Line], travel: Travel | None, base: TimeBase, steps: int
-) -> ChannelLook:  # fmt: skip
+) -> ChannelLook:
     line, fs = fit_line(channel.data, 2), base.sample_rate_hz
     middle = mean(channel.data)
     y = Remainder(channel.data, Trend(middle))

@@ -12,14 +12,13 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.signal import find_peaks
 
 from mechid.analysis.order_tracking import OrderLine
+from mechid.arrays import FloatArray
 from mechid.signal.lines import Line
 
-FloatArray = NDArray[np.float64]
 ALIKE = 0.06
 """Relative distance within which peaks are one resonance."""
 STANDS_OUT = 2.0

@@ -11,12 +11,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal import order_amplitudes
 from mechid.signal.series import Series, blocks
-
-FloatArray = NDArray[np.float64]
 
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 """Half: the rotor tooth of 3.6 deg in a 1.8 deg motor; one to four: the full step and its harmonics."""
@@ -75,7 +73,7 @@ class TravelWindow:
     """
 
     along: slice
-    moving: NDArray[np.int64]
+    moving: IntArray
     position: FloatArray
     sample_rate_hz: float
 
@@ -192,7 +190,7 @@ def travel_windows(travel: Series, sample_rate_hz: float) -> Iterator[TravelWind
             yield TravelWindow(along, moving, travel[along][moving], sample_rate_hz)
 
 
-def _windows(travel: Series) -> Iterator[NDArray[np.int64]]:
+def _windows(travel: Series) -> Iterator[IntArray]:
     """Yield the samples of windows of equal travel, without those at which the command dwells."""
     first, last = float(travel[:1][0]), float(travel[travel.size - 1 :][0])
     total, count = last - first, max(int((last - first) / WINDOW_STEPS), 1)

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord
 from mechid.campaign.campaign import key_in_record
 from mechid.command import RateProfile, Timing
@@ -24,8 +24,6 @@ from mechid.signal.trend import Line
 from mechid.simulation.accuracy import accurate_outputs
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.start import Start
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

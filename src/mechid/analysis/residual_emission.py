@@ -15,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import TravelWindow, travel_windows
+from mechid.arrays import FloatArray
 from mechid.signal.density import THIRD
 from mechid.signal.orders import orders_and_rest
 from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
-
-FloatArray = NDArray[np.float64]
 
 TRACKED = (*np.arange(0.25, 2.0, 0.25).tolist(), *np.arange(2.0, 8.0, 0.5).tolist(), *np.arange(8.0, 17.0).tolist())
 """Quarters to 2, where detents and imbalances of the phases stand, halves to 8, whole ones to 16 microsteps a step."""

@@ -11,14 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.beside_estimate import read_beside
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
 from mechid.analysis.validation import TORQUE, RecordValidation
+from mechid.arrays import FloatArray
 from mechid.identification.result.fit import Fit
-
-FloatArray = NDArray[np.float64]
 
 FILE_NAME, FORMAT = "residual.json", "mechid-residual/1"
 DIGITS = 5

@@ -13,18 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import fdtri, gamma
 
 from mechid.analysis.order_tracking import RESOLVED, TravelWindow
 from mechid.analysis.residual_emission import BINS, TRACKED, around, tracked_windows
+from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.signal import order_amplitudes, order_signal
 from mechid.signal.series import Series
 from mechid.signal.window import hann
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
-BoolArray = NDArray[np.bool_]
 
 FALSE_ALARM = 0.01
 """By chance noise alone makes a line of any component at any order of one rate at most so often."""
@@ -236,7 +232,7 @@ def _cross_density(between: FloatArray, sample_rate_hz: float, lines_hz: FloatAr
     return out
 
 
-def _mean(matrices: ComplexArray, windows: NDArray[np.int64]) -> ComplexArray:
+def _mean(matrices: ComplexArray, windows: IntArray) -> ComplexArray:
     """Return the mean of each entry by windows over what is known, NaN where nothing is."""
     known = np.isfinite(matrices)
     weights = known * windows.reshape(-1, 1, 1, 1)

@@ -9,12 +9,12 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import OrderError, order_errors
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.residual_emission import ResidualAtRate, residual_emission
 from mechid.analysis.side_components import SideAtRate, side_components
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.computation.parallel import one_core_algebra
@@ -37,7 +37,6 @@ from mechid.signal.series import Series, blocks
 from mechid.signal.trend import fit_line
 from mechid.units import SI_UNIT
 
-FloatArray = NDArray[np.float64]
 TORQUE = "torque"
 Listener: TypeAlias = "Callable[[RecordValidation, Mapping[str, Prediction]], None]"
 

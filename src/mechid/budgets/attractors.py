@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import find_orbit
 from mechid.budgets.period_map import PeriodMap
@@ -19,8 +19,6 @@ from mechid.budgets.steady_state import SteadyState, cut_off, enough_substeps, p
 from mechid.identification.computation.parallel import mapped
 from mechid.plant.flight import below
 from mechid.plant.mechanism import Mechanism
-
-FloatArray = NDArray[np.float64]
 
 FROM_REST, RISING, FALLING = "from rest", "rising", "falling"
 MOST = 4

@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.attractors import steady_states
 from mechid.budgets.budget_file import BudgetFile
 from mechid.budgets.coupling import coupled_modes, largest_loop_gain
@@ -42,7 +42,6 @@ from mechid.structure import Modes, Structure
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 Listener = Callable[[str], None]
 
 CAMPBELL_ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 16.0)
@@ -253,10 +252,11 @@ class _Maker:
             return ()
         self.listener("all modes by duty")
         return tuple(
-            standing(r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes],
-                     self.estimate, self.ensemble)
+            standing(
+                r, BY_DUTY, [(made.mode.duty or 0.0, made.worst_for(r)) for made in modes], self.estimate, self.ensemble
+            )
             for r in self.file.requirements
-        )  # fmt: skip
+        )
 
     def two_way_by_duty(self, modes: Sequence[ModeBudget]) -> dict[str, float]:
         """Return the same of the two-way responses, of the nominal unit over time, rad; none where one lacks."""

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.budgets.error_entry import read_errors
 from mechid.budgets.flight_entry import Flight, read_flight
 from mechid.budgets.mode_entry import read_modes
@@ -23,8 +21,6 @@ from mechid.campaign.place import Place, found, refuse_unknown_keys, required, t
 from mechid.campaign.toml_file import read_toml
 from mechid.command.entry import is_whole
 from mechid.structure import Structure
-
-FloatArray = NDArray[np.float64]
 
 KEYS = ("estimate", "axis", "seed", "flight", "structure", "mode", "error", "requirement")
 

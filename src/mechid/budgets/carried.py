@@ -12,12 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
-
-FloatArray = NDArray[np.float64]
 
 GRID_HZ = np.geomspace(0.5, 5000.0, 1200)
 WIDTH = 0.12
@@ -43,7 +41,7 @@ class Carried:
         """Return by what an amplitude is multiplied, (n,): an upper bound where the path is not known."""
         return np.asarray(np.maximum(self._at_rotor(frequency_hz), 1.0))
 
-    def known(self, frequency_hz: FloatArray) -> NDArray[np.bool_]:
+    def known(self, frequency_hz: FloatArray) -> BoolArray:
         """Return where both paths agree, (n,), so that the ratio is no bound but known."""
         if self.at_rotor is None:
             return np.zeros(frequency_hz.shape, dtype=np.bool_)

@@ -8,8 +8,8 @@ T = T_held + K beta and beta = R T: |R K| << 1. K comes from the plant's own equ
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.command import Command
 from mechid.plant.flight import moving_base_objection, on_base
 from mechid.plant.layout import Base, Flying
@@ -17,9 +17,6 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.moving_base import ACCELERATION
 from mechid.simulation.linearisation import held_inputs, holdings, linearised
 from mechid.structure import Modes, Structure
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 SUFFICES = 0.05
 """|R K| up to which the one-way torque is taken for enough."""

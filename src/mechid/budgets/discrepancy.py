@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.reading.whole import read_result
-
-FloatArray = NDArray[np.float64]
 
 REPORT_NAME = "report.json"
 NOISE_ERROR = 3.7

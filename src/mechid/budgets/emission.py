@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.line_of_sight import LINE_SPACING, Response
 from mechid.budgets.over_rate import SAMPLES, torque_samples
 from mechid.budgets.residual_source import EDGES_HZ, ResidualHere
 from mechid.budgets.steady_state import SteadyState
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 BOUND = 0.95
 RATIO, UPPER, DENSITY, WITHIN = "ratio", "upper bound", "density", "within noise"

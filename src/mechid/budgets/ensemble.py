@@ -6,13 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
+from mechid.arrays import FloatArray
 from mechid.budgets.other_errors import OtherError
-
-FloatArray = NDArray[np.float64]
 
 REPLICAS = 16
 """Draws of the whole ensemble that do not know one another: what they differ by is the sampling error."""

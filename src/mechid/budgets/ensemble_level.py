@@ -6,15 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from mechid.arrays import FloatArray
 from mechid.budgets.ensemble import MEMBERS, Members
 from mechid.budgets.indices import Index
 from mechid.budgets.levels import Mixture, gaussians, member_level, quantile, share_below, worst_share
 from mechid.budgets.pointing_error import QUICK_POINTS
-
-FloatArray = NDArray[np.float64]
 
 KEPT = 128
 """Instants of each member where all times of all members count; divides `QUICK_POINTS`."""
@@ -49,10 +47,12 @@ def ensemble_level(
     """
     if interpretation == "mixed":
         return _from_draws(*_all_times(member, members, index, axis), confidence)
-    ranks = np.array([
-        [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
-        for of in members.draws
-    ])  # fmt: skip
+    ranks = np.array(
+        [
+            [[member_level(member(draw), index, confidence, axis, interpretation, QUICK_POINTS)] for draw in of]
+            for of in members.draws
+        ]
+    )
     share = worst_share(confidence) if interpretation == "temporal" else confidence
     return _from_draws(ranks, np.zeros_like(ranks), members.weights[:, :, None], share)
 

@@ -20,8 +20,10 @@ from mechid.command.entry import is_table
 
 LOAD_INERTIA = "load.inertia"
 SHORT = {
-    "load_inertia": LOAD_INERTIA, "peak_voltage": "stepper.peak_voltage", "peak_current": "stepper.peak_current",
-}  # fmt: skip
+    "load_inertia": LOAD_INERTIA,
+    "peak_voltage": "stepper.peak_voltage",
+    "peak_current": "stepper.peak_current",
+}
 KEYS = (*SHORT, "values", "uncertain", "spread", "load_mode")
 LOAD_MODE_KEYS = ("frequency_hz", "damping", "inertia")
 
@@ -102,7 +104,9 @@ def _deviations(entry: Any, place: Place) -> dict[str, float]:
 def _load_mode(entry: Mapping[str, Any], place: Place) -> LoadMode:
     refuse_unknown_keys(entry, LOAD_MODE_KEYS, place)
     checks = ((above_zero, "Hz"), (not_below_zero, "1"), (above_zero, "kg m2"))
-    return LoadMode(*(
-        check(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
-        for key, (check, unit) in zip(LOAD_MODE_KEYS, checks, strict=True)
-    ))  # fmt: skip
+    return LoadMode(
+        *(
+            check(required(entry, key, place, f"write {key} = ..."), place.key(key), unit)
+            for key, (check, unit) in zip(LOAD_MODE_KEYS, checks, strict=True)
+        )
+    )

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from mechid.analysis.components_file import SideRecords, read_components
 from mechid.analysis.residual_file import read_residual
+from mechid.arrays import FloatArray
 from mechid.budgets.carried import carried
 from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
 from mechid.budgets.flight_entry import LOAD_INERTIA, Flight
@@ -29,8 +29,6 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.plant.tables import bench_reason
 from mechid.structure import Modes
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.budget import Budget
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.signal.power import power_density
 from mechid.writing import made_in_memory, writable
-
-FloatArray = NDArray[np.float64]
 
 FILE_NAME = "disturbance.h5"
 

@@ -32,10 +32,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.errors import InputFileError, did_you_mean
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 AnyArray = NDArray[Any]
 
 
@@ -193,9 +192,7 @@ class Index:
         window, apart = self._in_samples(sample_rate_hz)
         return window + self.row.separations * apart
 
-    def in_time(
-        self, series: FloatArray, sample_rate_hz: float, start: NDArray[np.int64], position: FloatArray
-    ) -> FloatArray:
+    def in_time(self, series: FloatArray, sample_rate_hz: float, start: IntArray, position: FloatArray) -> FloatArray:
         """Return the index of a sampled series, (k, m), by its definition.
 
         Parameters
@@ -240,7 +237,7 @@ class _Series:
     series: FloatArray
     window: int
     apart: int
-    start: NDArray[np.int64]
+    start: IntArray
     position: FloatArray
 
     def instant(self) -> AnyArray:

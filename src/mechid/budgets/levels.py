@@ -21,16 +21,14 @@ from functools import lru_cache
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import ndtr, ndtri
 from scipy.stats import qmc
 
+from mechid.arrays import FloatArray
 from mechid.budgets.indices import Index
 from mechid.budgets.pointing_error import POINTS, PointingError
 from mechid.errors import UsageError, did_you_mean
-
-FloatArray = NDArray[np.float64]
 
 INTERPRETATIONS = ("temporal", "ensemble", "mixed")
 CONE = "cone"

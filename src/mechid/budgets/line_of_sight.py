@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.indices import Index
 from mechid.budgets.pointing_error import Incoherent, PointingError, Random, Source
@@ -17,9 +17,6 @@ from mechid.budgets.side_response import SideResponse
 from mechid.budgets.steady_state import SteadyState
 from mechid.signal.power import cumulative_rms, power_density
 from mechid.structure import Structure
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 QUIET = 1e-4
 """A line below this share of the largest is left out of levels; together they are far below the bands."""
@@ -204,9 +201,16 @@ def respond(
     power = np.abs(state.lines) ** 2
     uncovered = float(np.sqrt(power[~known].sum() / power.sum())) if power.sum() > 0.0 else 0.0
     return Response(
-        structure.line_of_sight, state, transfer, phasors, uncovered, _random_part(state, structure), residual,
-        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None, side,
-    )  # fmt: skip
+        structure.line_of_sight,
+        state,
+        transfer,
+        phasors,
+        uncovered,
+        _random_part(state, structure),
+        residual,
+        _lacking(residual, structure, highest_hz) if residual is not None and residual.any else None,
+        side,
+    )
 
 
 def _lacking(residual: ResidualHere, structure: Structure, highest_hz: float) -> Incoherent:

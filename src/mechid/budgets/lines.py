@@ -15,8 +15,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.orbit import Orbit
 from mechid.budgets.period_map import PeriodMap, Stretch
 from mechid.plant.flight import CUT_OFF
@@ -24,9 +24,6 @@ from mechid.plant.mechanisms import LINE_ORDER
 from mechid.plant.test_stand import anti_alias_response
 from mechid.signal.power import periodic_power
 from mechid.simulation.block import State
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 PROMISED = 1e-8
 """Of the largest line: what lines may be off by before samples and steps are doubled."""
@@ -68,7 +65,7 @@ class Lines:
     sample_rate_hz : float
     """
 
-    orders: NDArray[np.int64]
+    orders: IntArray
     values: ComplexArray
     gradient: ComplexArray
     error: FloatArray
@@ -138,17 +135,17 @@ def _settling_s(period: PeriodMap) -> float:
     return DECAYED / slowest
 
 
-def _orders(period: PeriodMap, times: int) -> NDArray[np.int64]:
+def _orders(period: PeriodMap, times: int) -> IntArray:
     """Return the lines up to the mode's highest frequency, as multiples of a motion's fundamental."""
     highest = int(times * period.duration_s * period.mode.highest_hz)
     return np.arange(1, min(highest, period.samples * times // 2 - 1) + 1)
 
 
-def _lines(period: PeriodMap, stretch: Stretch, rounds: int, times: int, orders: NDArray[np.int64]) -> ComplexArray:
+def _lines(period: PeriodMap, stretch: Stretch, rounds: int, times: int, orders: IntArray) -> ComplexArray:
     return _transformed(period, stretch.below, rounds, times, orders)
 
 
-def _transformed(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: NDArray[np.int64]) -> ComplexArray:
+def _transformed(period: PeriodMap, y: FloatArray, rounds: int, times: int, orders: IntArray) -> ComplexArray:
     """Return the lines (n, k) of filtered samples (N, k) over so many rounds, the filter's response divided out."""
     frequency = orders / (times * period.duration_s)
     through = anti_alias_response(LINE_ORDER, period.mechanism.value(CUT_OFF), frequency)
@@ -172,7 +169,7 @@ def _smooth(differences: FloatArray) -> FloatArray:
     return np.asarray(SAFETY * np.sqrt(squares), dtype=np.float64)
 
 
-def _kept(values: ComplexArray, orders: NDArray[np.int64], steps: int) -> NDArray[np.bool_]:
+def _kept(values: ComplexArray, orders: IntArray, steps: int) -> BoolArray:
     """Return which lines are kept, (n,): all at multiples of half the step rate, and what is not small between."""
     loud = np.abs(values) > KEPT * np.abs(values).max(initial=0.0)
     return np.asarray((2 * orders % steps == 0) | loud, dtype=np.bool_)

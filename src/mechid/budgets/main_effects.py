@@ -6,11 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.shares import CURVATURE
-
-FloatArray = NDArray[np.float64]
 
 STEP = float(np.sqrt(3.0))
 """Standard deviations to either side of the centre: the abscissae of Gauss and Hermite's rule of three points, whose

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.emission import Emission
 from mechid.budgets.line_of_sight import LineOfSight, Response
 from mechid.budgets.operating_mode import OperatingMode
@@ -14,9 +14,6 @@ from mechid.budgets.orders import OrderMap
 from mechid.budgets.over_rate import LevelCurve
 from mechid.budgets.profile_run import ProfileResponse
 from mechid.budgets.requirement import Requirement, Standing
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,15 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.operating_mode import RMS_WINDOW_S, SETTLE_S, OperatingMode, usual_highest_hz
 from mechid.campaign.place import Place, above_zero, found, number, refuse_unknown_keys, required, tables, text
 from mechid.command import Command
 from mechid.command.entry import is_table, is_whole
 from mechid.command.rate_entry import RATE_KEYS
-
-FloatArray = NDArray[np.float64]
 
 KEYS = (
     "name", "command", "rates", "rate_range", "settle_s", "highest_hz", "duration_s", "rms_window_s", "duty",
@@ -79,9 +77,14 @@ def _mode(entry: Mapping[str, Any], place: Place, folder: Path) -> OperatingMode
         highest_hz = _highest_hz(entry, driven, float(np.abs(driven.rate.rates).max()), place)
         duration, window = _profile_times(entry, driven, place)
         return OperatingMode(
-            name=name, command=driven, rates=np.zeros(0), highest_hz=highest_hz, duty=duty, duration_s=duration,
+            name=name,
+            command=driven,
+            rates=np.zeros(0),
+            highest_hz=highest_hz,
+            duty=duty,
+            duration_s=duration,
             rms_window_s=window,
-        )  # fmt: skip
+        )
     rates = _rates(entry, command, place)
     steady = {k: v for k, v in command.items() if k not in RATE_KEYS} | {"rate": float(rates[0])}
     stepped = Command.from_table(steady, str(place.key("command")), folder)

@@ -7,8 +7,8 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.budget import BY_DUTY, CAMPBELL_ORDERS, Budget, named_modes
 from mechid.budgets.coupling import SUFFICES, loop_gain
 from mechid.budgets.emission import BOUND
@@ -23,8 +23,6 @@ from mechid.budgets.shares import deviations
 from mechid.budgets.side_numbers import side_of_bench, side_of_mode
 from mechid.budgets.steadiness import steadiness
 from mechid.signal.power import cumulative_rms
-
-FloatArray = NDArray[np.float64]
 
 FORMAT = "mechid-budget/1"
 LOWEST_BAND_HZ, BANDS_PER_DECADE = 1.0, 10

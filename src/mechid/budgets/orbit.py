@@ -11,12 +11,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.period_map import Image, PeriodMap
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 MOST_PERIODS = 4
 """A motion that repeats only after more periods is one that does not repeat."""

@@ -10,10 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from mechid.arrays import ComplexArray, FloatArray
 
 
 def phasors(y: FloatArray, sample_rate: float, frequency_hz: FloatArray) -> ComplexArray:

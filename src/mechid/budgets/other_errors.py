@@ -6,14 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.indices import Index
 from mechid.budgets.pointing_error import FlatRandom, PointingError, Source, flat_share
 from mechid.budgets.summation import KINDS, Contribution
 from mechid.errors import UsageError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,7 +42,7 @@ class OtherError:
 
     name: str
     kind: str
-    axes: NDArray[np.bool_]
+    axes: BoolArray
     size_rad: float
     spread_rad: float = 0.0
     frequency_hz: float = 0.0
@@ -65,9 +63,12 @@ class OtherError:
         if kept == 0.0:
             return None
         return Contribution(
-            name=self.name, kind=self.kind, size=kept * self.size_rad, spread=abs(kept) * self.spread_rad,
+            name=self.name,
+            kind=self.kind,
+            size=kept * self.size_rad,
+            spread=abs(kept) * self.spread_rad,
             group=self.group,
-        )  # fmt: skip
+        )
 
 
 def _with_bias(error: PointingError, source: OtherError, size: FloatArray) -> PointingError:

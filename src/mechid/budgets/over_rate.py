@@ -6,16 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.line_of_sight import Response
 from mechid.budgets.other_errors import OtherError
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.shares import deviations
 from mechid.budgets.standing import axis_of, nominal_level
-
-FloatArray = NDArray[np.float64]
 
 SAMPLES = 200
 """Parameter samples at each rate."""
@@ -41,7 +39,7 @@ class LevelCurve:
     at: tuple[Response, ...]
 
 
-def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
+def sampled_phasors(response: Response, estimate: Estimate, seed: int) -> ComplexArray:
     """Return the phasors of parameter samples drawn from the covariance, with what the model misses, (k, n, m) rad.
 
     With what it lacks at each of its lines too, at phases of their own, and with what was measured beside the torque.
@@ -68,7 +66,7 @@ def rms_bands(responses: Sequence[Response], estimate: Estimate, seed: int) -> F
     return np.array(out)
 
 
-def torque_samples(response: Response, estimate: Estimate, seed: int) -> NDArray[np.complex128]:
+def torque_samples(response: Response, estimate: Estimate, seed: int) -> ComplexArray:
     """Return samples of the torque's lines as `sampled_phasors`, (k, n) N m."""
     ones, lines = np.ones((response.state.lines.size, 1), dtype=np.complex128), response.state.lines[:, None]
     torque = Response(("torque",), response.state, ones, lines, 0.0, None, response.residual)

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.command import RateProfile
 from mechid.errors import FitError
@@ -24,8 +24,6 @@ from mechid.simulation.block import State
 from mechid.simulation.repetition import MIRRORED, Repetition, repetition
 from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
-
-FloatArray = NDArray[np.float64]
 
 SAMPLE_RATE_HZ = 10_000.0
 ABOVE_CUT_OFF = 10.0
@@ -137,7 +135,7 @@ class PeriodMap:
         return self.samples / self.duration_s
 
     @cached_property
-    def _held(self) -> NDArray[np.bool_]:
+    def _held(self) -> BoolArray:
         """Whether a state may be held at zero by friction, (n,)."""
         switches = self.mechanism.plant.switches
         at_rest = {s for switch in switches for guards in switch.guards.values() for g in guards for s in g.resets}
@@ -175,9 +173,11 @@ class PeriodMap:
         lanes = self.repetition.sign[:, None] ** periods * run.state.lanes
         size = np.ptp(np.array(seen), axis=0)
         return Image(
-            x=self._back(run.state.x, periods), by_state=lanes[:, p:], by_parameter=lanes[:, :p],
+            x=self._back(run.state.x, periods),
+            by_state=lanes[:, p:],
+            by_parameter=lanes[:, :p],
             size=np.where(size > 0.0, size, 1.0),
-        )  # fmt: skip
+        )
 
     def stretch(
         self, start: State | None, skipped: int, periods: int, *, slopes: bool = True, finer: int = 1

@@ -7,12 +7,9 @@ from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.budgets.indices import Index
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 POINTS = 8192
 """Instants at which the sum of the sources is looked at; a level is good to some 1e-4 with one source."""
@@ -66,7 +63,7 @@ class Source:
 
     name: str
     fundamental_hz: float
-    orders: NDArray[np.int64]
+    orders: IntArray
     phasors: ComplexArray
 
     @property

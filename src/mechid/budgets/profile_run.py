@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.budgets.discrepancy import Discrepancy
 from mechid.budgets.indices import Index
 from mechid.budgets.line_of_sight import Moved
@@ -21,8 +21,6 @@ from mechid.signal.power import windowed_rms
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.structure import Structure
 from mechid.structure.in_time import line_of_sight_over_time
-
-FloatArray = NDArray[np.float64]
 
 SAMPLES_A_PERIOD = 8.0
 """Of the highest frequency that counts: so many samples of the line of sight are kept."""
@@ -68,7 +66,7 @@ class ProfileResponse:
         return self.sample_rate_hz / self.thinning
 
     @property
-    def starts(self) -> NDArray[np.int64]:
+    def starts(self) -> IntArray:
         """First sample of the line of sight in each window, (w,)."""
         last = len(self.series) - self._window_samples
         return np.unique(np.linspace(0, last, min(WINDOWS, last + 1)).astype(np.int64))
@@ -161,13 +159,18 @@ def run_profile(
     y, J = simulated(simulator, mechanism, names, substeps)
     thinning = max(1, int(SAMPLE_RATE_HZ / (SAMPLES_A_PERIOD * mode.highest_hz)))
     columns = np.hstack([y, J])
-    moved = np.array([
-        axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)
-    ])  # fmt: skip
+    moved = np.array(
+        [axis[::thinning].T for axis in line_of_sight_over_time(structure, columns, SAMPLE_RATE_HZ, mode.highest_hz)]
+    )
     return ProfileResponse(
-        structure.line_of_sight, y[:, 0], SAMPLE_RATE_HZ, np.ascontiguousarray(moved[:, 0].T),
-        np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)), thinning, mode.rms_window_s,
-    )  # fmt: skip
+        structure.line_of_sight,
+        y[:, 0],
+        SAMPLE_RATE_HZ,
+        np.ascontiguousarray(moved[:, 0].T),
+        np.ascontiguousarray(np.moveaxis(moved[:, 1:], 0, -1)),
+        thinning,
+        mode.rms_window_s,
+    )
 
 
 def _picked(index: Index, series: FloatArray, sample_rate_hz: float) -> FloatArray:

@@ -12,9 +12,16 @@ from mechid.campaign.place import Place, above_zero, number, one_of, refuse_unkn
 from mechid.errors import InputFileError
 
 KEYS = (
-    "name", "index", "window_s", "separation_s", "axis", "limit_rad", "interpretation", "confidence",
+    "name",
+    "index",
+    "window_s",
+    "separation_s",
+    "axis",
+    "limit_rad",
+    "interpretation",
+    "confidence",
     "evaluation_period_s",
-)  # fmt: skip
+)
 REMEDIES = {
     "name": 'write name = "stability over an exposure"',
     "index": f"write one of {', '.join(KINDS)}",

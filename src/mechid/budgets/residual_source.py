@@ -15,18 +15,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import chi2, gamma
 
 from mechid.analysis.residual_emission import CENTRES_HZ, TRACKED, ResidualAtRate
 from mechid.analysis.residual_file import ResidualRecord
+from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.carried import Carried
 from mechid.command import Command
 from mechid.signal.density import THIRD
 from mechid.signal.noise import FLOOR_ERROR
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 EDGES_HZ = np.append(CENTRES_HZ / THIRD**0.5, CENTRES_HZ[-1] * THIRD**0.5)
 FALSE_ALARM = 0.01
@@ -93,7 +90,7 @@ class ResidualHere:
             return 0.0
         return float(np.sqrt(2.0 * self.density[band] * spacing * self.rate))
 
-    def draws(self, amplitude: FloatArray, count: int, rng: np.random.Generator) -> NDArray[np.complex128]:
+    def draws(self, amplitude: FloatArray, count: int, rng: np.random.Generator) -> ComplexArray:
         """Return what lines of these sizes, (n,), may be, (count, n) N m."""
         if not amplitude.any():
             return np.zeros((count, amplitude.size), dtype=np.complex128)
@@ -180,7 +177,7 @@ def _lines(cells: Sequence[ResidualAtRate], alarm: float) -> tuple[FloatArray, F
     return np.where(heard, np.sqrt(np.maximum(mean, 0.0)), 0.0), hidden
 
 
-def _lines_in_bands(rate: float) -> NDArray[np.int64]:
+def _lines_in_bands(rate: float) -> IntArray:
     """Return how many of the tracked lines stand in each band, (B,)."""
     return np.histogram(rate * np.array(TRACKED), EDGES_HZ)[0]
 
@@ -195,8 +192,10 @@ def _density(cells: Sequence[tuple[ResidualRecord, ResidualAtRate]], alarm: floa
     known = np.isfinite(density)
     weight = np.where(known, np.maximum(2.0 * bins, 2.0), 0.0)
     total = weight.sum(axis=0)
-    mean, noise = ((weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
-                   for values in (density, np.broadcast_to(floor, density.shape)))  # fmt: skip
+    mean, noise = (
+        (weight * np.where(known, values, 0.0)).sum(axis=0) / np.maximum(total, 1e-300)
+        for values in (density, np.broadcast_to(floor, density.shape))
+    )
     hann = 1.5  # bins of a Hann window are worth fewer
     worth = np.maximum(total / hann, 1.0)
     samples = sum(record.sample_rate_hz * at.duration_s for record, at in cells)

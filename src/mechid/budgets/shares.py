@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import qmc
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
 
 TWO_SIDED_95 = 1.959964
 DRAWS = 512

@@ -12,15 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import RESOLVED
 from mechid.analysis.residual_emission import RATE_STEP
 from mechid.analysis.side_components import SideAtRate, SideLines, pooled, side_lines
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.residual_source import NEAR
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 COHERENT, MAGNITUDE, WITHIN = "coherent", "magnitude", "within noise"
 """How a line counts: with its phase to the drive torque; by its amplitude alone; not, since noise explains it."""

@@ -14,13 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mechid.analysis.residual_emission import TRACKED
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.budgets.pointing_error import Incoherent
 from mechid.budgets.side_here import SideHere
 from mechid.budgets.side_source import SideSource
 from mechid.budgets.steady_state import SteadyState
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +39,7 @@ class SideResponse:
     """
 
     here: SideHere
-    at: NDArray[np.int64]
+    at: IntArray
     phase: ComplexArray
     transfer: ComplexArray
     alone: Incoherent | None
@@ -110,9 +108,7 @@ def side_response(state: SteadyState, source: SideSource, here: SideHere, highes
     at = np.array([orders.index(q) if q in orders else -1 for q in state.step_orders.tolist()], dtype=np.int64)
     size = np.abs(state.lines)
     phase = np.where(size > state.error, state.lines / np.where(size > 0.0, size, 1.0), 0.0)
-    return SideResponse(
-        here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz)
-    )  # fmt: skip
+    return SideResponse(here, at, phase, source.transfer(state.frequency_hz), _alone(state, source, here, highest_hz))
 
 
 def _alone(state: SteadyState, source: SideSource, here: SideHere, highest_hz: float) -> Incoherent | None:
@@ -125,7 +121,7 @@ def _alone(state: SteadyState, source: SideSource, here: SideHere, highest_hz: f
     return Incoherent(frequency[kept], 0.5 * amplitude**2)
 
 
-def _taken(values: NDArray[Any], at: NDArray[np.int64]) -> NDArray[Any]:
+def _taken(values: NDArray[Any], at: IntArray) -> NDArray[Any]:
     """Return rows by their places, zero for a place of -1."""
     known = (at >= 0).reshape(-1, *[1] * (values.ndim - 1))
     return np.where(known, values[at], 0.0)

@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.components_file import SideRecord, SideRecords
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.side_here import SideHere, at_rate, by_rate
 from mechid.command import Command
 from mechid.errors import InputFileError
 from mechid.records.components import AXES, COMPONENTS, FORCES
 from mechid.structure import Structure
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 ALONG = 1e-3
 """By so much, in each cosine, the bench's drive axis may miss the structure's axis."""

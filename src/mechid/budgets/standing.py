@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.ensemble import Ensemble
 from mechid.budgets.ensemble_level import FromDraws, ensemble_level
 from mechid.budgets.flying_mechanism import Estimate
@@ -18,8 +18,6 @@ from mechid.budgets.pointing_error import POINTS, QUICK_POINTS, PointingError
 from mechid.budgets.requirement import Requirement, Standing
 from mechid.budgets.shares import Band, drawn
 from mechid.budgets.summation import Contribution, total
-
-FloatArray = NDArray[np.float64]
 
 MISSED_DRAWS = 128
 """Of what the model misses."""
@@ -40,12 +38,16 @@ def standing(requirement: Requirement, mode: str, parts: Parts, estimate: Estima
     scale = worst.value / quick if quick > 0.0 else 1.0
     known = drawn(worst.value, lambda by: scale * at.quick(at.member(by)), estimate.covariance, estimate.names)
     return Standing(
-        requirement=requirement, mode=mode,
+        requirement=requirement,
+        mode=mode,
         level=at.with_other_parts(known, scale, worst.sigma),
         residual_rad=worst.value - scale * at.quick_without_residual() if at.lacks else 0.0,
-        nominal_rad=nominal, sampling_rad=worst.sigma, ecss_rad=at.by_ecss(),
-        others_rad=at.level(at.rests()) if ensemble.errors else 0.0, spread_shares=effects.shares(ensemble.variables),
-    )  # fmt: skip
+        nominal_rad=nominal,
+        sampling_rad=worst.sigma,
+        ecss_rad=at.by_ecss(),
+        others_rad=at.level(at.rests()) if ensemble.errors else 0.0,
+        spread_shares=effects.shares(ensemble.variables),
+    )
 
 
 def nominal_level(requirement: Requirement, parts: Parts, errors: Sequence[OtherError] = ()) -> float:

@@ -29,21 +29,29 @@ def steadiness(made: ModeBudget) -> dict[str, Any]:
         "decay_s": [r.state.decay_s for r in made.responses],
         "slowest": {"rate": rate, "decay_s": decay_s},
         "several": [
-            {"rate": float(made.mode.rates[k]), "differs": bool(made.differing(k)),
-             "states": [_state(r, made.responses[k]) for r in here]}
+            {
+                "rate": float(made.mode.rates[k]),
+                "differs": bool(made.differing(k)),
+                "states": [_state(r, made.responses[k]) for r in here],
+            }
             for k, here in enumerate(made.states)
             if len(here) > 1 or here[0].state.periods != 1 or not here[0].state.follows
         ],
-    }  # fmt: skip
+    }
 
 
 def _state(response: Response, worst: Response) -> dict[str, Any]:
     s = response.state
     return {
-        "reached": list(s.reached), "periods": s.periods, "largest_multiplier": s.largest_multiplier,
-        "decay_s": s.decay_s, "follows": s.follows, "worst": response is worst, "torque_rms_Nm": s.rms,
+        "reached": list(s.reached),
+        "periods": s.periods,
+        "largest_multiplier": s.largest_multiplier,
+        "decay_s": s.decay_s,
+        "follows": s.follows,
+        "worst": response is worst,
+        "torque_rms_Nm": s.rms,
         "rms_rad": response.whole_rms().tolist(),
-    }  # fmt: skip
+    }
 
 
 def told(made: ModeBudget) -> Iterator[str]:

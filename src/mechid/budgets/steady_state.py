@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.budgets.lines import RELATIVE, VERIFIED, Lines, lines_of_repeating, lines_with_scatter
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.orbit import MOST_PERIODS, Orbit, find_orbit
@@ -21,9 +21,6 @@ from mechid.simulation.accuracy import simulate_accurately
 from mechid.simulation.block import State
 from mechid.simulation.simulator import Simulator
 from mechid.simulation.trajectory import SimulationOutcome
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LEAST_S = 0.5
 """Of the stretch of a motion that repeats which is shown."""
@@ -80,7 +77,7 @@ class SteadyState:
     rate: float
     steps: int
     periods: int
-    orders: NDArray[np.int64]
+    orders: IntArray
     lines: ComplexArray
     gradient: ComplexArray
     error: FloatArray
@@ -200,9 +197,16 @@ def _repeating(period: PeriodMap, orbit: Orbit) -> SteadyState:
     times = math.ceil(LEAST_S / (period.duration_s * orbit.periods))
     torque = np.tile(found.torque, max(times, 1))
     return SteadyState(
-        **_of_lines(period, found), periods=orbit.periods, torque=torque, residual=np.zeros(torque.size), rms_error=0.0,
-        x=orbit.x, multipliers=orbit.multipliers, follows=orbit.turns == 0, size=orbit.size,
-    )  # fmt: skip
+        **_of_lines(period, found),
+        periods=orbit.periods,
+        torque=torque,
+        residual=np.zeros(torque.size),
+        rms_error=0.0,
+        x=orbit.x,
+        multipliers=orbit.multipliers,
+        follows=orbit.turns == 0,
+        size=orbit.size,
+    )
 
 
 def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) -> SteadyState:
@@ -213,18 +217,30 @@ def _not_repeating(period: PeriodMap, start: FloatArray | None, skipped: int) ->
     x = period.settled(start, skipped)
     on = period(x, periods)
     return SteadyState(
-        **_of_lines(period, found), periods=0, torque=found.torque, residual=residual, rms_error=rms_error, x=x,
-        multipliers=np.zeros(0, dtype=np.complex128), follows=period.turns_off(on.x - x) == 0, size=on.size,
-    )  # fmt: skip
+        **_of_lines(period, found),
+        periods=0,
+        torque=found.torque,
+        residual=residual,
+        rms_error=rms_error,
+        x=x,
+        multipliers=np.zeros(0, dtype=np.complex128),
+        follows=period.turns_off(on.x - x) == 0,
+        size=on.size,
+    )
 
 
 def _of_lines(period: PeriodMap, found: Lines) -> dict[str, Any]:
     return {
-        "rate": period.rate, "steps": period.steps, "orders": found.orders, "lines": found.values,
-        "gradient": found.gradient, "error": found.error, "sample_rate_hz": found.sample_rate_hz,
+        "rate": period.rate,
+        "steps": period.steps,
+        "orders": found.orders,
+        "lines": found.values,
+        "gradient": found.gradient,
+        "error": found.error,
+        "sample_rate_hz": found.sample_rate_hz,
         "samples_a_period": found.sample_rate_hz * period.duration_s,
         "rms": math.sqrt(max(found.power, 0.0)),
-    }  # fmt: skip
+    }
 
 
 def enough_substeps(mechanism: Mechanism, mode: OperatingMode, names: Sequence[str] = ()) -> int:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.side_source import ALONG, FRAME
 from mechid.campaign.place import Place, found, number, one_of, refuse_unknown_keys, required, tables, text
 from mechid.command.entry import is_table, is_whole
@@ -17,8 +17,6 @@ from mechid.errors import InputFileError
 from mechid.records.components import AXES
 from mechid.structure import Location, Modes, Selection, Structure, read_structure
 from mechid.structure.selection import DIRECTIONS, ROTATIONS
-
-FloatArray = NDArray[np.float64]
 
 KEYS = (
     "file", "interface", "line_of_sight", "damping", "length_unit_m", "mass_unit_kg", "highest_hz",

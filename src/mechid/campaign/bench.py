@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.campaign import Campaign
 from mechid.campaign.campaign_file import FILE_NAME, load_campaign
 from mechid.campaign.catalogue import catalogue_mechanism
@@ -24,8 +24,6 @@ from mechid.campaign.trajectory_file import record_rows, refuse_lost
 from mechid.errors import UsageError
 from mechid.plant.mechanism import Mechanism
 from mechid.writing import writable, write_whole
-
-FloatArray = NDArray[np.float64]
 
 TRUTH_NAME = "truth.json"
 TRUTH: Mapping[str, float] = {

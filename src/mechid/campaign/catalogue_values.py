@@ -40,9 +40,7 @@ CATALOGUE: Mapping[str, Any] = {
 }
 """As a mechanism file: catalogue values of [Kornienko2013]_ (the peak voltage is not in it), with bounds."""
 
-_FRICTION: Mapping[str, Any] = {
-    "coulomb": _free(0.005, 0.0, 0.05), "viscous": _free(1e-4, 0.0, 0.01)
-}  # fmt: skip
+_FRICTION: Mapping[str, Any] = {"coulomb": _free(0.005, 0.0, 0.05), "viscous": _free(1e-4, 0.0, 0.01)}
 CATALOGUES: Mapping[str, Mapping[str, Any]] = {
     STEPPER_GEAR_MASS: CATALOGUE,
     "current_driven_stepper": {

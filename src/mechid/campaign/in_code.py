@@ -123,9 +123,12 @@ def make_command(
     60.0
     """
     given = {
-        "stepping": stepping, "start_angle_deg": start_angle_deg, "waveform": waveform, "start": start,
+        "stepping": stepping,
+        "start_angle_deg": start_angle_deg,
+        "waveform": waveform,
+        "start": start,
         "clock_tick_s": clock_tick_s,
-    } | ({} if microsteps is None else {"microsteps": microsteps})  # fmt: skip
+    } | ({} if microsteps is None else {"microsteps": microsteps})
     found = plain(np.asarray(rate).tolist())
     return Command.from_entries(given | {"rate_profile" if isinstance(found, list) else "rate": found})
 

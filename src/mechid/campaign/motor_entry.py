@@ -28,7 +28,10 @@ def motor_values(record: str, entry: Mapping[str, Any], mechanism: Mechanism, pl
         if name is None:
             raise place.key(key).error("the mechanism has no such parameter; leave it out")
         parameter = read_parameter(
-            entry[key], record_parameter_name(record, key), mechanism.plant.declarations[name], place.key(key),
+            entry[key],
+            record_parameter_name(record, key),
+            mechanism.plant.declarations[name],
+            place.key(key),
             divides=name in divisors(mechanism.plant),
-        )  # fmt: skip
+        )
         yield replace(parameter, replaces=name)

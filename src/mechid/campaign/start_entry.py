@@ -116,6 +116,11 @@ def _about(value: float, name: str, declaration: Declaration, size: float | None
         return Parameter(name=name, value=value, declaration=declaration)
     _, least, most = declaration.typical
     return Parameter(
-        name=name, value=value, declaration=declaration, min=value + least * size, max=value + most * size,
-        sigma=SIGMA_SHARE * size, status=Status.FREE,
-    )  # fmt: skip
+        name=name,
+        value=value,
+        declaration=declaration,
+        min=value + least * size,
+        max=value + most * size,
+        sigma=SIGMA_SHARE * size,
+        status=Status.FREE,
+    )

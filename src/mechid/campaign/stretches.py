@@ -93,11 +93,12 @@ def _stretch(record: CampaignRecord, data: Record, k: int, first: int, stop: int
     name = f"{record.name}_{k + 1}"
     channels = tuple(
         replace(
-            c, data=_part(c.data, first, stop),
+            c,
+            data=_part(c.data, first, stop),
             bridged=c.bridged[(c.bridged >= first) & (c.bridged < stop)] - first,
         )
         for c in data.channels
-    )  # fmt: skip
+    )
     start_s = data.time_start_s + first / data.sample_rate_hz
     part = replace(data, name=name, time_start_s=start_s, channels=channels, warnings=data.warnings if k == 0 else ())
     command = record.command if k == 0 else replace(record.command, start=ESTIMATED)

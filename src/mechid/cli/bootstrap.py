@@ -32,7 +32,13 @@ def bootstrap(
     with held(out):
         with on_scheduler(scheduler), followed() as listener:
             done = bootstrapped(
-                found.campaign, found, draws, seed=seed, workers=workers, listener=listener,
-                journal=out / JOURNAL_NAME, resume=resume,
-            )  # fmt: skip
+                found.campaign,
+                found,
+                draws,
+                seed=seed,
+                workers=workers,
+                listener=listener,
+                journal=out / JOURNAL_NAME,
+                resume=resume,
+            )
         print_result(done, out)

@@ -47,7 +47,13 @@ def design(
     with held(out):
         with on_scheduler(scheduler):
             made = designed(
-                loaded, options, fit=finished_fit(fit, loaded.path) if fit else None, diagnosis=named,
-                criterion=criterion, total_s=total_s, workers=workers, told=say,
-            )  # fmt: skip
+                loaded,
+                options,
+                fit=finished_fit(fit, loaded.path) if fit else None,
+                diagnosis=named,
+                criterion=criterion,
+                total_s=total_s,
+                workers=workers,
+                told=say,
+            )
         print_result(made, out)

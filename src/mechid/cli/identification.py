@@ -40,9 +40,15 @@ def identify_into(
         It was interrupted, with its exit code; the results are those so far.
     """
     made = identified_into(
-        campaign, folder, Audience(followed=followed, told=say), seed=seed, workers=workers, truth=truth,
-        resume=resume, complete=complete,
-    )  # fmt: skip
+        campaign,
+        folder,
+        Audience(followed=followed, told=say),
+        seed=seed,
+        workers=workers,
+        truth=truth,
+        resume=resume,
+        complete=complete,
+    )
     print_report(made.data, console_on(), made.files)
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         say(f"mechid: interrupted; {folder} holds the best so far")

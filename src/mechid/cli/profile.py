@@ -31,7 +31,12 @@ def profile(
     with held(out):
         with on_scheduler(scheduler), followed() as listener:
             done = profiled(
-                found.campaign, found, parameter, workers=workers, listener=listener,
-                journal=out / JOURNAL_NAME, resume=resume,
-            )  # fmt: skip
+                found.campaign,
+                found,
+                parameter,
+                workers=workers,
+                listener=listener,
+                journal=out / JOURNAL_NAME,
+                resume=resume,
+            )
         print_result(done, out)

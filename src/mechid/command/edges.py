@@ -11,16 +11,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.command.rate import RateProfile
 from mechid.errors import UsageError
-
-Floats: TypeAlias = NDArray[np.float64]
-Integers: TypeAlias = NDArray[np.int64]
 
 MOST_EDGES = 20_000_000
 """More edges than this are taken for a mistake in the rate; they would fill a computer's memory."""
@@ -40,25 +36,25 @@ class Pieces:
     Times in s, rates in steps/s, positions in steps.
     """
 
-    start_s: Floats
-    duration_s: Floats
-    start_rate: Floats
-    end_rate: Floats
-    start: Floats
-    end: Floats
+    start_s: FloatArray
+    duration_s: FloatArray
+    start_rate: FloatArray
+    end_rate: FloatArray
+    start: FloatArray
+    end: FloatArray
 
     @property
-    def end_s(self) -> Floats:
+    def end_s(self) -> FloatArray:
         """Ends in s, (P,)."""
         return self.start_s + self.duration_s
 
     @property
-    def direction(self) -> Floats:
+    def direction(self) -> FloatArray:
         """+1 where the position rises, -1 where it falls, 0 where it dwells, (P,)."""
         return np.sign(self.start_rate + self.end_rate)
 
 
-def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float) -> tuple[Floats, Integers]:
+def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float) -> tuple[FloatArray, IntArray]:
     """Return the instants at which the step index changes, and the index from each on.
 
     The index is 0 at t = 0 and moves to k when the integral of the rate reaches k/n; touching it
@@ -106,7 +102,7 @@ def step_edges(profile: RateProfile, steps_per_full_step: int, duration_s: float
     return np.concatenate(times), np.concatenate(index)
 
 
-def on_ticks(times_s: Floats, index: Integers, tick_s: float, duration_s: float) -> tuple[Floats, Integers]:
+def on_ticks(times_s: FloatArray, index: IntArray, tick_s: float, duration_s: float) -> tuple[FloatArray, IntArray]:
     """Return the edges as a step clock lets them through: at the first tick at or after each, the last one of a tick.
 
     Parameters
@@ -130,7 +126,7 @@ def on_ticks(times_s: Floats, index: Integers, tick_s: float, duration_s: float)
     return np.minimum(times[within], duration_s), index[last][within]
 
 
-def steps_travelled(profile: RateProfile, times_s: Floats) -> Floats:
+def steps_travelled(profile: RateProfile, times_s: FloatArray) -> FloatArray:
     """Return the full steps travelled since t = 0 under a rate, both directions counted up, (N,).
 
     Parameters
@@ -159,7 +155,7 @@ def steps_travelled(profile: RateProfile, times_s: Floats) -> Floats:
     at = np.maximum(np.searchsorted(pieces.start_s, times_s, side="right") - 1, 0)
     lapse = np.clip(times_s - pieces.start_s[at], 0.0, pieces.duration_s[at])
     start, end = np.abs(pieces.start_rate)[at], np.abs(pieces.end_rate)[at]
-    done: Floats = before[at] + lapse * (start + (end - start) * lapse / (2.0 * pieces.duration_s[at]))
+    done: FloatArray = before[at] + lapse * (start + (end - start) * lapse / (2.0 * pieces.duration_s[at]))
     return done
 
 
@@ -179,7 +175,7 @@ def _pieces(profile: RateProfile, n: int, duration_s: float) -> Pieces:
     return Pieces(start_s, duration, n * start_rate, n * end_rate, start[: end.size], end)
 
 
-def _segments(profile: RateProfile, duration_s: float) -> tuple[Floats, Floats, Floats, Floats]:
+def _segments(profile: RateProfile, duration_s: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return start and end times and rates of the linear segments that touch 0 < t < duration.
 
     Those that go on beyond the duration are left whole, so that an edge does not depend on it.
@@ -195,8 +191,8 @@ def _segments(profile: RateProfile, duration_s: float) -> tuple[Floats, Floats, 
 
 
 def _split_at_reversals(
-    start_s: Floats, end_s: Floats, start_rate: Floats, end_rate: Floats
-) -> tuple[Floats, Floats, Floats, Floats]:
+    start_s: FloatArray, end_s: FloatArray, start_rate: FloatArray, end_rate: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Return start times, durations, start and end rates, with a cut where the rate changes sign."""
     duration = end_s - start_s
     reverses = np.sign(start_rate) * np.sign(end_rate) < 0
@@ -215,21 +211,21 @@ def _split_at_reversals(
     return starts[kept], durations[kept], first_rates[kept], last_rates[kept]
 
 
-def running_sum(terms: Floats) -> Floats:
+def running_sum(terms: FloatArray) -> FloatArray:
     """Return the running sum, each rounding error of the plain one caught and added back.
 
     The errors are exact (Knuth's two-sum), so that the result is nearly as good as rounding the
     exact sums, whatever the number of terms, (P,).
     """
-    plain: Floats = np.cumsum(terms)
+    plain: FloatArray = np.cumsum(terms)
     before = np.concatenate([[0.0], plain[:-1]])[: plain.size]
     added = plain - before
-    errors: Floats = (before - (plain - added)) + (terms - added)
-    caught: Floats = np.cumsum(errors)
+    errors: FloatArray = (before - (plain - added)) + (terms - added)
+    caught: FloatArray = np.cumsum(errors)
     return plain + caught
 
 
-def _held_index(pieces: Pieces) -> Floats:
+def _held_index(pieces: Pieces) -> FloatArray:
     """Return the step index at t = 0 and at the end of each piece, (P + 1,).
 
     Rising, the index is the highest step reached, or stays; falling, the lowest.
@@ -247,7 +243,7 @@ def _kept_within(index: float, limits: Sequence[float]) -> float:
     return min(max(index, limits[0]), limits[1])
 
 
-def _instants(pieces: Pieces, piece: Integers, index: Floats) -> Floats:
+def _instants(pieces: Pieces, piece: IntArray, index: FloatArray) -> FloatArray:
     """Return when each index is reached, inside its piece, (E,).
 
     Counted from the piece's start, or back from its end where a slowing command is past the
@@ -267,7 +263,7 @@ def _instants(pieces: Pieces, piece: Integers, index: Floats) -> Floats:
     return np.clip(np.where(backwards, end_s - lapse, start_s + lapse), start_s, end_s)
 
 
-def time_to_travel(distance: Floats, speed: Floats, acceleration: Floats) -> Floats:
+def time_to_travel(distance: FloatArray, speed: FloatArray, acceleration: FloatArray) -> FloatArray:
     """Return the first root t of distance = speed t + acceleration t^2 / 2, (E,).
 
     Written 2 d / (v + sqrt(v^2 + 2 a d)), which neither cancels nor divides by the acceleration.

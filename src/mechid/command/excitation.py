@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from mechid.arrays import FloatArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,13 +25,13 @@ class Excitation:
         Names of the inputs; by default the normalised phase voltages, without unit.
     """
 
-    initial: NDArray[np.float64]
-    times: NDArray[np.float64]
-    values: NDArray[np.float64]
+    initial: FloatArray
+    times: FloatArray
+    values: FloatArray
     inputs: tuple[str, ...] = ("e_A", "e_B")
 
 
-def most_within(times: NDArray[np.float64], width_s: float) -> int:
+def most_within(times: FloatArray, width_s: float) -> int:
     """Return the greatest number of `times`, (E,) ascending, in any half-open interval of a width in s.
 
     Times just a width apart, up to rounding, do not share an interval.

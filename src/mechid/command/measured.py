@@ -5,14 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command.excitation import Excitation
 from mechid.command.rate import RateProfile
 from mechid.command.stepping import Command, Stepping
 from mechid.command.waveform import Waveform
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -11,7 +11,8 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from mechid.command.edges import AT_ONCE, Floats, Integers, on_ticks, step_edges
+from mechid.arrays import FloatArray, IntArray
+from mechid.command.edges import AT_ONCE, on_ticks, step_edges
 from mechid.command.entry import chosen, is_table, is_whole, number, quoted, refuse_unknown, shown
 from mechid.command.excitation import Excitation, most_within
 from mechid.command.rate import RateProfile
@@ -192,7 +193,7 @@ class Command:
         times, _ = self._edges(duration_s)
         return most_within(times, h)
 
-    def _edges(self, duration_s: float) -> tuple[Floats, Integers]:
+    def _edges(self, duration_s: float) -> tuple[FloatArray, IntArray]:
         """Return the instants of the edges and the step index from each on, at the step clock's ticks."""
         times, index = step_edges(self.rate, self.microsteps, _checked_duration(duration_s))
         return on_ticks(times, index, self.clock_tick_s, duration_s) if self.clock_tick_s else (times, index)

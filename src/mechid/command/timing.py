@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
+from mechid.arrays import FloatArray
 
-Instant = TypeVar("Instant", float, NDArray[np.float64])
+Instant = TypeVar("Instant", float, FloatArray)
 PPM = 1e-6
 
 

@@ -6,7 +6,8 @@ import math
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from mechid.arrays import FloatArray, IntArray
 
 Waveform: TypeAlias = Literal["cosine", "square"]
 WAVEFORMS: tuple[Waveform, ...] = ("cosine", "square")
@@ -15,9 +16,7 @@ SMALLEST_DEG = 1e-12
 """An angle this near a multiple of 90 deg is that multiple: start and step angles are rounded."""
 
 
-def phase_voltages(
-    index: NDArray[np.int64], steps_per_full_step: int, start_angle_deg: float, waveform: Waveform
-) -> NDArray[np.float64]:
+def phase_voltages(index: IntArray, steps_per_full_step: int, start_angle_deg: float, waveform: Waveform) -> FloatArray:
     """Return e_A = -cos(theta_k) and e_B = sin(theta_k), or the signs of these for a square wave.
 
     The electrical angle is theta_k = theta_0 + k 90deg/n ([Kornienko2013]_, voltage stepping). It is
@@ -46,7 +45,7 @@ def phase_voltages(
     return np.sign(voltages) if waveform == "square" else voltages
 
 
-def cosine_and_sine(angle_deg: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def cosine_and_sine(angle_deg: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return cosine and sine of angles in degrees, exact at the multiples of 90 deg, each (E,)."""
     quarter = np.rint(angle_deg / 90.0)
     rest_deg = angle_deg - 90.0 * quarter

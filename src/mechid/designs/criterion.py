@@ -11,12 +11,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import UsageError, did_you_mean
 from mechid.identification.output_error.space import SearchSpace
 
-FloatArray = NDArray[np.float64]
 KINDS = ("D", "A", "E")
 OVER = ("mean", "low")
 GUIDE = 1e-3

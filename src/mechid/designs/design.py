@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.command import Command, RateProfile
 from mechid.command.stepping import FIXED_MICROSTEPS, STEPPINGS
@@ -35,7 +35,6 @@ from mechid.identification.refit.reopened import Optimum
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 
-FloatArray = NDArray[np.float64]
 NEXT_S = 120.0
 """Test time after a fit, where none is given."""
 RATE_MARGIN = 1.2

@@ -7,16 +7,14 @@ from functools import partial
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm
 
+from mechid.arrays import FloatArray
 from mechid.designs.planned import PlannedRecord
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.box import sample_box
-
-FloatArray = NDArray[np.float64]
 
 
 def informations(

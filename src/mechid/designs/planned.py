@@ -106,8 +106,11 @@ def planned_records(campaign: Campaign, recording: Recording) -> tuple[tuple[Pla
     seen = {r.name: _measured(r) for r in campaign.estimated}
     sigmas = [sigma for _, _, sigma in filter(None, seen.values())]
     noise = recording.noise_Nm or (float(np.median(sigmas)) if sigmas else NOISE_NM)
-    said = () if recording.noise_Nm or sigmas else (
-        f"the noise is assumed, {NOISE_NM:g} N m a sample; write noise_Nm in the design file",)  # fmt: skip
+    said = (
+        ()
+        if recording.noise_Nm or sigmas
+        else (f"the noise is assumed, {NOISE_NM:g} N m a sample; write noise_Nm in the design file",)
+    )
     rates = [s[0] for s in seen.values() if s]
     found = tuple(_planned(r, seen[r.name], recording, rates, noise) for r in campaign.estimated)
     return found, (*said, *_not_there(campaign))
@@ -120,9 +123,12 @@ def _not_there(campaign: Campaign) -> tuple[str, ...]:
 
 
 def _planned(
-    record: CampaignRecord, seen: tuple[float, float, float] | None, recording: Recording, rates: Sequence[float],
+    record: CampaignRecord,
+    seen: tuple[float, float, float] | None,
+    recording: Recording,
+    rates: Sequence[float],
     noise: float,
-) -> PlannedRecord:  # fmt: skip
+) -> PlannedRecord:
     if isinstance(record.command, MeasuredCommand):
         raise UsageError(f'record "{record.name}" is driven by measured channels; a design is made of step commands')
     if record.leading != TORQUE:

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.designs.planned import PlannedRecord
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
@@ -16,7 +16,6 @@ from mechid.identification.output_error.reduction import Triangle, combined, of_
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.search.solve import covariance
 
-FloatArray = NDArray[np.float64]
 UNSEEN = "no record sees it"
 ON_BOUND = "on the bound of the mechanism file"
 NO_PHASE = "zero torque, no phase"
@@ -112,7 +111,7 @@ def _values(problem: Problem, q: FloatArray, names: Sequence[str]) -> FloatArray
 
 
 def _reasons(
-    problem: Problem, values: FloatArray, names: Sequence[str], seen: NDArray[np.bool_], on: NDArray[np.bool_]
+    problem: Problem, values: FloatArray, names: Sequence[str], seen: BoolArray, on: BoolArray
 ) -> dict[str, str]:
     """Say which parameters have no standard error."""
     reasons: dict[str, str] = {}

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import find_peaks
 
+from mechid.arrays import FloatArray
 from mechid.command import Command, RateProfile
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 
-FloatArray = NDArray[np.float64]
 SWEEP_S, SAMPLE_RATE_HZ = 60.0, 10_000.0
 BINS = 120
 PROMINENCE = 0.15

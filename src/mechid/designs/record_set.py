@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.designs.criterion import Criterion
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.prediction import PredictedErrors, planned_problem, predicted_errors
 from mechid.designs.standpoint import Standpoint
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

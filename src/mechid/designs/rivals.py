@@ -123,8 +123,9 @@ def _named(plain: Model, diagnosis: Diagnosed) -> Model:
     model = plain
     for effect in diagnosis.effects:
         model = _widened(diagnosis, model, effect.name)
-    if missing := [p.name for p in model.setting.problem.space.mechanism.free
-                   if p.name not in diagnosis.mechanism.parameters]:  # fmt: skip
+    if missing := [
+        p.name for p in model.setting.problem.space.mechanism.free if p.name not in diagnosis.mechanism.parameters
+    ]:
         raise _of_another(diagnosis, f"{PROPOSED_NAME} has no {missing[0]}")
     values = {name: p.value for name, p in diagnosis.mechanism.parameters.items()}
     in_library = {wide: values[here] for wide, here in _entries(model, diagnosis.mechanism).items()}

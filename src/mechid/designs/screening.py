@@ -7,14 +7,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.step_loss import Driven, driven
 from mechid.identification.computation.parallel import mapped
 from mechid.plant.mechanism import Mechanism
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +27,7 @@ class Screening:
         Largest torque, N m.
     """
 
-    lost: NDArray[np.bool_]
+    lost: BoolArray
     peak: FloatArray
 
     def objections(self, risk: float, range_Nm: float | None) -> list[str]:
@@ -37,7 +35,7 @@ class Screening:
         over = self.peak > (range_Nm or np.inf)
         return [self._objection(k, over[:, k], risk) for k in range(self.lost.shape[1])]
 
-    def _objection(self, k: int, over: NDArray[np.bool_], risk: float) -> str:
+    def _objection(self, k: int, over: BoolArray, risk: float) -> str:
         for bad, word in ((self.lost[:, k], "loses steps"), (over, "exceeds the torque range")):
             if bad[0]:
                 return f"{word} at the values believed"

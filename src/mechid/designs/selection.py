@@ -11,11 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray, IntArray
 from mechid.designs.criterion import Criterion
 
-FloatArray = NDArray[np.float64]
 LEAST_GAIN = 1e-6
 MOST_ROUNDS = 8
 TRIED = 3
@@ -43,7 +42,7 @@ class Pool:
     before: FloatArray
     seconds: FloatArray
     total_s: float
-    allowed: NDArray[np.bool_]
+    allowed: BoolArray
     most_of_one: int = 1
 
 
@@ -118,13 +117,13 @@ def _filled(pool: Pool, criterion: Criterion, chosen: list[int], *, per_second: 
     return chosen
 
 
-def _gains(pool: Pool, criterion: Criterion, information: FloatArray, records: NDArray[np.int64]) -> FloatArray:
+def _gains(pool: Pool, criterion: Criterion, information: FloatArray, records: IntArray) -> FloatArray:
     """Return by how much each record lowers the criterion, (records,)."""
     after = criterion.guided(information[:, None] + pool.information[:, records])
     return np.asarray(float(criterion.guided(information)) - after, dtype=np.float64)
 
 
-def _fitting(pool: Pool, chosen: Sequence[int]) -> NDArray[np.int64]:
+def _fitting(pool: Pool, chosen: Sequence[int]) -> IntArray:
     left = pool.total_s - float(np.sum(pool.seconds[list(chosen)]))
     taken = np.bincount(np.asarray(chosen, dtype=np.int64), minlength=pool.seconds.size)
     fits = pool.allowed & (taken < pool.most_of_one) & (pool.seconds <= left * (1.0 + 1e-12))

@@ -6,14 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
 from mechid.designs.separation import CLEAR, Pair, pairs_of, predicted_torque, refitted
 
-FloatArray = NDArray[np.float64]
 LEAST_GAIN = 1.0
 """Chi-square that a further record of a set has to add."""
 
@@ -104,8 +103,8 @@ def separation(
     groups: Sequence[Group],
     records: Sequence[PlannedRecord],
     *,
-    driven: NDArray[np.bool_],
-    allowed: NDArray[np.bool_],
+    driven: BoolArray,
+    allowed: BoolArray,
     seconds: FloatArray,
     total_s: float,
     workers: int = 1,
@@ -161,7 +160,7 @@ def _spread(pair: Pair, looked: Sequence[int], count: int) -> Pair:
     return replace(pair, shown=tuple(shown))
 
 
-def choice(pairs: Sequence[Pair], allowed: NDArray[np.bool_], seconds: FloatArray, total_s: float) -> tuple[int, ...]:
+def choice(pairs: Sequence[Pair], allowed: BoolArray, seconds: FloatArray, total_s: float) -> tuple[int, ...]:
     """Return the records that tell the rivals of all pairs apart in the least time; else those that come farthest.
 
     The shortest single record that does, of these the clearest. Else records are added by what they add for a second,

@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import detrend
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.planned import PlannedRecord
 from mechid.designs.rivals import Group
@@ -30,7 +30,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.solve import solve
 
-FloatArray = NDArray[np.float64]
 CHANCE = 2.0
 """Standard deviations by which chance may lower what is expected."""
 CLEAR = (CHANCE + math.sqrt(CHANCE**2 + LEAST)) ** 2
@@ -104,7 +103,7 @@ def _known(model: Model) -> FloatArray:
     return np.asarray(J[:, _moved(model)])
 
 
-def _moved(model: Model) -> NDArray[np.bool_]:
+def _moved(model: Model) -> BoolArray:
     return np.asarray(~model.problem.coordinates.on_bound(model.q))
 
 

@@ -6,15 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.designs.information import prior_points, range_information, without_offsets
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.refit.reopened import Optimum
 from mechid.parameter import Status
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

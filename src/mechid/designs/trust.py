@@ -11,8 +11,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.designs.criterion import sizes
 from mechid.designs.planned import PlannedRecord
 from mechid.identification.computation.parallel import mapped
@@ -20,7 +20,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.uncertainty.draws import DEPARTURE
 
-FloatArray = NDArray[np.float64]
 MECHANISMS, DRAWS = 8, 3
 FARTHEST = 0.01
 """Of a coordinate's size."""

@@ -78,10 +78,13 @@ class Exported(Shown):
         """Return the content of mechid_export.json."""
         checked = self.written.checked
         return {
-            "format": FORMAT, "target": self.target, "files": list(self.written.files),
-            "checked": asdict(checked) if checked else None, "words": list(self.written.words),
+            "format": FORMAT,
+            "target": self.target,
+            "files": list(self.written.files),
+            "checked": asdict(checked) if checked else None,
+            "words": list(self.written.words),
             "provenance": dict(self.provenance),
-        }  # fmt: skip
+        }
 
 
 def export(

@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.residual_file import read_residual
+from mechid.arrays import FloatArray
 from mechid.budgets.attractors import steady_states
 from mechid.budgets.carried import carried
 from mechid.budgets.discrepancy import Discrepancy, read_discrepancy
@@ -27,8 +27,6 @@ from mechid.exports.stepping import Stepping
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.plant.flight import in_flight, left_on_bench
 from mechid.plant.tables import bench_reason
-
-FloatArray = NDArray[np.float64]
 
 SEED = 0
 """Of the draws behind a bound."""
@@ -82,11 +80,13 @@ def estimate_on_base(handover: Handover, values: Mapping[str, float] | None = No
     source = ResidualSource(left, carried(bench, held)) if left else None
     missed = read_discrepancy(handover.estimate, folder) if folder else Discrepancy()
     return Estimate(
-        mechanism=held, names=tuple(handover.names[k] for k in kept),
+        mechanism=held,
+        names=tuple(handover.names[k] for k in kept),
         covariance=handover.covariance[np.ix_(kept, kept)],
         discrepancy=replace(missed, of_profiles_alone=True) if source else missed,
-        left=left_on_bench(bench, handover.names), residual=source,
-    )  # fmt: skip
+        left=left_on_bench(bench, handover.names),
+        residual=source,
+    )
 
 
 def forcing(estimate: Estimate, stepping: Stepping, rates: FloatArray) -> Forcing:

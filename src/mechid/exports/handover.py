@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.discrepancy import report_of
 from mechid.campaign import Campaign
 from mechid.campaign.prediction import time_base
@@ -22,7 +22,6 @@ from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 SYNTHETIC = "SYNTHETIC: the records were simulated, nothing was measured."
 NAME = "mechanism"
 """Of the model where the campaign's folder has no name that every target takes."""
@@ -128,9 +127,14 @@ def handover(
         raise FitError(f"{GRADE_WORDS[Grade.FAILED]} {said} Identify anew, or hand it on with --anyway")
     names, covariance = _covariance(estimate)
     return Handover(
-        name=_name(campaign), mechanism=mechanism, names=names, covariance=covariance, estimate=estimate,
-        trials=_trials(campaign) if campaign else (), folder=folder,
-    )  # fmt: skip
+        name=_name(campaign),
+        mechanism=mechanism,
+        names=names,
+        covariance=covariance,
+        estimate=estimate,
+        trials=_trials(campaign) if campaign else (),
+        folder=folder,
+    )
 
 
 def _name(campaign: Campaign | None) -> str:

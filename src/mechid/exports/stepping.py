@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.command import Command, RateProfile
 from mechid.exports.handover import Trial
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.resonances import resonances
-
-FloatArray = NDArray[np.float64]
 
 COUNT = 40
 """Parts of the range, evenly: rates are nowhere further apart."""
@@ -52,7 +50,7 @@ class Stepping:
     command: Command
     ranges: tuple[tuple[float, float], ...]
 
-    def tested(self, rates: FloatArray) -> NDArray[np.bool_]:
+    def tested(self, rates: FloatArray) -> BoolArray:
         """Return at which rates, (r,), a record of this stepping ran."""
         inside = [(rates >= low * (1.0 - NEAR)) & (rates <= high * (1.0 + NEAR)) for low, high in self.ranges]
         return np.asarray(np.any(inside, axis=0))

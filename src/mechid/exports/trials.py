@@ -6,15 +6,14 @@ from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import MechidError
 from mechid.exports.export import Checked
 from mechid.exports.handover import Handover, Trial
 from mechid.simulation.simulator import Simulator, TimeBase, simulate_run
 from mechid.simulation.trajectory import Switching
 
-FloatArray = NDArray[np.float64]
 DEFAULT_RATE_HZ = 10_000.0
 LONGEST_S = 120.0
 """Of record time that is compared."""

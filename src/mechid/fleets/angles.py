@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 UNKNOWN_DEG = 180.0 / np.sqrt(3.0)
 """Standard deviation of an angle of which nothing is known; an estimate with that error or more says nothing."""
 

@@ -83,9 +83,7 @@ def read_fleet_file(path: Path | str) -> Members:
     members = tuple(_member(entry, at, path.parent, n) for (entry, at), n in zip(entries, names, strict=True))
     _refuse_twice(members, [at for _, at in entries])
     _refuse_contradictions(members, [at for _, at in entries])
-    return Members(
-        members=members, before_after=_before_after(table, place, members), false_discovery_rate=rate
-    )  # fmt: skip
+    return Members(members=members, before_after=_before_after(table, place, members), false_discovery_rate=rate)
 
 
 def _fleet_file(path: Path) -> Path | None:

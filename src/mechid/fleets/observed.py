@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.fleets.angles import unwrapped
 from mechid.fleets.estimates import DEGREES, Estimate
 from mechid.fleets.members import Member
 from mechid.fleets.regression import regression
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)

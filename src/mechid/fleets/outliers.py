@@ -15,12 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import stdtr
 
+from mechid.arrays import FloatArray
 from mechid.fleets.regression import EXACT, STEPS
 
-FloatArray = NDArray[np.float64]
 LEAST = 4
 """Units at least; of fewer none can stand off from the others."""
 SHARE, MOST = 5, 3

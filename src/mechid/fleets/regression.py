@@ -20,11 +20,11 @@ from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq
 from scipy.special import chdtrc, chdtri, ndtr, ndtri, stdtr, stdtrit
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 EXACT, STEPS = 1e-12, 100
 """Relative accuracy of the weighted sum of squares, and Newton steps at most."""
 QUANTILES, FAR = 60, 40.0

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from datetime import UTC, date, datetime
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.fleets.members import Covariate, Member
 from mechid.fleets.observed import Observed, of_units
 from mechid.fleets.regression import Regression, regression
 
-FloatArray = NDArray[np.float64]
 DAY_S = 86400.0
 
 

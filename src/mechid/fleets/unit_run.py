@@ -160,9 +160,14 @@ def _identify(campaign: Campaign, task: UnitTask, told: Told, *, resume: bool) -
         yield _stages(said)
 
     made = identified_into(
-        campaign, Path(task.folder), Audience(followed=followed, told=said), seed=task.seed, workers=task.workers,
-        resume=resume, complete=task.complete,
-    )  # fmt: skip
+        campaign,
+        Path(task.folder),
+        Audience(followed=followed, told=said),
+        seed=task.seed,
+        workers=task.workers,
+        resume=resume,
+        complete=task.complete,
+    )
     if made.fit.outcome is FitOutcome.INTERRUPTED:
         raise KeyboardInterrupt
 

@@ -75,12 +75,16 @@ def _terms(fit: Fit, beside: Beside, words: Mapping[str, str]) -> TermsBeside:
     meanings = {name: beside.mechanism.parameters[name].declaration.meaning for name in beside.new}
     own = {
         name: TermBeside(
-            value=p.value, std_error=p.std_error, unit=p.unit, width=beside.widths.get(name),
-            term=beside.new[name], meaning=meanings[name],
+            value=p.value,
+            std_error=p.std_error,
+            unit=p.unit,
+            width=beside.widths.get(name),
+            term=beside.new[name],
+            meaning=meanings[name],
         )
         for name, p in fit.parameters.items()
         if name in beside.new
-    }  # fmt: skip
+    }
     return TermsBeside(names=beside.terms, words={name: words[name] for name in beside.terms}, parameters=own)
 
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 from importlib.metadata import version
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import names_start
@@ -35,7 +34,6 @@ from mechid.identification.uncertainty.standard_errors import ParameterErrors, S
 from mechid.parameter import Parameter, Status
 from mechid.plant.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
 ONE_RECORD = "One record only: how far other conditions would move the values is not tested."
 MAINLY_PRIOR = "its standard error is mainly its prior's"
 PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
@@ -222,8 +220,11 @@ def _warnings(parameters: Mapping[str, ParameterEstimate]) -> list[str]:
     """
     parameters = {name: p for name, p in parameters.items() if not names_start(name)}
     said = (Status.FROZEN, Status.AT_BOUND)
-    lines = [f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
-             for p in parameters.values() if p.status in said]  # fmt: skip
+    lines = [
+        f"{p.name}: {p.status.replace('_', ' ')} at {p.value:.6g} {p.unit}: {p.reason}"
+        for p in parameters.values()
+        if p.status in said
+    ]
     return lines + [
         f"{p.name}: {MAINLY_PRIOR}, {p.prior.sigma:.3g} {p.unit}: of the records alone it would be "
         f"{p.prior.std_error_without:.3g} {p.unit}; a record that moves it more would determine it"

@@ -118,9 +118,12 @@ def _loss(cause: Cause, record: str, at_s: float, text: str, evidence: Evidence)
     happens = evidence.circumstances(record, at_s)
     again = f"mechid identify {evidence.campaign} --out DIR --seed {evidence.seed + 1}"
     return Reason(
-        cause=cause, record=record, instant_s=at_s, text=f"{text}{f': {happens}' if happens else ''}.",
+        cause=cause,
+        record=record,
+        instant_s=at_s,
+        text=f"{text}{f': {happens}' if happens else ''}.",
         next_command=again if cause is Cause.USED_IN_PART else f"mechid check {evidence.campaign}",
-    )  # fmt: skip
+    )
 
 
 def _bound(p: ParameterEstimate, again: str) -> Reason:
@@ -190,9 +193,14 @@ def _disagreement(fit: Fit, found: Consistency, evidence: Evidence) -> Reason:
     if most is not None and middle is not None:
         text += f" The error bars are widened for it, by {most:.3g} times at most and {middle:.3g} in the median."
     return Reason(
-        cause=Cause.PARTS_DISAGREE, record=found.contested_record, parameter=found.parameter, text=text,
-        widened_most=most, widened_median=middle, next_command=f"mechid check {evidence.campaign}",
-    )  # fmt: skip
+        cause=Cause.PARTS_DISAGREE,
+        record=found.contested_record,
+        parameter=found.parameter,
+        text=text,
+        widened_most=most,
+        widened_median=middle,
+        next_command=f"mechid check {evidence.campaign}",
+    )
 
 
 def widened(parameters: Mapping[str, ParameterEstimate]) -> tuple[float | None, float | None]:

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.progress import Listener, Progress, silent
 from mechid.identification.identify import identify, make_problem
@@ -17,8 +17,6 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.gates import grow
 from mechid.identification.search.run_up import run_up
 from mechid.identification.stages.watch import Watch
-
-FloatArray = NDArray[np.float64]
 
 
 def identify_from(

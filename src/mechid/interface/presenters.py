@@ -72,9 +72,15 @@ def text_of(result: object) -> str:
 def html_of(result: object) -> str:
     """Return the same as HTML for a notebook."""
     console = Console(
-        file=io.StringIO(), record=True, width=HTML_WIDTH, markup=False, highlight=False, emoji=False,
-        force_terminal=True, force_jupyter=False,
-    )  # fmt: skip
+        file=io.StringIO(),
+        record=True,
+        width=HTML_WIDTH,
+        markup=False,
+        highlight=False,
+        emoji=False,
+        force_terminal=True,
+        force_jupyter=False,
+    )
     _print(result, console)
     return console.export_html(inline_styles=True, code_format=PRE)
 

@@ -16,8 +16,8 @@ from threading import Lock, Thread
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.errors import UsageError
 from mechid.holding import sweep
 from mechid.kernel.compiler import signatures_remembered
@@ -26,7 +26,6 @@ from mechid.kernel.source import fingerprint, generate, lanes_for
 from mechid.plant.plant import Plant
 from mechid.writing import CACHE, cache_folder, write_whole
 
-FloatArray = NDArray[np.float64]
 SUCCESS, DIVERGED, CHATTER = 0, 1, 2
 _ONE_AT_A_TIME = Lock()
 """A second thread that needs a module waits until the first has it compiled."""
@@ -194,7 +193,7 @@ class Buffers:
     """All arrays one run reads and writes, flat as the generated module expects them."""
 
     directions: FloatArray
-    discrete: NDArray[np.int64]
+    discrete: IntArray
     w: FloatArray
     y: FloatArray
     y_dot: FloatArray
@@ -204,7 +203,7 @@ class Buffers:
     lanes: int
     sensitive: bool
 
-    def run_arguments(self, samples: int) -> tuple[NDArray[np.float64] | NDArray[np.int64], ...]:
+    def run_arguments(self, samples: int) -> tuple[FloatArray | IntArray, ...]:
         """Return what `run` takes behind the excitation, for a block of so many samples."""
         n = samples * self.outputs
         rows = n if self.sensitive else 0
@@ -230,7 +229,7 @@ def allocate(plant: Plant, module: ModuleType, *, samples: int, events: int, sen
     )
 
 
-def lane_places(module: ModuleType, row: int, lanes: int) -> NDArray[np.int64]:
+def lane_places(module: ModuleType, row: int, lanes: int) -> IntArray:
     """Return where a row of all lanes stands in the workspace, as the kernel's ``lane_place`` has it."""
     lane, group = np.arange(lanes), int(module.LANES_PER_GROUP)
     return np.asarray((lane // group) * int(module.GROUP_SIZE) + row * group + lane % group, dtype=np.int64)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 Margin = Callable[[FloatArray], FloatArray]
 
 CHECKS = 16

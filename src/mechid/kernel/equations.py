@@ -9,11 +9,10 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.plant.plant import START_ANGLE, Plant
 
-FloatArray = NDArray[np.float64]
 Arguments = tuple[tuple[sp.Symbol, ...], ...]
 """Four groups of symbols: states, inputs, mode symbols, parameters."""
 

@@ -7,12 +7,10 @@ from functools import lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import FitError
 from mechid.plant.plant import START_ANGLE, Plant
-
-FloatArray = NDArray[np.float64]
 
 
 def equilibrium(plant: Plant, p: FloatArray, inputs: FloatArray, theta_0: float) -> tuple[FloatArray, FloatArray]:

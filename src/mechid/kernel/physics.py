@@ -245,12 +245,16 @@ def outputs(writer: Writer) -> list[str]:
             if (d := node.outer.get(q))
         ]
     return [
-        function("outputs", "w_, x_at, y_, at", "Measured quantities.", [*writer.body(wanted), "return"],
-                 inline=True),
+        function("outputs", "w_, x_at, y_, at", "Measured quantities.", [*writer.body(wanted), "return"], inline=True),
         _output_flow(writer),
-        function("output_gradient", "w_, x_at", "Their gradients; y_p holds zeros elsewhere.",
-                 [*writer.body(gradient, share=True), "return"], inline=True),
-    ]  # fmt: skip
+        function(
+            "output_gradient",
+            "w_, x_at",
+            "Their gradients; y_p holds zeros elsewhere.",
+            [*writer.body(gradient, share=True), "return"],
+            inline=True,
+        ),
+    ]
 
 
 def _output_flow(writer: Writer) -> str:

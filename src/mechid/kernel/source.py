@@ -63,9 +63,12 @@ def generate(plant: Plant, lanes: int) -> str:
     numbers = _numbers(plant, lanes, writer)
     rows = lane_writer.layout.rows
     numbers |= {
-        "TERMS": TERMS, "NT": lane_writer.coefficients,
-        "NG": lanes // WIDTH, "LANES_PER_GROUP": WIDTH, "GROUP_SIZE": rows["END"] * WIDTH,
-    }  # fmt: skip
+        "TERMS": TERMS,
+        "NT": lane_writer.coefficients,
+        "NG": lanes // WIDTH,
+        "LANES_PER_GROUP": WIDTH,
+        "GROUP_SIZE": rows["END"] * WIDTH,
+    }
     parts = {"LANES": rows["END"] * lanes} | _work_parts(numbers, plant.most_guards)
     sizes = _size_lines(numbers | {f"ROW_{name}": row for name, row in rows.items()}, parts)
     moved = [int(k in lane_writer.drive_parameters) for k in range(len(plant.parameters))]
@@ -91,9 +94,12 @@ def text_of_loop(package: str, name: str) -> str:
 def _header(plant: Plant, lanes: int, body: str) -> str:
     operations = sum(body.count(sign) for sign in (" * ", "*", " + ", " - "))
     names = {
-        "states": plant.states, "filter states": plant.filter.states, "inputs": plant.inputs,
-        "parameters": plant.parameters, "outputs": plant.outputs,
-    }  # fmt: skip
+        "states": plant.states,
+        "filter states": plant.filter.states,
+        "inputs": plant.inputs,
+        "parameters": plant.parameters,
+        "outputs": plant.outputs,
+    }
     listing = "\n".join(f"    {what}: {', '.join(map(str, symbols))}" for what, symbols in names.items())
     return (
         f'"""Kernel of {plant.name} with {lanes} lanes. Made by mechid; do not edit.\n\n'

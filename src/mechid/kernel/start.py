@@ -8,11 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.plant.plant import START_ANGLE, Plant
 
-FloatArray = NDArray[np.float64]
 NEWTON_STEPS = 4
 """A kinematic error is small beside the angle that it belongs to: the first step is nearly all."""
 

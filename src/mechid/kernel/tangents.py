@@ -38,9 +38,13 @@ class Layout:
     def rows(self) -> dict[str, int]:
         """First row of each part, and the total under ``"END"``."""
         sizes = {
-            "S": self.states, "SZ": self.filter_states, "K": self.states, "V": self.fed,
-            "DIR": self.parameters, "DTAU": 1,
-        }  # fmt: skip
+            "S": self.states,
+            "SZ": self.filter_states,
+            "K": self.states,
+            "V": self.fed,
+            "DIR": self.parameters,
+            "DTAU": 1,
+        }
         first, out = 0, {}
         for name, size in sizes.items():
             out[name] = first
@@ -189,8 +193,13 @@ class LaneWriter:
         for j in range(n_fed):
             one, two, three = (self._fed_tangent(j, stage) for stage in STAGES[:3])
             body.append(f"m_{j} = 0.5 * ({one} + {two}) + 0.25 * {three}")
-        body += self._filter_lines([*(f"v_{j}" for j in range(n_fed)), *(f"m_{j}" for j in range(n_fed)),
-                                    *(self._fed_tangent(j, "4") for j in range(n_fed))])  # fmt: skip
+        body += self._filter_lines(
+            [
+                *(f"v_{j}" for j in range(n_fed)),
+                *(f"m_{j}" for j in range(n_fed)),
+                *(self._fed_tangent(j, "4") for j in range(n_fed)),
+            ]
+        )
         body += [f"{self._row('S', i)} = y_{s}_4" for i, s in enumerate(states)]
         body += [f"{self._row('K', i)} = t_k_{s}_4" for i, s in enumerate(states)]
         body += [f"{self._row('V', j)} = {self._fed_tangent(j, '4')}" for j in range(n_fed)]

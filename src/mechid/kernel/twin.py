@@ -14,9 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.integrate import DOP853, DenseOutput
 
+from mechid.arrays import FloatArray
 from mechid.command import Excitation
 from mechid.kernel.crossing import first_zero
-from mechid.kernel.equations import Equations, FloatArray, equations_of
+from mechid.kernel.equations import Equations, equations_of
 from mechid.kernel.twin_state import TwinRun, TwinState, TwinSwitch
 from mechid.plant.plant import Plant
 

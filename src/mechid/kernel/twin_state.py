@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from mechid.kernel.equations import FloatArray
+from mechid.arrays import FloatArray
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,10 +52,14 @@ def _cached(
 ) -> Plant:
     return _assembled(
         Layout(
-            assembly=assembly, laws=dict(laws), orders=dict(orders), tables=frozenset(tables), flying=flying,
+            assembly=assembly,
+            laws=dict(laws),
+            orders=dict(orders),
+            tables=frozenset(tables),
+            flying=flying,
             ports=ports,
         )
-    )  # fmt: skip
+    )
 
 
 def _assembled(layout: Layout) -> Plant:

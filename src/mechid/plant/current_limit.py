@@ -49,8 +49,10 @@ def loop(phase: str) -> Block:
         },
         guards={
             "following": (
-                Guard(margin=band - behind, target="rising"), Guard(margin=band + behind, target="falling"),
-                Guard(margin=U_s - wanted, target="rising"), Guard(margin=U_s + wanted, target="falling"),
+                Guard(margin=band - behind, target="rising"),
+                Guard(margin=band + behind, target="falling"),
+                Guard(margin=U_s - wanted, target="rising"),
+                Guard(margin=U_s + wanted, target="falling"),
             ),
             "rising": (Guard(margin=behind),),
             "falling": (Guard(margin=-behind),),
@@ -58,7 +60,7 @@ def loop(phase: str) -> Block:
         entry=((behind - band, "rising"), (-behind - band, "falling")),
         otherwise="following",
         ideal={forced: 0.0, side: 0.0},
-    )  # fmt: skip
+    )
     return Block(
         name=f"loop_{phase}",
         table=TABLE,
@@ -66,16 +68,29 @@ def loop(phase: str) -> Block:
         inputs=(i_ref, emf),
         rates={i: forced * (side * U_s - wanted) / L},
         initial={i: i_ref + own},
-        starts=(own_start(f"current_{phase.lower()}", own, "A",
-                          f"current of phase {phase} at the start, off where it settles", "T_hold/k_m"),),
+        starts=(
+            own_start(
+                f"current_{phase.lower()}",
+                own,
+                "A",
+                f"current of phase {phase} at the start, off where it settles",
+                "T_hold/k_m",
+            ),
+        ),
         outputs={f"i_{phase}": i},
         switch=switch,
         reference=ACARNLEY,
-    )  # fmt: skip
+    )
 
 
 RIVAL = Rival(
-    name=TABLE, words="the current drive runs out of voltage", table=TABLE, grown=False,
-    free={"voltage": (Float(24.0), Float(3.0), Float(200.0)), "resistance": (Float(5.0), Float(0.2), Float(100.0)),
-          "inductance": (Float(0.01), Float(2e-4), Float(0.3))},
-)  # fmt: skip
+    name=TABLE,
+    words="the current drive runs out of voltage",
+    table=TABLE,
+    grown=False,
+    free={
+        "voltage": (Float(24.0), Float(3.0), Float(200.0)),
+        "resistance": (Float(5.0), Float(0.2), Float(100.0)),
+        "inductance": (Float(0.01), Float(2e-4), Float(0.3)),
+    },
+)

@@ -14,9 +14,13 @@ SPRING = "spring"
 DAMPING = "k_t*k_e/R"
 """Damping by the shorted winding, in the file's symbols."""
 INERTIA = Declaration(
-    key="motor.inertia", symbol="J_rot", unit="kg m2", lower=0.0, source=HUGHES,
+    key="motor.inertia",
+    symbol="J_rot",
+    unit="kg m2",
+    lower=0.0,
+    source=HUGHES,
     meaning="inertia of the rotor and all on its shaft",
-)  # fmt: skip
+)
 
 
 def dc_winding() -> Block:

@@ -90,15 +90,28 @@ def series(holding: Expr) -> Series:
 
 
 def _extension(holding: Expr, periods: int) -> Extension:
-    return Extension(name=DETENT, words=WORDS, table=DETENT, structure={"period_deg": Float(360) / periods},
-                     widths={"amplitude": Float(0.02) * holding}, grown=False)  # fmt: skip
+    return Extension(
+        name=DETENT,
+        words=WORDS,
+        table=DETENT,
+        structure={"period_deg": Float(360) / periods},
+        widths={"amplitude": Float(0.02) * holding},
+        grown=False,
+    )
 
 
 def extensions(orders: Sequence[int | None], holding: Expr) -> tuple[Extension, ...]:
     """Return the detents that may be there beside, of 2 % of the holding torque."""
     return tuple(
-        Extension(name=DETENT, words=WORDS, table=DETENT,
-                  order=order, structure={"period_deg": 720 / (p * order)},
-                  widths={"amplitude": Float(0.02) * holding}, grown=order in ORDERS)
-        for order in (*ORDERS, *FURTHER_ORDERS) if order not in orders
-    )  # fmt: skip
+        Extension(
+            name=DETENT,
+            words=WORDS,
+            table=DETENT,
+            order=order,
+            structure={"period_deg": 720 / (p * order)},
+            widths={"amplitude": Float(0.02) * holding},
+            grown=order in ORDERS,
+        )
+        for order in (*ORDERS, *FURTHER_ORDERS)
+        if order not in orders
+    )

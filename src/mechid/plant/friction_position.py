@@ -51,13 +51,23 @@ class _Over:
 
 
 ROTOR = _Over(
-    table="friction.position", what="rotor", angle=alpha, turns=Integer(1), looked_for=(1, 2),
-    letters=("n_f", "A_f", "phi_f", "c_f", "s_f"), name="friction.position",
-)  # fmt: skip
+    table="friction.position",
+    what="rotor",
+    angle=alpha,
+    turns=Integer(1),
+    looked_for=(1, 2),
+    letters=("n_f", "A_f", "phi_f", "c_f", "s_f"),
+    name="friction.position",
+)
 OUTPUT = _Over(
-    table="friction.output_position", what="output", angle=alpha_gear, turns=1 / G, looked_for=(1,),
-    letters=("n_g", "A_g", "phi_g", "c_g", "s_g"), name="friction.position:output",
-)  # fmt: skip
+    table="friction.output_position",
+    what="output",
+    angle=alpha_gear,
+    turns=1 / G,
+    looked_for=(1,),
+    letters=("n_g", "A_g", "phi_g", "c_g", "s_g"),
+    name="friction.position:output",
+)
 
 
 def varying(law: tuple[Block, ...], site: Site, layout: Layout, *, geared: bool) -> tuple[Block, ...]:
@@ -116,8 +126,10 @@ def _switched(switch: Switch, varied: Mapping[Symbol, Expr]) -> Switch:
 def _refuse(layout: Layout, *, turning: bool, geared: bool) -> None:
     there = next((one.table for one in (OUTPUT, ROTOR) if layout.orders.get(one.table)), "")
     if there and ROTOR.table.partition(".")[0] in layout.own:
-        raise InputFileError(f"{there}: stands beside a friction of your own, which does not know of it; write the "
-                             "variation into your block, or take a law of the library")  # fmt: skip
+        raise InputFileError(
+            f"{there}: stands beside a friction of your own, which does not know of it; write the "
+            "variation into your block, or take a law of the library"
+        )
     if there and not turning:
         raise InputFileError(f"{there}: is per turn, and this axis slides; delete it")
     if there == OUTPUT.table and not geared:

@@ -97,9 +97,15 @@ def _error_extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
 
 def _error_extension(order: int) -> Extension:
     """Return a harmonic of the kinematic error of 0.1 mrad: some 20 seconds of arc."""
-    return Extension(name=f"{ERROR}:{order}", words="kinematic error of the gear, {order:g} per turn of its input",
-                     table=ERROR, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(1e-4)},
-                     grown=order in ERROR_ORDERS)  # fmt: skip
+    return Extension(
+        name=f"{ERROR}:{order}",
+        words="kinematic error of the gear, {order:g} per turn of its input",
+        table=ERROR,
+        order=order,
+        structure={"order": Integer(order)},
+        widths={"amplitude": Float(1e-4)},
+        grown=order in ERROR_ORDERS,
+    )
 
 
 def _rivals() -> tuple[Rival, ...]:
@@ -108,16 +114,29 @@ def _rivals() -> tuple[Rival, ...]:
     From the least play a fit finds one of its neighbourhood that larger starts step over: it has no derivative at 0.
     """
     plays = tuple(
-        Rival(name="gear.backlash", words="backlash of the gear", table="gear", law="backlash",
-              free={"backlash": (play, play / 30, play * 30)}, grown=grown)
+        Rival(
+            name="gear.backlash",
+            words="backlash of the gear",
+            table="gear",
+            law="backlash",
+            free={"backlash": (play, play / 30, play * 30)},
+            grown=grown,
+        )
         for play, grown in ((Float(3e-7), False), (Float(5e-6), True), (Float(1.5e-4), True))
-    )  # fmt: skip
+    )
     share = (Float(0.05), Float(1e-3), Float(1.0))
     return (
         *plays,
-        Rival(name="friction.load_dependent", words="friction that grows with the torque in the gear",
-              table="friction", law="load_dependent", free={"load_share": share}, null="load_share", hides=True),
-    )  # fmt: skip
+        Rival(
+            name="friction.load_dependent",
+            words="friction that grows with the torque in the gear",
+            table="friction",
+            law="load_dependent",
+            free={"load_share": share},
+            null="load_share",
+            hides=True,
+        ),
+    )
 
 
 def unwound(start: Expr, error_orders: Sequence[int] = ()) -> Expr:
@@ -166,22 +185,41 @@ def piecewise_linear() -> GearLaw:
         for name, sign in (("up", 1), ("down", -1))
     )
     stiffnesses = tuple(
-        Declaration(key=f"stiffness_{k}", symbol=f"K_s{k}", unit="N m/rad", lower=0.0, source=HARMONIC,
-                    meaning=f"gear stiffness at output, K{k} of the catalogue")
+        Declaration(
+            key=f"stiffness_{k}",
+            symbol=f"K_s{k}",
+            unit="N m/rad",
+            lower=0.0,
+            source=HARMONIC,
+            meaning=f"gear stiffness at output, K{k} of the catalogue",
+        )
         for k in (1, 2, 3)
-    )  # fmt: skip
+    )
     torques = tuple(
-        Declaration(key=f"torque_{k}", symbol=f"T_s{k}", unit="N m", lower=0.0, source=HARMONIC,
-                    meaning=f"output torque up to which K{k} holds", beyond="torque_1" if k == 2 else None)
+        Declaration(
+            key=f"torque_{k}",
+            symbol=f"T_s{k}",
+            unit="N m",
+            lower=0.0,
+            source=HARMONIC,
+            meaning=f"output torque up to which K{k} holds",
+            beyond="torque_1" if k == 2 else None,
+        )
         for k in (1, 2)
-    )  # fmt: skip
+    )
     return GearLaw(
         torque=torque + D * twist_rate,
         declarations=(*stiffnesses, *torques, _damping()),
-        switch=Switch(name="gear", modes=modes, guards=guards, entry=entry, otherwise="low",
-                      ideal={mid: 0.0, high: 0.0, side: 0.0}),
+        switch=Switch(
+            name="gear",
+            modes=modes,
+            guards=guards,
+            entry=entry,
+            otherwise="low",
+            ideal={mid: 0.0, high: 0.0, side: 0.0},
+        ),
         reference=HARMONIC,
-    )  # fmt: skip
+    )
 
 
 def backlash() -> GearLaw:
@@ -207,8 +245,14 @@ def backlash() -> GearLaw:
         otherwise="gap",
         ideal={contact: 1.0, side: 0.0},
     )
-    play = Declaration(key="backlash", symbol=gap.name, unit="rad", lower=0.0, source=NORDIN,
-                       meaning="free travel of the output from flank to flank")  # fmt: skip
+    play = Declaration(
+        key="backlash",
+        symbol=gap.name,
+        unit="rad",
+        lower=0.0,
+        source=NORDIN,
+        meaning="free travel of the output from flank to flank",
+    )
     return GearLaw(
         torque=contact * (K_s * (twist - side * half) + D * twist_rate),
         declarations=(_stiffness(), _damping(), play),

@@ -95,8 +95,14 @@ class ListedHarmonic:
         """Amplitude and phase as a pair."""
         place, order = f"{self.table}.{self.index}", self._symbols[0]
         c, s = self.parts
-        return PolarPair(amplitude=f"{place}.amplitude", phase=f"{place}.phase_deg", cosine=c, sine=s,
-                         cycles=order * self.turns, of_phase=self.of_phase)  # fmt: skip
+        return PolarPair(
+            amplitude=f"{place}.amplitude",
+            phase=f"{place}.phase_deg",
+            cosine=c,
+            sine=s,
+            cycles=order * self.turns,
+            of_phase=self.of_phase,
+        )
 
 
 def coordinates_of(harmonics: Iterable[ListedHarmonic]) -> dict[Symbol, Expr]:

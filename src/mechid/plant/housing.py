@@ -125,19 +125,32 @@ SECOND = _Mode(
 def _second_mode() -> Rival:
     """Return a second mode that may be there; without gain there is none."""
     return Rival(
-        name=SECOND.table, words="second resonance of the housing", table=SECOND.table, null="gain", grown=False,
-        free={"gain": (Float(0.3), Float(-20.0), Float(20.0)), "damping": (Float(0.1), Float(0.003), Float(0.5)),
-              "frequency": (Float(3000.0), Float(300.0), Float(30000.0))},
+        name=SECOND.table,
+        words="second resonance of the housing",
+        table=SECOND.table,
+        null="gain",
+        grown=False,
+        free={
+            "gain": (Float(0.3), Float(-20.0), Float(20.0)),
+            "damping": (Float(0.1), Float(0.003), Float(0.5)),
+            "frequency": (Float(3000.0), Float(300.0), Float(30000.0)),
+        },
         tried={"frequency": TRIED},
-    )  # fmt: skip
+    )
 
 
 def rigid_housing() -> Block:
     """No resonance: the transducer sees the residual torque itself; N m."""
     (T_res,) = symbols("T_res_in,")
     resonance = Rival(
-        name="housing", words="resonance of the housing", table="housing", law=FORMS[0],
-        free={"gain": (Float(2.0), Float(0.05), Float(20.0)), "damping": (Float(0.05), Float(0.005), Float(0.5)),
-              "frequency": (Float(5000.0), Float(500.0), Float(20000.0))},
-    )  # fmt: skip
+        name="housing",
+        words="resonance of the housing",
+        table="housing",
+        law=FORMS[0],
+        free={
+            "gain": (Float(2.0), Float(0.05), Float(20.0)),
+            "damping": (Float(0.05), Float(0.005), Float(0.5)),
+            "frequency": (Float(5000.0), Float(500.0), Float(20000.0)),
+        },
+    )
     return Block(name="housing", table="housing", inputs=(T_res,), outputs={"T_residual": T_res}, rivals=(resonance,))

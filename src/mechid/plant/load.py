@@ -90,8 +90,11 @@ def load(
         table="load",
         declarations=(INERTIA, *(d for mode in flexible for d in mode.declarations)),
         inputs=(
-            T_applied, *([T_fr, free] if rubbed else []), *([T_cable] if cabled else []),
-            *([T_unbalance] if unbalanced else []), *([PUSH] if pushed else []),
+            T_applied,
+            *([T_fr, free] if rubbed else []),
+            *([T_cable] if cabled else []),
+            *([T_unbalance] if unbalanced else []),
+            *([PUSH] if pushed else []),
             *_base_inputs(rubbed=rubbed, turns=turns),
         ),
         terms={
@@ -109,7 +112,7 @@ def load(
         starts=(*STARTS, *(d for mode in flexible for d in mode.own_starts)),
         outputs={**MEASURED, "T_drive_out": drive, "T_load": T_load, **(on_base if turns else {})},
         swinging={**SWINGING, **{state: f"load mode {mode.k}" for mode in flexible for state in mode.rates}},
-    )  # fmt: skip
+    )
 
 
 def _test_mass(start: Expr) -> Block:
@@ -132,10 +135,14 @@ def _rubbed() -> Rival:
     """Return dry friction of the load that may be there: such as winds the gear by microradians."""
     K_s, wound = Symbol("K_s"), Float(4e-6)
     return Rival(
-        name="output_friction", words="dry friction of the load", table="output_friction",
-        free={"coulomb": (wound * K_s, wound * K_s / 100, wound * K_s * 100),
-              "stiction": (wound * K_s / 4, Integer(0), wound * K_s * 2)},
-    )  # fmt: skip
+        name="output_friction",
+        words="dry friction of the load",
+        table="output_friction",
+        free={
+            "coulomb": (wound * K_s, wound * K_s / 100, wound * K_s * 100),
+            "stiction": (wound * K_s / 4, Integer(0), wound * K_s * 2),
+        },
+    )
 
 
 def _initial(start: Expr) -> dict[Symbol, Expr]:

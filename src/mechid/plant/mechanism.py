@@ -8,14 +8,12 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.parameter import Declaration, Parameter, Status
 from mechid.plant.plant import Plant
 from mechid.plant.start import HOLDING_TORQUE
 from mechid.plant.stepper import HOLDING
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

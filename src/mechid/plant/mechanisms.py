@@ -76,8 +76,14 @@ def _ungeared_stepper(layout: Layout) -> Parts:
 def _two_mass(layout: Layout) -> Parts:
     """Return two masses and a gear under a measured torque at the first."""
     site = replace(ROTOR, holding=None, damping=None)
-    inertia = Declaration(key="motor.inertia", symbol="J_rot", unit="kg m2", meaning="inertia of the motor's side",
-                          lower=0.0, source="the drive")  # fmt: skip
+    inertia = Declaration(
+        key="motor.inertia",
+        symbol="J_rot",
+        unit="kg m2",
+        meaning="inertia of the motor's side",
+        lower=0.0,
+        source="the drive",
+    )
     law = layout.law("gear", tuple(GEAR_LAWS))
     stand, wiring, torques = _stand(layout)
     blocks = [
@@ -113,18 +119,29 @@ def _direct(quantity: str) -> Callable[[Layout], Parts]:
     turning = quantity == "torque"
     unit, rate = ("N m", "rad/s") if turning else ("N", "m/s")
     inertia = Declaration(
-        key="load.inertia" if turning else "load.mass", symbol="J_rot" if turning else "M",
-        unit="kg m2" if turning else "kg", meaning="moving inertia" if turning else "moving mass", lower=0.0,
+        key="load.inertia" if turning else "load.mass",
+        symbol="J_rot" if turning else "M",
+        unit="kg m2" if turning else "kg",
+        meaning="moving inertia" if turning else "moving mass",
+        lower=0.0,
         source="the drive",
-    )  # fmt: skip
+    )
     start_rate = Declaration(
-        key="load.start_rate", symbol="omega_start", unit=rate, default=0.0, source="the records",
+        key="load.start_rate",
+        symbol="omega_start",
+        unit=rate,
+        default=0.0,
+        source="the records",
         meaning="speed at the start of the records",
-    )  # fmt: skip
+    )
     unbalance = Declaration(
-        key="load.unbalance", symbol="W_u", unit="N m", default=0.0, source="a pendulum's equation",
+        key="load.unbalance",
+        symbol="W_u",
+        unit="N m",
+        default=0.0,
+        source="a pendulum's equation",
         meaning="mass times gravity times the distance of the centre of mass from the axis; it hangs at angle 0",
-    )  # fmt: skip
+    )
     names = ("output_angle", "output_rate") if turning else ("position", "velocity")
 
     def parts(layout: Layout) -> Parts:
@@ -209,9 +226,14 @@ def _loaded(layout: Layout, start: Expr = COMMANDED) -> list[Block]:
     _refuse_own_load(layout)
     at = unwound(start + ANGLE, layout.whole_orders("gear.kinematic_error"))
     body = load(
-        modes=len(layout.orders.get("load.mode", ())), rubbed=rubbed, cabled=cabled, unbalanced=unbalanced,
-        start=at, turns=layout.turns, pushed=Port.OUTPUT in layout.ports,
-    )  # fmt: skip
+        modes=len(layout.orders.get("load.mode", ())),
+        rubbed=rubbed,
+        cabled=cabled,
+        unbalanced=unbalanced,
+        start=at,
+        turns=layout.turns,
+        pushed=Port.OUTPUT in layout.ports,
+    )
     laws = cable.LAWS
     return [
         body,
@@ -269,11 +291,19 @@ def _second_mode(layout: Layout) -> bool:
     """Return whether the housing has a second mode; refuse one beside a housing of the user's own."""
     there = SECOND.table in layout.tables
     if there and "housing" in layout.own:
-        raise InputFileError(f"{SECOND.table}: stands beside a housing of your own, which does not know of it; write "
-                             "both modes into your block, or take the library's housing")  # fmt: skip
+        raise InputFileError(
+            f"{SECOND.table}: stands beside a housing of your own, which does not know of it; write "
+            "both modes into your block, or take the library's housing"
+        )
     return there
 
 
 def _offset(unit: str) -> Declaration:
-    return Declaration(key="offset", symbol="T_0", unit=unit, default=0.0, source="the test stand",
-                       meaning="constant part of the drive that is not in its channel")  # fmt: skip
+    return Declaration(
+        key="offset",
+        symbol="T_0",
+        unit=unit,
+        default=0.0,
+        source="the test stand",
+        meaning="constant part of the drive that is not in its channel",
+    )

@@ -34,6 +34,11 @@ def start(key: str, symbol: Symbol, unit: str, meaning: str, size: str | None = 
         How large it mostly is, in the file's symbols and `T_hold`.
     """
     return Declaration(
-        key=f"start.{key}", symbol=symbol.name, unit=unit, meaning=meaning, source="the record", default=0.0,
+        key=f"start.{key}",
+        symbol=symbol.name,
+        unit=unit,
+        meaning=meaning,
+        source="the record",
+        default=0.0,
         typical=(size, -MOST, MOST) if size else None,
-    )  # fmt: skip
+    )

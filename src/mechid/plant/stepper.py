@@ -121,16 +121,20 @@ def current_fed(
     return Block(
         name="windings",
         table="stepper",
-        declarations=(_POLES, replace(_TORQUE_CONSTANT, supply_power=-1), _PHASE_SHIFT,
-                      *(_imbalance(unit="A") if apart else ()),
-                      *(d for h in extra for d in h.declarations)),
+        declarations=(
+            _POLES,
+            replace(_TORQUE_CONSTANT, supply_power=-1),
+            _PHASE_SHIFT,
+            *(_imbalance(unit="A") if apart else ()),
+            *(d for h in extra for d in h.declarations),
+        ),
         coordinates={shift_B: Symbol("phi_shift") * pi / 180, **coordinates_of(extra)},
         polar=tuple(h.polar for h in extra),
         inputs=(*i.values(), alpha, *([omega] if limited else [])),
         outputs={"T_coils": _torque(carried, shape, share), **(emf if limited else {})},
         extensions=(*_harmonic_extensions(harmonics), *(() if apart else _apart_extensions("current"))),
         rivals=(current_limit.RIVAL,) if commanded and not limited else (),
-    )  # fmt: skip
+    )
 
 
 def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[str, Expr]]) -> Expr:
@@ -157,9 +161,14 @@ _TORQUE_CONSTANT = Declaration(
     key="torque_constant", symbol="k_m", unit="N m/A", meaning="torque constant", lower=0.0, supply_power=1
 )
 _PHASE_SHIFT = Declaration(
-    key="phase_shift_deg", symbol="phi_shift", unit="deg", default=90.0,
-    meaning="electrical angle from phase A to phase B", lower=-360.0, upper=360.0,
-)  # fmt: skip
+    key="phase_shift_deg",
+    symbol="phi_shift",
+    unit="deg",
+    default=90.0,
+    meaning="electrical angle from phase A to phase B",
+    lower=-360.0,
+    upper=360.0,
+)
 
 
 def _electrical() -> tuple[Declaration, ...]:
@@ -188,21 +197,34 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
     )  # fmt: skip
     quantity = "voltage" if unit == "V" else "current"
     offsets = tuple(
-        Declaration(key=f"stepper.imbalance.offset_{x.lower()}", symbol=f"{'u' if unit == 'V' else 'i'}_0{x}",
-                    unit=unit, default=0.0, source=HUGHES, meaning=f"{quantity} offset of phase {x}")
+        Declaration(
+            key=f"stepper.imbalance.offset_{x.lower()}",
+            symbol=f"{'u' if unit == 'V' else 'i'}_0{x}",
+            unit=unit,
+            default=0.0,
+            source=HUGHES,
+            meaning=f"{quantity} offset of phase {x}",
+        )
         for x in PHASES
-    )  # fmt: skip
+    )
     return (*halves, *offsets)
 
 
 def _harmonic_extensions(harmonics: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics of the torque constant that may be there beside, of 3 %."""
     return tuple(
-        Extension(name=f"{HARMONIC}:{order}", words=f"{ordinal} harmonic of the torque constant",
-                  table=HARMONIC, order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)},
-                  grown=order <= GROWN_HARMONIC)
-        for order, ordinal in HARMONIC_ORDERS.items() if order not in harmonics
-    )  # fmt: skip
+        Extension(
+            name=f"{HARMONIC}:{order}",
+            words=f"{ordinal} harmonic of the torque constant",
+            table=HARMONIC,
+            order=order,
+            structure={"order": Integer(order)},
+            widths={"amplitude": Float(0.03)},
+            grown=order <= GROWN_HARMONIC,
+        )
+        for order, ordinal in HARMONIC_ORDERS.items()
+        if order not in harmonics
+    )
 
 
 def _apart_extensions(driven: str) -> tuple[Extension, ...]:

@@ -18,13 +18,21 @@ ERICKSON = "Erickson, Maksimovic, Fundamentals of Power Electronics, 3rd ed. (20
 R_s, SAG = symbols("R_s U_sag")
 DUTIES = {x: Symbol(f"duty_{x}_in") for x in "AB"}
 RESISTANCE = Declaration(
-    key=f"{TABLE}.resistance", symbol=R_s.name, unit="ohm", lower=0.0, supply_power=2, source=ERICKSON,
+    key=f"{TABLE}.resistance",
+    symbol=R_s.name,
+    unit="ohm",
+    lower=0.0,
+    supply_power=2,
+    source=ERICKSON,
     meaning="resistance of the source that feeds the driver",
-)  # fmt: skip
+)
 EXTENSION = Extension(
-    name="supply.sag", words="the supply voltage falls with the current drawn", table=TABLE,
-    widths={"resistance": Float(0.1) * Symbol("R")}, grown=False,
-)  # fmt: skip
+    name="supply.sag",
+    words="the supply voltage falls with the current drawn",
+    table=TABLE,
+    widths={"resistance": Float(0.1) * Symbol("R")},
+    grown=False,
+)
 """A source of a tenth of the coils' resistance."""
 
 

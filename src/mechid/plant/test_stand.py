@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from typing import TypedDict
 
 import numpy as np
-from numpy.typing import NDArray
 from sympy import Expr, Float, Matrix, Symbol, pi, sin, sqrt, symbols
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.parameter import Declaration, Role
 from mechid.plant.block import Block, LinearSystem, Rival
 from mechid.plant.housing import FAST
@@ -47,8 +47,9 @@ def base_torque(*, loaded: bool = True) -> Block:
 def transducer_gain(name: str = "sensor") -> Block:
     """Gain g of the transducer and its conditioning, negative where the polarity is reversed: y = g T."""
     T, g = symbols("T_in g_y")
-    return Block(name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T},
-                 reference=GAUTSCHI)  # fmt: skip
+    return Block(
+        name=name, table="transducer", declarations=(_gain(),), inputs=(T,), outputs={"T": g * T}, reference=GAUTSCHI
+    )
 
 
 def transducer_resonance(name: str = "sensor") -> Block:
@@ -77,8 +78,14 @@ def transducer_adaptor(name: str = "sensor") -> Block:
 
 def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Symbol, Expr], w: Symbol) -> Block:
     T, g, zeta, x, v = symbols("T_in g_y zeta_t x_t v_t")
-    damping = Declaration(key="damping", symbol=zeta.name, unit="1", lower=0.0, source=GAUTSCHI,
-                          meaning="damping ratio of the transducer's resonance")  # fmt: skip
+    damping = Declaration(
+        key="damping",
+        symbol=zeta.name,
+        unit="1",
+        lower=0.0,
+        source=GAUTSCHI,
+        meaning="damping ratio of the transducer's resonance",
+    )
     return Block(
         name=name,
         table="transducer",
@@ -97,8 +104,14 @@ def _resonance(name: str, own: tuple[Declaration, ...], coordinates: Mapping[Sym
 def charge_amplifier(name: str = "charge_amplifier") -> Block:
     """High-pass of a charge amplifier: y = tau s/(tau s + 1) T, by x' = (T - x)/tau, y = T - x; tau in s."""
     T, tau, x = symbols("T_in tau_q x_q")
-    constant = Declaration(key="time_constant", symbol=tau.name, unit="s", lower=0.0, source=GAUTSCHI,
-                           meaning="time constant of the charge amplifier")  # fmt: skip
+    constant = Declaration(
+        key="time_constant",
+        symbol=tau.name,
+        unit="s",
+        lower=0.0,
+        source=GAUTSCHI,
+        meaning="time constant of the charge amplifier",
+    )
     return Block(
         name=name,
         table="charge_amplifier",
@@ -149,7 +162,7 @@ def anti_alias(order: int, name: str = "anti_alias") -> Block:
     )
 
 
-def anti_alias_response(order: int, cut_off: float, frequency_hz: NDArray[np.float64]) -> NDArray[np.complex128]:
+def anti_alias_response(order: int, cut_off: float, frequency_hz: FloatArray) -> ComplexArray:
     """Return what `anti_alias` of some order and cut-off, rad/s, lets through, (n,) complex."""
     s = 2j * np.pi * np.asarray(frequency_hz, dtype=np.float64) / cut_off
     out = np.ones_like(s) if order % 2 == 0 else 1.0 / (s + 1.0)
@@ -183,8 +196,15 @@ class _Start(TypedDict):
 
 
 def _gain() -> Declaration:
-    return Declaration(key="gain", symbol="g_y", unit="1", default=1.0, source=GAUTSCHI, role=Role.TRANSDUCER_GAIN,
-                       meaning="gain of the transducer, negative for the other polarity")  # fmt: skip
+    return Declaration(
+        key="gain",
+        symbol="g_y",
+        unit="1",
+        default=1.0,
+        source=GAUTSCHI,
+        role=Role.TRANSDUCER_GAIN,
+        meaning="gain of the transducer, negative for the other polarity",
+    )
 
 
 TRANSDUCERS: Mapping[str, Callable[[], Block]] = {

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import RecordError
 from mechid.records.foreign import parsing
-from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
+from mechid.records.table import ALL, Column, Metadata, column_label
 from mechid.signal.series import blocks
 
 Index = tuple[int | slice, ...]

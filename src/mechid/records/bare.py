@@ -122,10 +122,12 @@ def _groups(table: Table, hints: Hints) -> tuple[_Group, ...]:
         clocks[key] = (time, column.clock)
         found.setdefault(key, []).append(_channel_of(table, index, hints))
     return tuple(
-        _Group(layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
-               units=tuple(unit for _, unit in chosen))
+        _Group(
+            layout=Layout(time=clocks[key][0], channels=tuple(c for c, _ in chosen), clock=clocks[key][1]),
+            units=tuple(unit for _, unit in chosen),
+        )
         for key, chosen in found.items()
-    )  # fmt: skip
+    )
 
 
 def _columns(table: Table, hints: Hints) -> list[int]:

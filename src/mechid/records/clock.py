@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechid.records.table import Clock, FloatArray, Table
+from mechid.arrays import BoolArray, FloatArray
+from mechid.records.table import Clock, Table
 from mechid.signal.series import Series
 
 JITTER = 1e-3
@@ -180,7 +180,7 @@ def _last_digit(time: Series) -> float:
     return 0.0
 
 
-def _first_row(time: Series, bad: Callable[[int, int], NDArray[np.bool_]]) -> int | None:
+def _first_row(time: Series, bad: Callable[[int, int], BoolArray]) -> int | None:
     """Return the first row where `bad(start, stop)` is true, looked for block by block."""
     for start in range(0, time.size, BLOCK):
         rows = np.flatnonzero(bad(start, min(start + BLOCK, time.size)))

@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from mechid.arrays import FloatArray
 from mechid.records.record import Channel, Record
-from mechid.records.table import FloatArray
 from mechid.signal.stored import changed
 
 AXES = ("x", "y", "z")

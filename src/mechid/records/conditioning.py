@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.records.columns import Layout
 from mechid.records.gaps import bridge, missing_runs, missing_samples
 from mechid.records.spec import Conditioning
-from mechid.records.table import Clock, FloatArray, IntArray, Table, column_label
+from mechid.records.table import Clock, Table, column_label
 from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
 from mechid.signal.stored import Room, change_in_place, pieces_of, stretch_in_place
 
@@ -147,9 +148,15 @@ def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) 
             f"{lengths[longest]:.4g} s from {starts[longest]:.9g} s"
         )
         samples = samples.after(
-            "gaps", text, samples.data, channel=column.quantity, samples=count, gaps=len(runs),
-            longest_s=float(lengths[longest]), first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
-        )  # fmt: skip
+            "gaps",
+            text,
+            samples.data,
+            channel=column.quantity,
+            samples=count,
+            gaps=len(runs),
+            longest_s=float(lengths[longest]),
+            first_at_s=[float(start) for start in starts[:TOLD_GAPS]],
+        )
         samples = replace(samples, bridged={**samples.bridged, k: missing})
     return samples
 
@@ -160,8 +167,9 @@ def _summed_up(table: Table, layout: Layout, how: Conditioning, samples: Samples
         if column.quantity in how.cumulate:
             _sum_up(values)
             text = f"{column.quantity}: increments summed up from {samples.clock.start_s:.9g} s on"
-            samples = samples.after("cumulate", text, samples.data, channel=column.quantity,
-                                    from_s=samples.clock.start_s)  # fmt: skip
+            samples = samples.after(
+                "cumulate", text, samples.data, channel=column.quantity, from_s=samples.clock.start_s
+            )
     return samples
 
 
@@ -193,10 +201,17 @@ def _zeroed(table: Table, layout: Layout, how: Conditioning, samples: Samples) -
         at = f"{samples.clock.start_s:.9g} s"
         text = f"{column.quantity}: offset {offset:.6g} at {at} and drift {drift:.6g} /s subtracted, {rms:.3g} RMS left"
         samples = samples.after(
-            "quiet", text, samples.data, channel=column.quantity, stretches_s=[list(stretch) for stretch in stretches],
-            offset=float(offset), drift=float(drift), at_s=samples.clock.start_s, quiet_samples=int(quiet.size),
+            "quiet",
+            text,
+            samples.data,
+            channel=column.quantity,
+            stretches_s=[list(stretch) for stretch in stretches],
+            offset=float(offset),
+            drift=float(drift),
+            at_s=samples.clock.start_s,
+            quiet_samples=int(quiet.size),
             rms=rms,
-        )  # fmt: skip
+        )
     return samples
 
 

@@ -16,10 +16,11 @@ from typing import TypeAlias
 
 import numpy as np
 
+from mechid.arrays import FloatArray
 from mechid.errors import RecordError
 from mechid.records.csv_dialect import Dialect, sniff
 from mechid.records.memory import refuse_no_room
-from mechid.records.table import ALL, Column, FloatArray, Metadata, column_label
+from mechid.records.table import ALL, Column, Metadata, column_label
 
 Rows: TypeAlias = np.ndarray[tuple[int], np.dtype[np.void]]
 LONG_CELL = 20

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+from mechid.arrays import IntArray
 from mechid.errors import RecordError, did_you_mean
 from mechid.reading.process import prepare
 from mechid.reading.whole import is_file, is_folder, is_there, refuse_special
@@ -28,7 +29,7 @@ from mechid.records.parquet import open_parquet
 from mechid.records.record import Channel, Record
 from mechid.records.sampling import sample
 from mechid.records.spec import RecordSpec
-from mechid.records.table import IntArray, Table
+from mechid.records.table import Table
 from mechid.records.tdms import open_tdms
 from mechid.records.uff import open_uff
 from mechid.signal.series import Series, no_samples

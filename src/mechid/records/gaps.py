@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import IntArray
 from mechid.signal.runs import runs_of
-from mechid.signal.series import IntArray, Series
+from mechid.signal.series import Series
 from mechid.signal.stored import Room, pieces_of, samples_at, write_at
 
 
@@ -16,7 +16,7 @@ def missing_samples(series: Series) -> IntArray:
     return np.concatenate([np.zeros(0, dtype=np.int64), *found])
 
 
-def missing_runs(missing: IntArray) -> NDArray[np.int64]:
+def missing_runs(missing: IntArray) -> IntArray:
     """Return first and last-plus-one sample of each run of missing samples, shape (runs, 2)."""
     return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
 

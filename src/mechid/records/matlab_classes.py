@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.records.arrays import Index, Item, fact
 from mechid.records.mcos import Instance, Tree
 from mechid.records.table import Clock, Column, Fact
@@ -174,7 +175,7 @@ def _times(column: Column, values: Tree) -> Iterator[Item]:
 def _seconds(item: Item, first: float) -> Callable[[Index], Any]:
     """Return what loads milliseconds as seconds since `first`; an imaginary part is what the real one leaves."""
 
-    def load(index: Index) -> NDArray[np.float64]:
+    def load(index: Index) -> FloatArray:
         values = _numbers(item, index)
         return np.asarray(((np.real(values) - first) + np.imag(values)) * 1e-3)
 

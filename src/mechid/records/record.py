@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.errors import RecordError, did_you_mean
 from mechid.records.spec import Role
 from mechid.shown import PLOTS
@@ -54,7 +54,7 @@ class Channel:
     column: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
     scale: float = 1.0
-    bridged: NDArray[np.int64] = field(default_factory=no_samples)
+    bridged: IntArray = field(default_factory=no_samples)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -161,7 +161,7 @@ class Record:
         return xr.Dataset(channels, coords={"time_s": self.time_s})
 
     @property
-    def time_s(self) -> NDArray[np.float64]:
+    def time_s(self) -> FloatArray:
         """Record time of each sample, (N,) s."""
         return self.time_start_s + np.arange(self.samples) / self.sample_rate_hz
 

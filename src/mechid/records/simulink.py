@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.records.arrays import Index, Item
 from mechid.records.hdf5_links import Links
 from mechid.records.table import Clock, Column
@@ -61,9 +61,11 @@ def _signal(links: Links, node: Any, where: str, named: set[int]) -> Iterator[It
         is_data = entry == "Data"
         path_of = where if is_data and len(streams) == 1 else f"{where}/{entry}"
         column = Column(
-            name=name if is_data else entry, path=path_of, clock=clock if is_data else None,
+            name=name if is_data else entry,
+            path=path_of,
+            clock=clock if is_data else None,
             unit="s" if entry == "Time" else None,
-        )  # fmt: skip
+        )
         yield _stream(links, node.file, number, column)
 
 
@@ -94,7 +96,7 @@ def _loader(h5py: Any, data: Any, length: int, size: int) -> Any:
     """Return what loads a part of a stream of `length` samples, of `size` places in the file each."""
     path, name = data.file.filename, data.name
 
-    def load(index: Index) -> NDArray[np.float64]:
+    def load(index: Index) -> FloatArray:
         start, stop, step = (index[0] if index else slice(None)).indices(length)  # type: ignore[union-attr]
         with h5py.File(path, "r") as file:
             data = file[name]

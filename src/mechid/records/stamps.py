@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.records.clock import sample_at, whole_rate
-from mechid.records.table import Clock, FloatArray, IntArray, Table
+from mechid.records.table import Clock, Table
 from mechid.signal.moments import mean
 from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import Room, pieces_of, room_for

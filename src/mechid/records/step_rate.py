@@ -13,8 +13,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.command import RateProfile
 from mechid.signal.lines import Line, Prominence
 from mechid.signal.mains import mains_lines
@@ -24,7 +24,6 @@ from mechid.signal.series import Series
 from mechid.signal.spectrogram import spectrogram
 from mechid.signal.trend import Line as Constant
 
-FloatArray = NDArray[np.float64]
 STRONGEST, LOWEST, PARTS = 12, 4, 8
 """Lines whose whole parts are tried as repetition frequency, the strongest and the lowest, and into how many."""
 NEAR_BINS, STEADY = 0.35, 2e-4
@@ -223,7 +222,7 @@ def _largest_of_which(
     return None
 
 
-def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEADY) -> NDArray[np.bool_]:
+def _multiples(frequencies: FloatArray, fundamental: float, bin_hz: float, near: float = STEADY) -> BoolArray:
     """Tell which frequencies are multiples."""
     off = np.abs(frequencies - np.rint(frequencies / fundamental) * fundamental)
     return np.asarray((off <= np.maximum(NEAR_BINS * bin_hz, near * frequencies)) & (frequencies > 0.5 * fundamental))

@@ -6,14 +6,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.errors import RecordError
 from mechid.units import split_header
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 Fact = str | int | float
 """A serial number, a sensitivity, a start time: one entry of a file's metadata."""
 Metadata = Mapping[str, Fact]

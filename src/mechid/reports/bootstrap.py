@@ -19,8 +19,13 @@ from mechid.writing import write_together
 FORMAT = "mechid-bootstrap/1"
 FILE_NAME, DRAWS_NAME = "bootstrap.json", "bootstrap.csv"
 NAME = (Column("parameter", "name", words=True), Column("estimate", "estimate"), Column("unit", "unit", words=True))
-SCATTER = (Column("+- sigma", "std_error"), Column("scatter", "deviation"), Column("shift", "mean_shift"),
-           Column("95 % from", "low"), Column("to", "high"))  # fmt: skip
+SCATTER = (
+    Column("+- sigma", "std_error"),
+    Column("scatter", "deviation"),
+    Column("shift", "mean_shift"),
+    Column("95 % from", "low"),
+    Column("to", "high"),
+)
 LAYOUTS = (((*NAME, *SCATTER),), (NAME, (NAME[0], *SCATTER)))
 
 
@@ -34,9 +39,12 @@ def bootstrap_data(found: Bootstrap, seed: int) -> dict[str, Any]:
         "noise": {name: _noise(own) for name, own in found.noise.items()},
         "parameters": {s.name: _spread(s) for s in found.spreads},
         "refits": [{"draw": d.number, "outcome": d.outcome.code, "cost": d.cost, **d.values} for d in found.draws],
-        "warnings": [f"{count} of {len(found.draws)} refits {outcome.value}" for outcome, count in found.tally.items()
-                     if count and outcome is not DrawOutcome.CONVERGED],
-    }  # fmt: skip
+        "warnings": [
+            f"{count} of {len(found.draws)} refits {outcome.value}"
+            for outcome, count in found.tally.items()
+            if count and outcome is not DrawOutcome.CONVERGED
+        ],
+    }
 
 
 def write_bootstrap(data: Mapping[str, Any], folder: Path | str) -> list[Path]:

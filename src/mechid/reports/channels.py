@@ -19,10 +19,19 @@ from mechid.signal.moments import extremes, mean, root_mean_square
 
 CHANNEL = Shown("channel", "quantity", words=True)
 ORIGIN = (Shown("column", "column", words=True), Shown("unit", "unit", words=True))
-CLOCK = (Shown("samples", "samples"), Shown("rate Hz", "sample_rate_hz"), Shown("from s", "start_s"),
-         Shown("lasts s", "duration_s"))  # fmt: skip
-STATISTICS = (Shown("min", "min"), Shown("max", "max"), Shown("mean", "mean"), Shown("RMS", "rms"),
-              Shown("noise", "noise_sigma"))  # fmt: skip
+CLOCK = (
+    Shown("samples", "samples"),
+    Shown("rate Hz", "sample_rate_hz"),
+    Shown("from s", "start_s"),
+    Shown("lasts s", "duration_s"),
+)
+STATISTICS = (
+    Shown("min", "min"),
+    Shown("max", "max"),
+    Shown("mean", "mean"),
+    Shown("RMS", "rms"),
+    Shown("noise", "noise_sigma"),
+)
 CHANNEL_LAYOUTS = (
     ((CHANNEL, *ORIGIN, *CLOCK, *STATISTICS),),
     ((CHANNEL, *ORIGIN, *CLOCK), (CHANNEL, *STATISTICS)),

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.commanded_rate import commanded_rate
 from mechid.analysis.prediction import Prediction, as_fitted, predict
 from mechid.analysis.validation import ChannelValidation, RecordValidation
+from mechid.arrays import FloatArray, IntArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.fit import ChannelFit, Fit
 from mechid.reports.outline import Outline, outline_of
@@ -19,12 +19,11 @@ from mechid.reports.quantities import channel_key
 from mechid.reports.trace import Trace, trace_of
 from mechid.signal import autocorrelation, peak_spectrum
 from mechid.signal.envelope import envelope
-from mechid.signal.series import IntArray, Series, blocks, mean_of, stretch_of
+from mechid.signal.series import Series, blocks, mean_of, stretch_of
 from mechid.signal.spectrogram import WINDOWS, spectrogram, usual_window_s
 from mechid.signal.stored import is_long
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 GROUPS = 3000
 """Of a spectrum, equally wide on a logarithmic axis: up to some 400 Hz every bin of a record of 1 s is kept."""
 LAGS = 100

@@ -39,8 +39,15 @@ def _torque_over_rate(data: Mapping[str, Any], figure: Any) -> None:
         ax.fill_between(rate, low, high, color=colour, alpha=0.15, linewidth=0.0, label=_band_words(m["mechanisms"]))
         ax.plot(rate, amplitude, color=colour, linestyle=style, linewidth=1.2, label="at the values believed")
         for p in m["peaks"][:4]:
-            ax.annotate(f"{p['rate']:.0f}", (p["rate"], p["amplitude_Nm"]), xytext=(0, 2), ha="center",
-                        textcoords="offset points", fontsize=7.0, color=colour)  # fmt: skip
+            ax.annotate(
+                f"{p['rate']:.0f}",
+                (p["rate"], p["amplitude_Nm"]),
+                xytext=(0, 2),
+                ha="center",
+                textcoords="offset points",
+                fontsize=7.0,
+                color=colour,
+            )
         ax.set(ylim=(0.0, 1.05 * float(np.nanmax(high))), xlim=(0.0, rate[-1]))
         ax.legend(title=f"{m['stepping']} stepping", loc="upper right", fontsize=7.0, borderpad=0.2)
     axes[1].set_ylabel(AMPLITUDE)

@@ -13,8 +13,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.figures import (
     BAR_IN,
     MARK,
@@ -42,7 +42,6 @@ from mechid.reports.quantities import (
 )
 from mechid.reports.sheet import Sheet
 
-FloatArray = NDArray[np.float64]
 Span = Sequence[FloatArray]
 """Measured, modelled, residual: of a stretch times in s and samples, (2, n) each; of a spectrum amplitudes, (n,)."""
 
@@ -57,8 +56,12 @@ def draw(sheet: Sheet) -> Figure:
 def torque(figure: Any, *, quantity: str, whole: Span, start: Span) -> None:
     """Draw measured and modelled torque, or what else it is, over the whole record, its start, and the residual."""
     labels = axis_labels(quantity)
-    axes = figure.subplot_mosaic([["whole", "start"], ["residual", "start residual"]], height_ratios=[2, 1],
-                                 width_ratios=[3, 2], gridspec_kw={"hspace": 0.08, "wspace": 0.2})  # fmt: skip
+    axes = figure.subplot_mosaic(
+        [["whole", "start"], ["residual", "start residual"]],
+        height_ratios=[2, 1],
+        width_ratios=[3, 2],
+        gridspec_kw={"hspace": 0.08, "wspace": 0.2},
+    )
     for (above, below), lines in ((("whole", "residual"), whole), (("start", "start residual"), start)):
         over_time(axes[above], lines[0], MEASURED, 1.3, "measured")
         over_time(axes[above], lines[1], MODELLED, 0.7, "modelled")
@@ -142,8 +145,15 @@ def spectrogram(
     axes = figure.subplots(1, 2, sharex=True, sharey=True, gridspec_kw={"wspace": 0.06})
     image = None
     for ax, values, word in zip(axes, amplitudes, ("measured", "modelled"), strict=True):
-        image = ax.pcolormesh(time_s, hz, np.nan_to_num(values), norm=LogNorm(high / 3000.0, high),
-                              cmap="cividis", rasterized=True, shading="nearest")  # fmt: skip
+        image = ax.pcolormesh(
+            time_s,
+            hz,
+            np.nan_to_num(values),
+            norm=LogNorm(high / 3000.0, high),
+            cmap="cividis",
+            rasterized=True,
+            shading="nearest",
+        )
         for at_s, order_hz in orders:
             ax.plot(at_s, order_hz, "w--", linewidth=0.5, alpha=0.6)
         for at in resonances_hz:

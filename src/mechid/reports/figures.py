@@ -13,15 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullLocator
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.writing import whole
 
-FloatArray = NDArray[np.float64]
 WIDTH_IN = 6.9
 """Inches: both columns of a paper."""
 LEFT_IN, RIGHT_IN, BELOW_IN, ABOVE_IN, BAR_IN = 0.68, 0.18, 0.42, 0.28, 0.58

@@ -46,11 +46,16 @@ def lacking_lines(fit: Fit) -> list[str]:
         return []
     lines = [f"{_capital(one.words)} ({one.name}): estimated with the rest, as below." for one in fit.missing]
     clear = fit.beside.clear if fit.beside else ()
-    lines += [f"{_capital(fit.beside.words[name])} ({name}): a clear term beside the mechanism file."
-              for name in clear if fit.beside]  # fmt: skip
-    lines += [f"{_capital(one.words)} ({one.name}): by its derivative alone it takes {100.0 * one.share:.2g} % of what "
-              f"is left (chi-square {one.chi_square:.3g} for {one.dof}); no fit has tested it."
-              for one in fit.suggested]  # fmt: skip
+    lines += [
+        f"{_capital(fit.beside.words[name])} ({name}): a clear term beside the mechanism file."
+        for name in clear
+        if fit.beside
+    ]
+    lines += [
+        f"{_capital(one.words)} ({one.name}): by its derivative alone it takes {100.0 * one.share:.2g} % of what "
+        f"is left (chi-square {one.chi_square:.3g} for {one.dof}); no fit has tested it."
+        for one in fit.suggested
+    ]
     return [*(lines or [NOTHING_NAMED]), DIAGNOSE if fit.completed is None else COMPLETED]
 
 

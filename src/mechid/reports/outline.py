@@ -11,9 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction
+from mechid.arrays import FloatArray
 from mechid.reports.packing import Packed, pack_integers, unpack
 from mechid.reports.trace import Trace, reached_by, step_of, trace_of
 from mechid.signal.envelope import envelope
@@ -21,7 +21,6 @@ from mechid.signal.remainder import Remainder
 from mechid.signal.series import Series, stretch_of
 from mechid.signal.stored import samples_at
 
-FloatArray = NDArray[np.float64]
 COLUMNS = 8192
 """Of the whole record: five times what a wide screen has."""
 DETAIL_S = 2.0

@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import blocks
 
 Packed: TypeAlias = dict[str, Any]
@@ -24,7 +25,7 @@ LEVEL = 6
 """Of zlib; 9 is 2 % smaller and takes three times as long."""
 
 
-def pack_integers(values: NDArray[np.int64]) -> Packed:
+def pack_integers(values: IntArray) -> Packed:
     """Return whole numbers, (n,), within 31 bits, as text.
 
     Examples
@@ -35,7 +36,7 @@ def pack_integers(values: NDArray[np.int64]) -> Packed:
     return pack_integer_blocks(values.size, [values])
 
 
-def pack_integer_blocks(size: int, parts: Iterable[NDArray[np.int64]]) -> Packed:
+def pack_integer_blocks(size: int, parts: Iterable[IntArray]) -> Packed:
     """Return whole numbers, `size` of them, that come block by block, as text."""
     words, done = np.empty(size, dtype="<u4"), 0
     for part in parts:
@@ -44,7 +45,7 @@ def pack_integer_blocks(size: int, parts: Iterable[NDArray[np.int64]]) -> Packed
     return _packed("int", words)
 
 
-def pack_floats(values: NDArray[np.float64]) -> Packed:
+def pack_floats(values: FloatArray) -> Packed:
     """Return numbers, (n,), as text, each rounded to 24 bits.
 
     Examples
@@ -55,7 +56,7 @@ def pack_floats(values: NDArray[np.float64]) -> Packed:
     return _packed("float", values.astype("<f4"))
 
 
-def unpack(packed: Packed) -> NDArray[np.float64]:
+def unpack(packed: Packed) -> FloatArray:
     """Return the numbers, (n,)."""
     planes = np.frombuffer(zlib.decompress(base64.b64decode(packed["data"])), dtype=np.uint8)
     words = np.ascontiguousarray(planes.reshape(WORD, packed["size"]).T)

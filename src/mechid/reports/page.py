@@ -57,33 +57,41 @@ def report_page(
         In MathML.
     """
     drawn = [payload(one, data["resonances"]) for one in curves]
-    return environment().get_template("report.html").render(
-        data={**data, "curves": [_shown(one) for one in curves]},
-        swept={one.name for one in curves if one.spectrogram},
-        zooms={one["name"]: one["zooms"] for one in drawn},
-        pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
-        equations=[
-            {"title": s.title, "lines": [(left, s.sign, right) for left, right in s.lines]} for s in equations
-        ],
-        library=embedded().library,
-        kinds=embedded().kinds,
-        completed_title=COMPLETED_TITLE,
-        tables=TABLES,
-        side={"title": SIDE_TITLE, "said": SIDE_SAID},
-        curves=drawn,
-        style=asset("report.css"),
-        script=asset("painted.js") + asset("report.js"),
-    )  # fmt: skip
+    return (
+        environment()
+        .get_template("report.html")
+        .render(
+            data={**data, "curves": [_shown(one) for one in curves]},
+            swept={one.name for one in curves if one.spectrogram},
+            zooms={one["name"]: one["zooms"] for one in drawn},
+            pictures={name: base64.b64encode(text.encode()).decode() for name, text in pictures.items()},
+            equations=[
+                {"title": s.title, "lines": [(left, s.sign, right) for left, right in s.lines]} for s in equations
+            ],
+            library=embedded().library,
+            kinds=embedded().kinds,
+            completed_title=COMPLETED_TITLE,
+            tables=TABLES,
+            side={"title": SIDE_TITLE, "said": SIDE_SAID},
+            curves=drawn,
+            style=asset("report.css"),
+            script=asset("painted.js") + asset("report.js"),
+        )
+    )
 
 
 def _shown(one: Curves) -> dict[str, str]:
     """Return which channel a set of curves is of; `leading` is empty where it is not the first of its record."""
     return {
-        "key": one.name, "trace": one.trace_name, "record": one.record,
+        "key": one.name,
+        "trace": one.trace_name,
+        "record": one.record,
         "leading": one.record if one.name == one.record else "",
-        "quantity": one.quantity, "words": quantity_words(one.quantity), "unit": unit_words(one.quantity),
+        "quantity": one.quantity,
+        "words": quantity_words(one.quantity),
+        "unit": unit_words(one.quantity),
         "said": OUTLINED.format(column=one.trace.column_s, detail=DETAIL_S) if isinstance(one.trace, Outline) else "",
-    }  # fmt: skip
+    }
 
 
 def environment(package: str = "mechid.reports") -> Environment:

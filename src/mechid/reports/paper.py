@@ -90,6 +90,12 @@ def _shares(name: str, information: Mapping[str, Any], key: str, columns: Sequen
 
 def _matrix(name: str, rows: Sequence[str], columns: Sequence[str], values: Any, texts: Any, label: str) -> Sheet:
     signed = name == "correlation"
-    data = {"rows": list(rows), "columns": list(columns), "values": np.array(values, dtype=np.float64),
-            "texts": texts, "label": label, "signed": signed}  # fmt: skip
+    data = {
+        "rows": list(rows),
+        "columns": list(columns),
+        "values": np.array(values, dtype=np.float64),
+        "texts": texts,
+        "label": label,
+        "signed": signed,
+    }
     return Sheet(name, (0.27 if signed else 0.2) * len(rows) + 1.0, "matrix", data)

@@ -49,23 +49,29 @@ def payload(curves: Curves, resonances: Sequence[Mapping[str, Any]]) -> dict[str
         "rate": curves.rate.tolist(),
         "zooms": zooms(curves),
         "spectrogram": _image(curves.spectrogram) if curves.spectrogram else None,
-    }  # fmt: skip
+    }
 
 
 def _samples(trace: Trace) -> dict[str, Any]:
     return {
-        "samples": trace.samples, "start_s": trace.start_s, "sample_rate_hz": trace.sample_rate_hz,
-        "step": trace.step, "model": trace.model, "difference": trace.difference,
-    }  # fmt: skip
+        "samples": trace.samples,
+        "start_s": trace.start_s,
+        "sample_rate_hz": trace.sample_rate_hz,
+        "step": trace.step,
+        "model": trace.model,
+        "difference": trace.difference,
+    }
 
 
 def _outline(outline: Outline) -> dict[str, Any]:
     return {
-        "samples": outline.samples, "start_s": outline.start_s, "sample_rate_hz": outline.sample_rate_hz,
+        "samples": outline.samples,
+        "start_s": outline.start_s,
+        "sample_rate_hz": outline.sample_rate_hz,
         "step": outline.step,
         "outline": {name: {"numbers": one.numbers, "steps": one.steps} for name, one in outline.curves.items()},
         "stretches": [_samples(trace) for trace in outline.stretches.values()],
-    }  # fmt: skip
+    }
 
 
 def shown_hz(curves: Curves) -> float:
@@ -104,11 +110,15 @@ def zooms(curves: Curves) -> list[dict[str, Any]]:
 
 def _image(s: Spectrogram) -> dict[str, Any]:
     return {
-        "columns": s.time_s.size, "rows": s.frequency_hz.size, "levels_a_decade": LEVELS_A_DECADE,
-        "time_s": [float(s.time_s[0]), float(s.time_s[-1])], "hz": float(s.frequency_hz[-1]),
+        "columns": s.time_s.size,
+        "rows": s.frequency_hz.size,
+        "levels_a_decade": LEVELS_A_DECADE,
+        "time_s": [float(s.time_s[0]), float(s.time_s[-1])],
+        "hz": float(s.frequency_hz[-1]),
         "high": float(np.nanmax(s.measured)) or 1.0,
-        "measured": pack_integers(_levels(s.measured)), "modelled": pack_integers(_levels(s.modelled)),
-    }  # fmt: skip
+        "measured": pack_integers(_levels(s.measured)),
+        "modelled": pack_integers(_levels(s.modelled)),
+    }
 
 
 def _levels(amplitude: np.ndarray[Any, np.dtype[np.float64]]) -> np.ndarray[Any, np.dtype[np.int64]]:

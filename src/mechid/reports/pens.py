@@ -30,9 +30,8 @@ MOST = 4
 OBJECTS_UNSEEN = 50_000
 """How many a figure may make before Python looks for those that nobody needs."""
 SCRIPT = (
-    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); "
-    "from mechid.reports.pens import serve; serve()"
-)  # fmt: skip
+    "import pickle, sys; sys.path[:] = pickle.load(sys.stdin.buffer); from mechid.reports.pens import serve; serve()"
+)
 
 
 class Pens:

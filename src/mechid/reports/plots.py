@@ -110,8 +110,15 @@ def _spectrogram() -> Any:
 
 def amplitude_bar(mapper: LogColorMapper) -> ColorBar:
     """Return the scale of a spectrogram's colours."""
-    return ColorBar(color_mapper=mapper, title=AMPLITUDE, ticker=LogTicker(), height=10,
-                    title_text_font_style="normal", title_text_font=FONT, major_label_text_font=FONT)  # fmt: skip
+    return ColorBar(
+        color_mapper=mapper,
+        title=AMPLITUDE,
+        ticker=LogTicker(),
+        height=10,
+        title_text_font_style="normal",
+        title_text_font=FONT,
+        major_label_text_font=FONT,
+    )
 
 
 def _image(which: str, mapper: LogColorMapper, time: Range1d, frequency: Range1d) -> Any:
@@ -184,5 +191,6 @@ def stacked(plots: list[Any]) -> Any:
     """Return figures one above the other with one toolbar."""
     options: Any = {"logo": None, "active_drag": None}
     rows: Any = [[plot] for plot in plots]
-    return gridplot(rows, sizing_mode="stretch_width", merge_tools=True,
-                    toolbar_location="above", toolbar_options=options)  # fmt: skip
+    return gridplot(
+        rows, sizing_mode="stretch_width", merge_tools=True, toolbar_location="above", toolbar_options=options
+    )

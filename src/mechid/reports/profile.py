@@ -22,8 +22,14 @@ LOCAL = 1.959964
 WORTH_SAYING = 0.1
 """Sigmas squared by which a refit below the estimate's cost is worth a line."""
 NAME = (Column("parameter", "name", words=True), Column("estimate", "estimate"), Column("unit", "unit", words=True))
-LIMITS = (Column("local from", "local_low"), Column("to", "local_high"), Column("profile from", "low"),
-          Column("to", "high"), Column("for colour from", "coloured_low"), Column("to", "coloured_high"))  # fmt: skip
+LIMITS = (
+    Column("local from", "local_low"),
+    Column("to", "local_high"),
+    Column("profile from", "low"),
+    Column("to", "high"),
+    Column("for colour from", "coloured_low"),
+    Column("to", "coloured_high"),
+)
 LAYOUTS = (((*NAME, *LIMITS),), (NAME, (NAME[0], *LIMITS)))
 
 
@@ -86,7 +92,7 @@ def _profile(p: Profile) -> dict[str, Any]:
             "estimate": with_sigma(p.value, p.std_error)[0],
             "unit": "" if p.unit == "1" else p.unit,
         },
-    }  # fmt: skip
+    }
 
 
 def _point(point: Point) -> dict[str, Any]:
@@ -99,8 +105,11 @@ def _text(p: Profile, value: float | None) -> str:
 
 def _warnings(p: Profile) -> list[str]:
     """Say what of a profile is no smooth rise."""
-    lines = [f"{p.name}: at {0.5 * (c.below + c.above):.9g} {p.unit} the cost jumps by {abs(c.jump):.3g}: a stick/slip "
-             "falls the other way there" for c in p.cliffs]  # fmt: skip
+    lines = [
+        f"{p.name}: at {0.5 * (c.below + c.above):.9g} {p.unit} the cost jumps by {abs(c.jump):.3g}: a stick/slip "
+        "falls the other way there"
+        for c in p.cliffs
+    ]
     sides = zip(("below", "above"), p.interval, p.ends, strict=True)
     lines += [
         f"{p.name}: no end of the interval {side} the estimate: {end.value}" for side, x, end in sides if x is None

@@ -206,12 +206,13 @@ def _records_to_add(name: str, information: Data) -> list[str]:
     best = min(gains, key=lambda record: float(gains[record]))
     if not gains[best] < WORTH:
         return [f"No single record repeated once more would lower the standard error of {name} by more than 2 %."]
-    lines = [f"Recording {best} once more ({plain(seconds[best], 3)} s) would lower the standard error of {name} "
-             f"by {_fall(gains[best])} %."]  # fmt: skip
+    lines = [
+        f"Recording {best} once more ({plain(seconds[best], 3)} s) would lower the standard error of {name} "
+        f"by {_fall(gains[best])} %."
+    ]
     short = max(gains, key=lambda record: (1.0 - float(gains[record])) / float(seconds[record]))
     if short != best and gains[short] < WORTH:
-        lines.append(f"Per second of test {short} ({plain(seconds[short], 3)} s) helps most: "
-                     f"{_fall(gains[short])} %.")  # fmt: skip
+        lines.append(f"Per second of test {short} ({plain(seconds[short], 3)} s) helps most: {_fall(gains[short])} %.")
     return lines
 
 

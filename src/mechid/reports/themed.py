@@ -7,9 +7,15 @@ import re
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR
 
 THEMED = {
-    MEASURED: "measured", MODELLED: "modelled", NOISE: "noise", MARK: "resonance", RESIDUAL_COLOUR: "residual",
-    "#000000": "ink", "#b0b0b0": "line", "#ffffff": "paper",
-}  # fmt: skip
+    MEASURED: "measured",
+    MODELLED: "modelled",
+    NOISE: "noise",
+    MARK: "resonance",
+    RESIDUAL_COLOUR: "residual",
+    "#000000": "ink",
+    "#b0b0b0": "line",
+    "#ffffff": "paper",
+}
 """Colours of the figures on paper, and the page's of the same meaning."""
 _HEAD = re.compile(r"^.*?(?=<svg)", re.DOTALL)
 _PAINT = re.compile(r"(fill|stroke): ?(#[0-9a-fA-F]{6})")

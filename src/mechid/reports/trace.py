@@ -11,13 +11,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.prediction import Prediction
+from mechid.arrays import FloatArray, IntArray
 from mechid.reports.packing import Packed, pack_integer_blocks, unpack
-from mechid.signal.series import IntArray, Series, blocks, stretch_of
+from mechid.signal.series import Series, blocks, stretch_of
 
-FloatArray = NDArray[np.float64]
 SHARE_OF_NOISE = 0.1
 ALL = slice(None)
 LARGEST = 2.0**27

@@ -36,12 +36,14 @@ def validation_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str
 
 def order_rows(validation: Mapping[str, RecordValidation]) -> list[dict[str, Any]]:
     """Return a row for each order of each channel: its numbers, and their texts."""
-    return _named([
-        _order_row(record, channel.quantity, order)
-        for record in validation.values()
-        for channel in record.channels.values()
-        for order in channel.orders
-    ])  # fmt: skip
+    return _named(
+        [
+            _order_row(record, channel.quantity, order)
+            for record in validation.values()
+            for channel in record.channels.values()
+            for order in channel.orders
+        ]
+    )
 
 
 def _named(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

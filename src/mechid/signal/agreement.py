@@ -7,11 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechid.signal.series import IntArray, Series, blocks, counting
-
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray, IntArray
+from mechid.signal.series import Series, blocks, counting
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,15 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal.moments import total
 from mechid.signal.remainder import Remainder
-from mechid.signal.series import BLOCK, IntArray, Series, mean_of, stretch_of
+from mechid.signal.series import BLOCK, Series, mean_of, stretch_of
 from mechid.signal.stored import pieces_of
 from mechid.signal.trend import Line
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
 
-FloatArray = NDArray[np.float64]
 CLIPPED_RUN = 8
 """So many equal samples at an extreme are a clipped peak."""
 

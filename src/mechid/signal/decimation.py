@@ -8,13 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series, blocks
 from mechid.signal.stored import AT_ONCE, Room, is_long, pieces_of, room_for
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 ATTENUATION_DB = 100.0
 """Of what is above `STOP`; the pass band is flat to the same 1e-5."""

@@ -7,13 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.envelope import peak_groups
 from mechid.signal.series import Series
 from mechid.signal.window import windowed_density
 
-FloatArray = NDArray[np.float64]
 LONGEST_SEGMENT = 8192
 SEGMENTS = 2
 AT_ONCE = 16

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import IntArray
 from mechid.signal.series import Series
 
-IndexArray = NDArray[np.int64]
 MOST_AT_ONCE = 2**17
 """Samples that are looked at together, which bounds the memory that it takes."""
 
 
-def envelope(y: Series, columns: int) -> IndexArray:
+def envelope(y: Series, columns: int) -> IntArray:
     """Return the samples that draw a curve in so many columns: the least and the largest of each, in order.
 
     Parameters
@@ -35,7 +34,7 @@ def envelope(y: Series, columns: int) -> IndexArray:
     return np.unique(np.concatenate(both, axis=1))
 
 
-def _extremes(y: Series, edges: IndexArray) -> IndexArray:
+def _extremes(y: Series, edges: IntArray) -> IntArray:
     """Return the first least and the first largest sample of each column between edges, (2, columns)."""
     widest = int(np.diff(edges).max())
     inside = np.minimum(edges[:-1, None] + np.arange(widest), edges[1:, None] - 1)  # a short column ends twice
@@ -43,7 +42,7 @@ def _extremes(y: Series, edges: IndexArray) -> IndexArray:
     return np.asarray(edges[:-1] + np.array([values.argmin(axis=1), values.argmax(axis=1)]), dtype=np.int64)
 
 
-def peak_groups(bins: int, most: int) -> IndexArray:
+def peak_groups(bins: int, most: int) -> IntArray:
     """Return the first bin of groups that are equally wide on a logarithmic axis, or of one bin where those are wider.
 
     `numpy.maximum.reduceat` over them keeps every peak of an amplitude spectrum.

@@ -7,12 +7,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal.series import Series
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 WINDOW_S = 0.05
 OF_WINDOW, OF_RECORD, MOST_OF_RECORD = 0.5, 0.125, 0.5
 """Shares of the measured RMS, in the window and over the record, up to which a residual's RMS counts as followed."""

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
+from mechid.arrays import FloatArray
 from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 
-FloatArray = NDArray[np.float64]
 SMOOTHED = 3
 """Bins that are summed, so that a line between two of them is no difference."""
 LOWEST_BIN = 3

@@ -10,15 +10,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 from scipy.ndimage import median_filter
 
+from mechid.arrays import FloatArray
 from mechid.signal import stored
 from mechid.signal.series import Series
 from mechid.signal.spectrum import amplitude_spectrum
 
-FloatArray = NDArray[np.float64]
 NEIGHBOURS = 401
 """Bins whose median is the level that a line stands above."""
 LEAST_RATIO = 30.0

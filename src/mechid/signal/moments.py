@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechid.signal.series import IntArray, Series, counting
+from mechid.arrays import FloatArray, IntArray
+from mechid.signal.series import Series, counting
 from mechid.signal.stored import pieces_of
 
 
@@ -45,6 +45,6 @@ def extremes(series: Series) -> tuple[float, float]:
     return float(np.min(low)), float(np.max(high))
 
 
-def _pieces(series: Series, rejected: IntArray | None = None) -> Iterator[NDArray[np.float64]]:
+def _pieces(series: Series, rejected: IntArray | None = None) -> Iterator[FloatArray]:
     for part in pieces_of(series):
         yield counting(series[part], part, rejected)

@@ -14,13 +14,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray, IntArray
 from mechid.errors import RecordError
 from mechid.signal import stored
 from mechid.signal.series import Series
-
-FloatArray = NDArray[np.float64]
 
 MINIMUM_SAMPLES = 16
 LOWEST = 0.6
@@ -56,7 +54,7 @@ class Floor:
 
 
 def noise_floor(
-    y: Series, sample_rate: float, *, above: float | None = None, rejected: NDArray[np.int64] | None = None
+    y: Series, sample_rate: float, *, above: float | None = None, rejected: IntArray | None = None
 ) -> float:
     """Return the standard deviation of the white noise in `y`.
 
@@ -94,7 +92,7 @@ def noise_floor(
     return math.sqrt(min(lower or floors[:1], key=lambda floor: floor.ceiling).power)
 
 
-def _floors(y: Series, lowest: float, rejected: NDArray[np.int64] | None) -> Iterator[Floor]:
+def _floors(y: Series, lowest: float, rejected: IntArray | None) -> Iterator[Floor]:
     """Yield the floors of all segment lengths and parts of the band, the one to start from first."""
     lengths = [length for length in SEGMENTS if 4 * length <= y.size] or [min(y.size, SEGMENTS[1])]
     for length in _with_enough_whole(lengths, y.size, rejected):
@@ -112,7 +110,7 @@ def _floors(y: Series, lowest: float, rejected: NDArray[np.int64] | None) -> Ite
                     yield _floor(columns, 0.5 * worth * width)
 
 
-def _with_enough_whole(lengths: list[int], samples: int, rejected: NDArray[np.int64] | None) -> list[int]:
+def _with_enough_whole(lengths: list[int], samples: int, rejected: IntArray | None) -> list[int]:
     """Return the lengths of which enough segments hold no rejected sample; shorter ones between frequent gaps."""
     if rejected is None or not rejected.size:
         return lengths
@@ -120,13 +118,13 @@ def _with_enough_whole(lengths: list[int], samples: int, rejected: NDArray[np.in
     return [n for n in (*lengths, *BETWEEN_GAPS) if np.sum(counted[counted >= n] // n) >= ENOUGH] or lengths
 
 
-def _thinned(kept: NDArray[np.int64], hop: int) -> NDArray[np.int64]:
+def _thinned(kept: IntArray, hop: int) -> IntArray:
     """Return segments that lie evenly, of more than a series in memory has as many as that."""
     most = max(stored.IN_MEMORY // hop, 1)
     return kept[np.linspace(0, kept.size - 1, most).astype(np.int64)] if kept.size > most else kept
 
 
-def _whole(segments: int, length: int, rejected: NDArray[np.int64] | None) -> NDArray[np.int64]:
+def _whole(segments: int, length: int, rejected: IntArray | None) -> IntArray:
     """Return the segments that hold no rejected sample; all of them where none is left."""
     numbers = np.arange(segments)
     if rejected is None or not rejected.size:
@@ -136,7 +134,7 @@ def _whole(segments: int, length: int, rejected: NDArray[np.int64] | None) -> ND
     return numbers[whole] if whole.any() else numbers
 
 
-def _power(y: Series, starts: NDArray[np.int64], length: int, band: NDArray[np.bool_]) -> FloatArray:
+def _power(y: Series, starts: IntArray, length: int, band: BoolArray) -> FloatArray:
     """Return the power in the `band` of segments from `starts` on under a Hann window, shape (segments, bins).
 
     White noise of standard deviation s gives s^2 on average in every bin.
@@ -151,7 +149,7 @@ def _power(y: Series, starts: NDArray[np.int64], length: int, band: NDArray[np.b
     return power
 
 
-def _block_power(segments: FloatArray, window: FloatArray, band: NDArray[np.bool_]) -> FloatArray:
+def _block_power(segments: FloatArray, window: FloatArray, band: BoolArray) -> FloatArray:
     centred = segments - segments.mean(axis=1, keepdims=True)
     spectrum = np.fft.rfft(centred * window, axis=1)[:, band]
     return np.asarray(spectrum.real**2 + spectrum.imag**2, dtype=np.float64)

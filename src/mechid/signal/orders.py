@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+from mechid.arrays import ComplexArray, FloatArray
 
 
 def order_amplitudes(y: FloatArray, position: FloatArray, orders: Sequence[float]) -> tuple[ComplexArray, FloatArray]:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
 
 JUMP = 10.0
 """So many times the median step from sample to sample, on both its sides, a sample holds a jump."""

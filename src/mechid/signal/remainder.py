@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numpy as np
-from numpy.typing import NDArray
-
-from mechid.signal.series import IntArray, Series, no_samples
+from mechid.arrays import FloatArray, IntArray
+from mechid.signal.series import Series, no_samples
 from mechid.signal.trend import Line
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

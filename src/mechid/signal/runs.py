@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-IntArray = NDArray[np.int64]
+from mechid.arrays import IntArray
+
 Runs = tuple[tuple[int, int], ...]
 
 

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+from mechid.arrays import FloatArray, IntArray
+
 BLOCK = 65536
 """Samples looked at together."""
 

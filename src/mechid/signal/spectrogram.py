@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.series import Series
 from mechid.signal.window import hann
 
-FloatArray = NDArray[np.float64]
 WINDOW_S, WINDOWS, FEWEST_WINDOWS = 0.5, 240, 8
 """Usual length and number of the windows; of a short record there are so many at least, and shorter."""
 

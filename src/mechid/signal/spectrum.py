@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
+from mechid.arrays import FloatArray
 from mechid.errors import UsageError, did_you_mean
 from mechid.signal.envelope import peak_groups
 from mechid.signal.series import Series
 from mechid.signal.transform import transformed
-
-FloatArray = NDArray[np.float64]
 
 WINDOWS: Mapping[str, Callable[[int], FloatArray]] = {
     "boxcar": np.ones,

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal import stored
-from mechid.signal.series import IntArray, Series, blocks
+from mechid.signal.series import Series, blocks
 
-FloatArray = NDArray[np.float64]
 NEIGHBOURHOOD = 51
 """Samples whose median bend tells how much a smooth signal bends there."""
 AROUND = NEIGHBOURHOOD // 2 + 2

@@ -16,13 +16,12 @@ from typing import Protocol
 from weakref import finalize
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.errors import UsageError
-from mechid.signal.series import IntArray, Series, Stretch, blocks
+from mechid.signal.series import Series, Stretch, blocks
 from mechid.writing import cache_folder
 
-FloatArray = NDArray[np.float64]
 IN_MEMORY = 2**21
 """Samples of a series up to which it is an array in memory: 16 MiB."""
 AT_ONCE = 2**18

@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.density import power_density, third_octaves
 from mechid.signal.lines import prominence, spectral_lines
 
-FloatArray = NDArray[np.float64]
 MOST = 3
 IN_LINES = 0.5
 """Share of a series' power from which its lines stand for it."""

@@ -10,14 +10,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray, IntArray
 from mechid.signal.series import Series, blocks
 from mechid.signal.stored import AT_ONCE as TOGETHER
 from mechid.signal.stored import is_long, room_for
 
-ComplexArray = NDArray[np.complex128]
-IntArray = NDArray[np.int64]
 AT_ONCE = 2**18
 """Samples of one transform, where the number of samples can be divided so."""
 MOST_PARTS = 256
@@ -75,7 +73,7 @@ class _Rows:
         return np.stack(found).view(np.complex128)
 
 
-def _every(series: Series, samples: int, parts: int) -> Iterator[NDArray[np.float64]]:
+def _every(series: Series, samples: int, parts: int) -> Iterator[FloatArray]:
     """Yield every so manieth of the first samples, from the first on, from the second on, ...; a file is read once."""
     if not is_long(samples):
         yield from (series[r:samples:parts] for r in range(parts))

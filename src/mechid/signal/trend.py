@@ -6,12 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from mechid.signal.series import IntArray, Series, blocks, counting, mean_of, no_samples
+from mechid.arrays import FloatArray, IntArray
+from mechid.signal.series import Series, blocks, counting, mean_of, no_samples
 from mechid.signal.stored import Room
 
-FloatArray = NDArray[np.float64]
 TOLD_APART = 1e-10
 """Relative size of what a series tells of a combination of offset, drift and waves, squared, below which it is none."""
 
@@ -55,7 +54,7 @@ class Line:
             series[part] = series[part] - self.at(part.start, part.stop)
 
 
-def waves_at(turns: Sequence[float], k: NDArray[np.int64]) -> Iterator[tuple[FloatArray, FloatArray]]:
+def waves_at(turns: Sequence[float], k: IntArray) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Yield cosine and sine, (n,) each, of waves of so many turns a sample at samples of these numbers."""
     for each in turns:
         angle = 2.0 * np.pi * ((each * k) % 1.0)

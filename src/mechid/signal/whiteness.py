@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 from scipy.special import chdtrc
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.signal.autoregression import autocovariance, autocovariance_among
-from mechid.signal.series import IntArray, Series, mean_of
+from mechid.signal.series import Series, mean_of
 from mechid.signal.transform import transformed
 
 LAGS = 25
@@ -110,7 +110,7 @@ def effective_samples(series: Series) -> float:
     return min(max(_share(total, squares, size) * series.size, 1.0), float(series.size))
 
 
-def effective_samples_of(amplitude: NDArray[np.float64], samples: int) -> float:
+def effective_samples_of(amplitude: FloatArray, samples: int) -> float:
     """Return the same as `effective_samples` from a spectrum that has been worked out already.
 
     Parameters

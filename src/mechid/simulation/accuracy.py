@@ -7,13 +7,11 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.stored import Room, room_for
 from mechid.simulation.simulator import Run, Simulator, trajectory_of
 from mechid.simulation.trajectory import SimulationOutcome, Trajectory
-
-FloatArray = NDArray[np.float64]
 
 SUBSTEPS = (1, 2, 4, 8)
 PROMISE = 1e-5

@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.kernel.batch.compiled import BatchKernel, allocate_batch, batch_kernel_for
 from mechid.kernel.batch.source import SETS
 from mechid.kernel.compiled import DIVERGED, SUCCESS
@@ -16,7 +16,6 @@ from mechid.simulation.interruption import ask
 from mechid.simulation.simulator import Run, outcome_of
 from mechid.simulation.trajectory import SimulationOutcome
 
-FloatArray = NDArray[np.float64]
 BLOCK = 4096
 """Samples a block of a batch: what it gives stays in the processor's cache."""
 

@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.series import Series
 from mechid.signal.stored import is_long
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

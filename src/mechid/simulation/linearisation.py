@@ -18,16 +18,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.command import Command, RateProfile
 from mechid.kernel.equations import equations_of
 from mechid.kernel.equilibrium import equilibrium
 from mechid.plant.block import Switch
 from mechid.plant.plant import Plant
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 Holding: TypeAlias = Mapping[sp.Symbol, float]
 """The value of each symbol by which switches tell their modes apart."""
 Compiled: TypeAlias = Callable[..., list[Any]]
@@ -93,9 +91,7 @@ class Linearised:
         M = 1j * _angular(frequency_hz)[:, None, None] * np.eye(len(A)) - A
         right = np.linalg.solve(M, B + 0j)
         left = np.linalg.solve(np.swapaxes(M, 1, 2), C.T + 0j).swapaxes(1, 2)
-        return np.array([
-            c @ right + left @ (a @ right + b) + d for a, b, c, d in zip(dA, dB, dC, dD, strict=True)
-        ])  # fmt: skip
+        return np.array([c @ right + left @ (a @ right + b) + d for a, b, c, d in zip(dA, dB, dC, dD, strict=True)])
 
     @property
     def outputs(self) -> FloatArray:
@@ -233,8 +229,12 @@ def _symbolic(plant: Plant) -> _Symbolic:
     rates = sp.Matrix([*map(plant.expand, map(sp.sympify, plant.rates)), *_flow(plant)])
     outputs = sp.Matrix([plant.expand(sp.sympify(e)) for e in plant.outputs.values()])
     arguments = (states, plant.inputs, _mode_symbols(plant), plant.parameters)
-    matrices = (rates.jacobian(states), _jacobian(rates, plant.inputs), outputs.jacobian(states),
-                _jacobian(outputs, plant.inputs))  # fmt: skip
+    matrices = (
+        rates.jacobian(states),
+        _jacobian(rates, plant.inputs),
+        outputs.jacobian(states),
+        _jacobian(outputs, plant.inputs),
+    )
     return _Symbolic(arguments, matrices)
 
 

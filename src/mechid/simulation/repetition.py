@@ -19,12 +19,11 @@ from functools import lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 
-FloatArray = NDArray[np.float64]
 Function = Callable[[Sequence[float], Sequence[float], Sequence[float], Sequence[float]], list[float]]
 
 MIRRORED, ELECTRICAL = 2, 4
@@ -77,7 +76,7 @@ def repetition(mechanism: Mechanism, most_steps: float = MOST_STEPS) -> Repetiti
 
 
 @lru_cache(maxsize=256)
-def _found(plant: Plant, values: bytes) -> tuple[int, FloatArray, NDArray[np.bool_]]:
+def _found(plant: Plant, values: bytes) -> tuple[int, FloatArray, BoolArray]:
     """Return the least number of steps after which the equations are the same, 0 where there is none.
 
     With it, how much further each state is after a step, and whether its sign may turn: all rates of a mode ask.
@@ -88,7 +87,7 @@ def _found(plant: Plant, values: bytes) -> tuple[int, FloatArray, NDArray[np.boo
     return next((n for n in range(MIRRORED, MOST_STEPS + 1, MIRRORED) if tester.same(n)), 0), a_step, odd
 
 
-def _odd(plant: Plant) -> NDArray[np.bool_]:
+def _odd(plant: Plant) -> BoolArray:
     """Return which states the inputs make at the start, (n,)."""
     return np.array([bool(sp.sympify(e).free_symbols & set(plant.inputs)) for e in plant.initial])
 

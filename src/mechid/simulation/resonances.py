@@ -8,15 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import Command
 from mechid.errors import FitError
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.plant import Plant
 from mechid.simulation.linearisation import Holding, Linearised, held_inputs, holdings, linearised, rotor_held
-
-FloatArray = NDArray[np.float64]
 
 LEAST_HZ = 1e-3
 """What swings more slowly than this is a drift."""

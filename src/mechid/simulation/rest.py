@@ -8,12 +8,11 @@ from types import ModuleType
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.kernel.compiled import lane_places
 from mechid.plant.plant import Plant
 
-FloatArray = NDArray[np.float64]
 Held = Callable[..., tuple[float, list[float]]]
 
 

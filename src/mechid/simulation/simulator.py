@@ -8,8 +8,8 @@ from functools import cached_property
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.command import Command, Excitation, Timing
 from mechid.kernel.compiled import CHATTER, DIVERGED, Buffers, Kernel, allocate, kernel_for, lane_places
 from mechid.kernel.equilibrium import equilibrium
@@ -21,8 +21,6 @@ from mechid.simulation.interruption import ask
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
-
-FloatArray = NDArray[np.float64]
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
 """Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
@@ -164,8 +162,9 @@ class Run:
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
-        self.buffers: Buffers = allocate(simulator.plant, kernel.module, samples=self.block,
-                                         events=events, sensitive=directions.shape[1] > 0)  # fmt: skip
+        self.buffers: Buffers = allocate(
+            simulator.plant, kernel.module, samples=self.block, events=events, sensitive=directions.shape[1] > 0
+        )
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         self._begin(*self._start())
         self.outcome = SimulationOutcome.COMPLETE
@@ -185,9 +184,15 @@ class Run:
     def _begin(self, x: FloatArray, x_p: FloatArray) -> None:
         simulator, b = self.simulator, self.buffers
         simulator.kernel.begin(
-            self.p, b.directions, simulator.excitation.initial, simulator.command.start_angle_rad, x, x_p,
-            b.discrete, b.w,
-        )  # fmt: skip
+            self.p,
+            b.directions,
+            simulator.excitation.initial,
+            simulator.command.start_angle_rad,
+            x,
+            x_p,
+            b.discrete,
+            b.w,
+        )
 
     def _start(self) -> tuple[FloatArray, FloatArray]:
         """Return a start other than the commanded one, and its derivatives; empty for the commanded."""
@@ -252,9 +257,14 @@ class Run:
             buffers.y[:] = np.nan
             return
         status = simulator.kernel.run(
-            self.p, buffers.directions, int(buffers.sensitive), self.grid,
-            simulator.excitation.times, simulator._edge_values, *buffers.run_arguments(count),
-        )  # fmt: skip
+            self.p,
+            buffers.directions,
+            int(buffers.sensitive),
+            self.grid,
+            simulator.excitation.times,
+            simulator._edge_values,
+            *buffers.run_arguments(count),
+        )
         self.outcome = outcome_of(int(status))
 
     def _block(self, start: int, count: int) -> Block:
@@ -276,7 +286,7 @@ class Run:
         return State(w[first : first + n].copy(), w[self._lane_rows[:, : self.moved]])
 
     @cached_property
-    def _lane_rows(self) -> NDArray[np.int64]:
+    def _lane_rows(self) -> IntArray:
         """Where the lanes of each state stand, (n_x, lanes)."""
         module, n = self.simulator.kernel.module, len(self.simulator.plant.states)
         return np.array([lane_places(module, int(module.ROW_S) + i, self.buffers.lanes) for i in range(n)])
@@ -287,8 +297,9 @@ class Run:
         b, module = self.buffers, self.simulator.kernel.module
         lanes = int(module.EVENT_LANES)
         table = b.events.reshape(-1, lanes + b.lanes)[: b.discrete[int(module.EVENTS)]]
-        switch, before, after = (table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64)
-                                 for name in ("SWITCH", "BEFORE", "AFTER"))  # fmt: skip
+        switch, before, after = (
+            table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64) for name in ("SWITCH", "BEFORE", "AFTER")
+        )
         times, slopes = table[:, int(module.EVENT_TIME)].copy(), table[:, int(module.EVENT_SLOPE)].copy()
         return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + self.moved].copy())
 

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.command import Command
 from mechid.kernel.compiled import Buffers, Kernel, lane_places
 from mechid.kernel.start import own_start
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +72,7 @@ def states_in(kernel: Kernel, buffers: Buffers) -> FloatArray:
     return np.concatenate([w[int(module.AT_X) : int(module.END_X)], w[int(module.AT_Z) : int(module.END_Z)]])
 
 
-def _held_at_rest(kernel: Kernel, buffers: Buffers) -> NDArray[np.bool_]:
+def _held_at_rest(kernel: Kernel, buffers: Buffers) -> BoolArray:
     """Return which states, those of the filter behind them, friction holds at zero, (n_x + n_f,)."""
     modes = buffers.discrete[int(kernel.module.MODE) :]
     held = {

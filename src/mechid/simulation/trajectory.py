@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.shown import PLOTS, Shown
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
@@ -19,8 +19,6 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
     from matplotlib.axes import Axes
-
-FloatArray = NDArray[np.float64]
 
 
 class SimulationOutcome(Enum):
@@ -45,9 +43,9 @@ class Switching:
     """
 
     time: FloatArray
-    switch: NDArray[np.int64]
-    before: NDArray[np.int64]
-    after: NDArray[np.int64]
+    switch: IntArray
+    before: IntArray
+    after: IntArray
     slope: FloatArray
     sensitivity: FloatArray
 

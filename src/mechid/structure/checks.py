@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, ComplexArray, FloatArray
 from mechid.errors import InputFileError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 LARGEST = 1e100
 """Rotation per torque in rad/(N m) that no structure reaches, and of which products are still numbers."""
@@ -23,7 +20,7 @@ SMEAR = 4.0
 MOST_POINTS = 1 << 16
 
 
-def refuse_no_numbers(place: str, frequency_hz: FloatArray, lost: NDArray[np.bool_]) -> None:
+def refuse_no_numbers(place: str, frequency_hz: FloatArray, lost: BoolArray) -> None:
     """Refuse responses, (n, ...), that are lost to overflow or beyond `LARGEST` at some frequencies, (n,).
 
     Raises

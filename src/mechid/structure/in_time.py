@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
+from mechid.arrays import FloatArray
 from mechid.structure.modes import Modes
 from mechid.structure.structure import Structure
-
-FloatArray = NDArray[np.float64]
 
 
 def line_of_sight_over_time(

@@ -7,14 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError, UsageError
 from mechid.structure.checks import model_findings
 from mechid.structure.structure import Structure
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 GRID_POINTS = 2000
 """Frequencies at which passivity of a state space is looked at."""

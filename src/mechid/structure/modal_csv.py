@@ -10,8 +10,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.modes import Modes
 from mechid.structure.numbers_file import read_numbers, split_unit
@@ -54,16 +54,14 @@ def read_modal_csv(path: Path, selection: Selection) -> Structure:
     return Structure(name=path.name, line_of_sight=names, model=modes, directions=along)
 
 
-def given_damping(selection: Selection, label: str, modes: int) -> NDArray[np.float64]:
+def given_damping(selection: Selection, label: str, modes: int) -> FloatArray:
     """Return the selection's damping for each mode, (modes,); InputFileError where there is none."""
     if selection.damping is None:
         raise InputFileError(f"{label}: holds no damping; give it, as damping = 0.005")
     return np.full(modes, selection.damping)
 
 
-def _converted(
-    header: str, data: NDArray[np.float64], label: str, moving: Collection[str]
-) -> tuple[str, NDArray[np.float64]]:
+def _converted(header: str, data: FloatArray, label: str, moving: Collection[str]) -> tuple[str, FloatArray]:
     """Return a column in SI; `moving` are those of translations."""
     name, unit = split_unit(header)
     if unit is None:

@@ -13,15 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.reading.whole import read_text
 from mechid.structure.modes import Modes
 from mechid.structure.selection import DIRECTIONS, ROTATIONS, Selection
 from mechid.structure.structure import Structure
-
-FloatArray = NDArray[np.float64]
 
 KEYS = ("axis", "line_of_sight", "mode")
 MODE_KEYS = ("frequency_hz", "damping", "interface", "line_of_sight", "directions")

@@ -6,12 +6,9 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, ComplexArray, FloatArray
 from mechid.errors import InputFileError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 RIGID_BELOW_HZ = 1e-3
 """A free-free solver returns rigid-body modes at frequencies of this size and below."""
@@ -68,7 +65,7 @@ class Modes:
         return float(low), 2.0 * float(self.frequency_hz.max()) if not self.rigid.all() else math.inf
 
     @property
-    def rigid(self) -> NDArray[np.bool_]:
+    def rigid(self) -> BoolArray:
         """Which modes are rigid-body modes, (n,)."""
         return self.frequency_hz < RIGID_BELOW_HZ
 

@@ -15,16 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.errors import InputFileError
 from mechid.structure.modal_csv import given_damping
 from mechid.structure.modes import RIGID_BELOW_HZ, Modes
 from mechid.structure.selection import DIRECTIONS, Location, Selection
 from mechid.structure.structure import Structure, structure_along
-
-FloatArray = NDArray[np.float64]
 
 RECTANGULAR = 1
 ASYMMETRY = 1e-6
@@ -113,7 +111,7 @@ def _structure(label: str, uset: Any, eigenvalues: FloatArray, shapes: FloatArra
     return structure_along(label, tuple(lines), modes, interface.direction)
 
 
-def _rigid(eigenvalues: FloatArray) -> NDArray[np.bool_]:
+def _rigid(eigenvalues: FloatArray) -> BoolArray:
     """Tell the rigid-body modes: so far below the first elastic mode that only rounding parts them from zero."""
     frequency = np.sqrt(np.abs(eigenvalues)) / (2.0 * np.pi)
     elastic = np.sort(frequency)[RIGID_BODY_MODES] if frequency.size > RIGID_BODY_MODES else np.inf

@@ -7,12 +7,10 @@ import re
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import InputFileError
 from mechid.reading.whole import read_text
-
-FloatArray = NDArray[np.float64]
 
 _UNIT = re.compile(r"\s*\[([^\]]*)\]\s*$")
 

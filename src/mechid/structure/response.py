@@ -5,12 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 KINDS = {"rad/(N*m)": 0, "rad/s/(N*m)": 1, "rad/s^2/(N*m)": 2}
 """Receptance, mobility and accelerance by their SI unit: how often the rotation is differentiated."""

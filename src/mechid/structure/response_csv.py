@@ -12,8 +12,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
 from mechid.structure.numbers_file import read_numbers, split_unit
@@ -24,8 +24,7 @@ from mechid.units import conversion_factor
 
 FREQUENCY, INTERFACE = "frequency_Hz", "interface"
 PAIRS = (("_re", "_im"), ("_mag", "_phase_deg"))
-ComplexArray = NDArray[np.complex128]
-Column = tuple[NDArray[np.float64], str | None]
+Column = tuple[FloatArray, str | None]
 
 
 def read_response_csv(path: Path, selection: Selection) -> Structure:
@@ -75,14 +74,14 @@ def with_directions(structure: Structure, along: Mapping[str, FrequencyResponse]
     return replace(structure, directions=dict(along)).with_warnings(*findings)
 
 
-def responses_along(frequency_hz: NDArray[np.float64], lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
+def responses_along(frequency_hz: FloatArray, lines_of_sight: Sequence[ComplexArray]) -> FrequencyResponse:
     """Return the receptances of the lines of sight, (n,) each, to what acts along a direction at the interface."""
     unknown = np.full(frequency_hz.size, np.nan, dtype=np.complex128)
     return FrequencyResponse(frequency_hz, np.column_stack([unknown, *lines_of_sight]))
 
 
 def structure_of_responses(
-    label: str, frequency_hz: NDArray[np.float64], found: Mapping[str, ComplexArray], axis: str = ""
+    label: str, frequency_hz: FloatArray, found: Mapping[str, ComplexArray], axis: str = ""
 ) -> Structure:
     """Return the structure of receptances by name, (n,) each; ``interface`` may be missing, a line of sight not."""
     names = tuple(name for name in found if name != INTERFACE)
@@ -101,7 +100,7 @@ def structure_of_responses(
 
 
 def receptance_of(
-    frequency_hz: NDArray[np.float64], values: ComplexArray, unit: str | None, place: str, per: str = "N*m"
+    frequency_hz: FloatArray, values: ComplexArray, unit: str | None, place: str, per: str = "N*m"
 ) -> ComplexArray:
     """Return a response in `unit` as receptance in rad/(N m), (n,), of a force in rad/N, with what acts as `per`.
 
@@ -128,7 +127,7 @@ def _names(columns: Mapping[str, Column], label: str) -> dict[str, None]:
 
 
 def _pair(
-    name: str, columns: Mapping[str, Column], frequency_hz: NDArray[np.float64], label: str, per: str = "N*m"
+    name: str, columns: Mapping[str, Column], frequency_hz: FloatArray, label: str, per: str = "N*m"
 ) -> ComplexArray:
     first, second = next(pair for pair in PAIRS if name + pair[0] in columns or name + pair[1] in columns)
     for end in (first, second):

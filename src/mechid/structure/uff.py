@@ -9,16 +9,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.response_csv import per, responses_along, structure_of_responses, with_directions
 from mechid.structure.selection import DIRECTIONS, Location, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor
-
-ComplexArray = NDArray[np.complex128]
 
 FREQUENCY_RESPONSE = 4
 """Function type of a frequency response."""
@@ -102,7 +100,7 @@ def _sense(entry: Mapping[str, Any]) -> float:
 def _combined(
     excited: Sequence[Mapping[str, Any]],
     locations: Sequence[Location],
-    frequency_hz: NDArray[np.float64],
+    frequency_hz: FloatArray,
     label: str,
     per: str = "N*m",
 ) -> ComplexArray:
@@ -122,7 +120,7 @@ def _combined(
 
 
 def _receptance(
-    entry: Mapping[str, Any], location: Location, frequency_hz: NDArray[np.float64], label: str, per: str
+    entry: Mapping[str, Any], location: Location, frequency_hz: FloatArray, label: str, per: str
 ) -> ComplexArray:
     values = np.asarray(entry["data"], dtype=np.complex128)
     differentiated = DATA_TYPES.get(int(entry.get("ordinate_spec_data_type", LENGTH_DATA) or LENGTH_DATA), 0)

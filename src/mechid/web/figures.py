@@ -8,15 +8,14 @@ from typing import Any
 
 import numpy as np
 from bokeh.models import BasicTickFormatter, ColumnDataSource, NumeralTickFormatter, Range1d
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.reports.plots import empty_plot, hover_on, stacked
 from mechid.reports.quantities import AMPLITUDE, FREQUENCY, RESIDUAL, TIME, TORQUE, quantity_words
 from mechid.signal.envelope import envelope
 from mechid.units import unit_words
 from mechid.web.picture import Effect, Picture, Scene
 
-FloatArray = NDArray[np.float64]
 COLUMNS = 300
 """Of a picture; each holds the least and the largest sample of a curve."""
 OVER_TIME = ("measured", "modelled", "residual", "estimate")
@@ -86,8 +85,15 @@ class Slot:
         return stacked(list(plots.values()))
 
     def _spectrum_plot(self) -> Any:
-        plot = empty_plot(FREQUENCY, AMPLITUDE, height=SPECTRUM_HEIGHT, y_axis_type="log", x_range=self.frequency,
-                          y_range=self.heights["spectrum"], min_border_left=LEFT)  # fmt: skip
+        plot = empty_plot(
+            FREQUENCY,
+            AMPLITUDE,
+            height=SPECTRUM_HEIGHT,
+            y_axis_type="log",
+            x_range=self.frequency,
+            y_range=self.heights["spectrum"],
+            min_border_left=LEFT,
+        )
         plot.vspan(x="x", source=self.orders, name="order", line_width=1, line_dash="dashed")
         lines = [self._line(plot, "frequency", name) for name in SPECTRA[1:]]
         tips = [("frequency", "@frequency{0.0} Hz"), ("amplitude", "$y{0.000000}")]
@@ -143,7 +149,7 @@ class Slot:
         height = round_up(max(largest(effect.torque), LEAST_EFFECT * picture.numbers.residual.noise_sigma))
         hold(self.heights["effect"], -height, height)
 
-    def _kept(self, picture: Picture, y: FloatArray) -> NDArray[np.int64]:
+    def _kept(self, picture: Picture, y: FloatArray) -> IntArray:
         """Return the samples to draw of what is in view: the extremes of each column, or all if they are few.
 
         Each curve has its own: one that is drawn through the others' too takes up to three times as many strokes.

@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.fft import prev_fast_len
 
 from mechid.analysis.against_noise import AgainstNoise
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import key_in_record
 from mechid.identification.output_error.instants import INSTANTS
@@ -30,7 +30,6 @@ from mechid.simulation.start import Start
 from mechid.units import SI_UNIT
 from mechid.web.knobs import Knob
 
-FloatArray = NDArray[np.float64]
 MOST_BINS = 1500
 SHOWN_HZ, ORDERS_SHOWN = 500.0, 6.0
 """A spectrum is shown up to the paper's 500 Hz, or so many times the step rate."""
@@ -210,10 +209,17 @@ class Scene:
         measured = self.channel.measured[:n] - removed
         frequency, spectra, share = self._spectra(measured, modelled, residual)
         return Picture(
-            start_s=self.base.start_s, interval_s=self.base.interval_s, measured=measured, modelled=modelled,
-            residual=residual, frequency_hz=frequency, measured_spectrum=spectra[0], modelled_spectrum=spectra[1],
-            residual_spectrum=spectra[2], numbers=self._numbers(measured, residual, share, line),
-        )  # fmt: skip
+            start_s=self.base.start_s,
+            interval_s=self.base.interval_s,
+            measured=measured,
+            modelled=modelled,
+            residual=residual,
+            frequency_hz=frequency,
+            measured_spectrum=spectra[0],
+            modelled_spectrum=spectra[1],
+            residual_spectrum=spectra[2],
+            numbers=self._numbers(measured, residual, share, line),
+        )
 
     def effect(self, mechanism: Mechanism, knob: Knob, stretch: Stretch) -> Effect:
         """Return what a small step of a knob does to a stretch of the record, by its exact sensitivity."""

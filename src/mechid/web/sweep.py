@@ -6,15 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.spectrogram import WINDOWS, largest_rows, spectrogram, usual_window_s
 from mechid.simulation.resonances import Resonance, resonances
 from mechid.web.picture import Picture, Scene
 
-FloatArray = NDArray[np.float64]
 MOST_ROWS = 600
 """Of an image; where there are more bins a row is the largest of several."""
 ABOVE_RATE, ABOVE_RESONANCE = 2.5, 1.2
@@ -67,10 +66,17 @@ def sweep_picture(scene: Scene, picture: Picture, mechanism: Mechanism) -> Sweep
     each = math.ceil(shown / MOST_ROWS)
     measured, modelled, residual = (largest_rows(amplitude[:shown], each) for amplitude in (first, *others))
     return SweepPicture(
-        time_s=time + picture.start_s, lowest_hz=-0.5 * frequency[1], row_hz=each * frequency[1],
-        measured=measured, modelled=modelled, residual=residual,
-        rate=scene.rate, orders=_orders(scene), resonances=swinging, tops_hz=tops,
-    )  # fmt: skip
+        time_s=time + picture.start_s,
+        lowest_hz=-0.5 * frequency[1],
+        row_hz=each * frequency[1],
+        measured=measured,
+        modelled=modelled,
+        residual=residual,
+        rate=scene.rate,
+        orders=_orders(scene),
+        resonances=swinging,
+        tops_hz=tops,
+    )
 
 
 def _tops(scene: Scene, highest_hz: float) -> tuple[float, ...]:

@@ -42,11 +42,11 @@ class SweepFigure:
         self.frequency.name = f"frequency_{number}"
 
     def _image(self, name: str) -> Any:
-        plot = empty_plot(TIME, f"{name}: {FREQUENCY}", height=HEIGHT, x_range=self.time, y_range=self.frequency,
-                          min_border_left=LEFT)  # fmt: skip
+        plot = empty_plot(
+            TIME, f"{name}: {FREQUENCY}", height=HEIGHT, x_range=self.time, y_range=self.frequency, min_border_left=LEFT
+        )
         image = plot.image(name, x="x", y="y", dw="dw", dh="dh", source=self.images, color_mapper=self.colours)
-        plot.multi_line("x", "y", source=self.orders, name="order over", line_dash=GAPS, line_width=1,
-                        line_alpha=0.8)  # fmt: skip
+        plot.multi_line("x", "y", source=self.orders, name="order over", line_dash=GAPS, line_width=1, line_alpha=0.8)
         plot.hspan(y="y", source=self.resonances, name="resonance over", line_dash=GAPS, line_width=1.5)
         tips = [("", name), ("time", "$x{0.00} s"), ("frequency", "$y{0} Hz"), ("amplitude", f"@{name}{{0.000000}}")]
         plot.add_tools(HoverTool(renderers=[image], tooltips=tips))
@@ -59,9 +59,11 @@ class SweepFigure:
         half = 0.5 * (sweep.time_s[-1] - sweep.time_s[0]) / max(columns - 1, 1)
         start, end = float(sweep.time_s[0]), float(sweep.time_s[-1])
         self.images.data = {name: [getattr(sweep, name).astype(np.float32)] for name in IMAGES} | {
-            "x": [start - half], "dw": [end - start + 2.0 * half],
-            "y": [sweep.lowest_hz], "dh": [bins * sweep.row_hz],
-        }  # fmt: skip
+            "x": [start - half],
+            "dw": [end - start + 2.0 * half],
+            "y": [sweep.lowest_hz],
+            "dh": [bins * sweep.row_hz],
+        }
         times, rates = sweep.rate[:, 0], np.abs(sweep.rate[:, 1])
         self.orders.data = {"x": [times] * len(sweep.orders), "y": [order * rates for order in sweep.orders]}
         self.resonances.data = {"y": [r.frequency_hz for r in sweep.resonances]}

@@ -63,8 +63,9 @@ class Tab:
         data["diagnosed"] = diagnosed_data(source.diagnosed) if source.diagnosed else None
         document.title = f"{data['title']} · mechid explore"
         document.template = page_template()
-        document.template_variables.update(data=data, slots=len(self.slots), sweeps=len(self.sweep_figures),
-                                           synthetic=source.is_synthetic)  # fmt: skip
+        document.template_variables.update(
+            data=data, slots=len(self.slots), sweeps=len(self.sweep_figures), synthetic=source.is_synthetic
+        )
         self.wire.on_change("asked", self._hear)
         for slot in self.slots:
             slot.time.on_change("start", self._zoomed)

@@ -142,8 +142,10 @@ class Source:
             yield f"        {own.value(name)!r}, /* {name} */"
 
     def _modes(self) -> str:
-        return "; ".join(f"{k} {s.name} ({', '.join(f'{n} {mode}' for n, mode in enumerate(s.modes))})"
-                         for k, s in enumerate(self.plant.switches))  # fmt: skip
+        return "; ".join(
+            f"{k} {s.name} ({', '.join(f'{n} {mode}' for n, mode in enumerate(s.modes))})"
+            for k, s in enumerate(self.plant.switches)
+        )
 
     def _call(self, printer: Printer, name: str, values: Mapping[str, str]) -> str:
         own = printer.known[name]
@@ -163,11 +165,17 @@ _RUN = {
 }  # fmt: skip
 """What the C text hands over to the kernel's `run`, by its arguments."""
 _BEGIN = {
-    "p": "m->parameter", "directions": "m->directions", "inputs": "input",
+    "p": "m->parameter",
+    "directions": "m->directions",
+    "inputs": "input",
     "theta_0": "command->start_angle_deg * 0.017453292519943295",
-    "x_0": "x", "x_0_count": "x ? MECHANISM_STATES : 0", "x_p": "x", "x_p_count": "0",
-    "discrete": "m->grid.discrete", "w": "m->grid.w",
-}  # fmt: skip
+    "x_0": "x",
+    "x_0_count": "x ? MECHANISM_STATES : 0",
+    "x_p": "x",
+    "x_p_count": "0",
+    "discrete": "m->grid.discrete",
+    "w": "m->grid.w",
+}
 
 
 def _of_file(mechanism: Mechanism) -> str:

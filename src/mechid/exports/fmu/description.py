@@ -17,13 +17,17 @@ BASE = {
 }  # fmt: skip
 """SI base units of units; others are named without."""
 ABLE_2 = {
-    "canHandleVariableCommunicationStepSize": "true", "canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true",
+    "canHandleVariableCommunicationStepSize": "true",
+    "canGetAndSetFMUstate": "true",
+    "canSerializeFMUstate": "true",
     "canNotUseMemoryManagementFunctions": "true",
-}  # fmt: skip
+}
 ABLE_3 = {
-    "canHandleVariableCommunicationStepSize": "true", "canGetAndSetFMUState": "true", "canSerializeFMUState": "true",
+    "canHandleVariableCommunicationStepSize": "true",
+    "canGetAndSetFMUState": "true",
+    "canSerializeFMUState": "true",
     "hasEventMode": "true",
-}  # fmt: skip
+}
 
 
 def description_2(name: str, guid: str, words: str, tool: str, variables: Sequence[Variable], stop_s: float) -> str:
@@ -55,10 +59,17 @@ def description_2(name: str, guid: str, words: str, tool: str, variables: Sequen
 
 def description_3(name: str, token: str, words: str, tool: str, variables: Sequence[Variable], stop_s: float) -> str:
     """Return modelDescription.xml of FMI 3.0."""
-    root = ET.Element("fmiModelDescription", {
-        "fmiVersion": "3.0", "modelName": name, "instantiationToken": token, "description": words,
-        "generationTool": tool, "variableNamingConvention": "flat",
-    })  # fmt: skip
+    root = ET.Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": "3.0",
+            "modelName": name,
+            "instantiationToken": token,
+            "description": words,
+            "generationTool": tool,
+            "variableNamingConvention": "flat",
+        },
+    )
     ET.SubElement(root, "CoSimulation", {"modelIdentifier": name, **ABLE_3})
     _units(root, variables)
     _categories(root)

@@ -10,13 +10,12 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.errors import MechidError
 from mechid.exports.fmu.variables import OUTPUT, RATE_OF_POINT, TIME_OF_POINT
 from mechid.exports.handover import Trial
 
-FloatArray = NDArray[np.float64]
 CO_SIMULATION = 1
 
 

@@ -34,9 +34,13 @@ VERSIONS = ("2", "3")
 FIXED_DATE = (1980, 1, 1, 0, 0, 0)
 """Of all entries of an archive: the same fit gives the same bytes."""
 PLATFORMS = {
-    ("2", "linux"): "linux64", ("2", "darwin"): "darwin64", ("2", "win32"): "win64",
-    ("3", "linux"): "linux", ("3", "darwin"): "darwin", ("3", "win32"): "windows",
-}  # fmt: skip
+    ("2", "linux"): "linux64",
+    ("2", "darwin"): "darwin64",
+    ("2", "win32"): "win64",
+    ("3", "linux"): "linux",
+    ("3", "darwin"): "darwin",
+    ("3", "win32"): "windows",
+}
 ENDINGS = {"linux": ".so", "darwin": ".dylib", "win32": ".dll"}
 
 
@@ -116,11 +120,18 @@ class Unit:
         inputs, outputs = [s.name for s in plant.inputs], list(plant.outputs)
         peak = plant.having(Role.SUPPLY)
         text = resources.files("mechid.exports.fmu").joinpath(f"text/{name}.in").read_text(encoding="utf-8")
-        return Template(text).substitute({
-            "title": f"{self.handover.name}: {plant.name}", "guid": self.guid, "points": POINTS,
-            "inputs_held": max(len(inputs), 1), "e_A": inputs.index("e_A"), "e_B": inputs.index("e_B"),
-            "peak": list(plant.declarations).index(peak[0]), "inertial": _inertial(outputs),
-        })  # fmt: skip
+        return Template(text).substitute(
+            {
+                "title": f"{self.handover.name}: {plant.name}",
+                "guid": self.guid,
+                "points": POINTS,
+                "inputs_held": max(len(inputs), 1),
+                "e_A": inputs.index("e_A"),
+                "e_B": inputs.index("e_B"),
+                "peak": list(plant.declarations).index(peak[0]),
+                "inertial": _inertial(outputs),
+            }
+        )
 
     def library(self, version: str, folder: Path) -> Path:
         """Compile the binary of a version for this platform into a folder.

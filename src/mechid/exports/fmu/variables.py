@@ -16,8 +16,10 @@ INPUT, OUTPUT, PARAMETER, TIME_OF_POINT, RATE_OF_POINT = 20, 60, 1000, 2000, 300
 """First numbers, as instance.c has them."""
 MODES = "0 the rate profile, 1 step_index, 2 rate, 3 phase voltages"
 QUANTITY_UNITS = {"angle": "rad", "rate": "rad/s", "torque": "N.m", "force": "N", "position": "m", "velocity": "m/s"}
-INPUT_UNITS = {PUSH.name: ("N.m", "torque on the output from outside"),
-               ACCELERATION.name: ("rad/s2", "angular acceleration of the base")}  # fmt: skip
+INPUT_UNITS = {
+    PUSH.name: ("N.m", "torque on the output from outside"),
+    ACCELERATION.name: ("rad/s2", "angular acceleration of the base"),
+}
 
 
 @dataclass(frozen=True)
@@ -78,15 +80,30 @@ def _fixed(key: str, number: int, words: str, start: float, unit: str = "") -> V
 
 
 def _inputs(plant: Plant) -> Iterator[Variable]:
-    yield Variable("step_index", 10, "input", "discrete", "steps of the driver since 0, where command.mode is 1",
-                   start=0, whole=True)  # fmt: skip
+    yield Variable(
+        "step_index",
+        10,
+        "input",
+        "discrete",
+        "steps of the driver since 0, where command.mode is 1",
+        start=0,
+        whole=True,
+    )
     yield Variable("rate", 11, "input", "discrete", "full steps/s, where command.mode is 2", "1/s", 0.0)
     for number, phase in ((12, "a"), (13, "b")):
-        yield Variable(f"voltage_phase_{phase}", number, "input", "discrete",
-                       f"voltage (or current) of phase {phase}, where command.mode is 3", "", 0.0)  # fmt: skip
+        yield Variable(
+            f"voltage_phase_{phase}",
+            number,
+            "input",
+            "discrete",
+            f"voltage (or current) of phase {phase}, where command.mode is 3",
+            "",
+            0.0,
+        )
     if ACCELERATION in plant.inputs:
-        yield Variable("base_angle", 14, "input", "continuous", "angle of the base, for the angles in inertial space",
-                       "rad", 0.0)  # fmt: skip
+        yield Variable(
+            "base_angle", 14, "input", "continuous", "angle of the base, for the angles in inertial space", "rad", 0.0
+        )
         yield Variable("base_rate", 15, "input", "continuous", "rate of the base", "rad/s", 0.0)
     for k, symbol in enumerate(plant.inputs):
         if symbol.name in INPUT_UNITS:

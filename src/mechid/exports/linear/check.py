@@ -11,15 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from mechid.arrays import FloatArray
 from mechid.exports.linear.held import Held
 from mechid.exports.linear.state_space import Matrices
 from mechid.kernel.equations import equations_of
 from mechid.simulation.linearisation import Linearised
-
-FloatArray = NDArray[np.float64]
 
 FREQUENCIES_HZ = (10.0, 100.0)
 SMALL = 1e-6

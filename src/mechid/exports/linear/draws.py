@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.shares import deviations
 from mechid.errors import FitError
 from mechid.exports.linear.state_space import Uncertain
 from mechid.plant.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
 MOST_TRIED = 100
 """Times as many draws as are wanted: where fewer than one in so many is physical, the covariance is of no use."""
 

@@ -6,15 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from mechid.budgets.emission import line_sigmas, phase_sigmas
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 KEPT = 0.01
 """Of the largest line at any rate: orders that stay below it at all rates are left out."""
@@ -66,7 +63,7 @@ class OrderForcing:
     bound: FloatArray
     by_uncertain: ComplexArray
     rms: FloatArray
-    repeats: NDArray[np.bool_]
+    repeats: BoolArray
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as lists and plain numbers; complex ones as amplitude and phase, derivatives as parts."""
@@ -107,7 +104,7 @@ def _orders(states: tuple[SteadyState, ...]) -> FloatArray:
     return np.unique(np.round(np.concatenate([np.zeros(0), *every]), 9))
 
 
-def _found(state: SteadyState, orders: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _found(state: SteadyState, orders: FloatArray) -> tuple[IntArray, IntArray]:
     """Return which of a state's lines stand at one of the orders, and at which."""
     near = np.abs(state.step_orders[:, None] - orders) < SAME_ORDER
     own, at = np.nonzero(near)

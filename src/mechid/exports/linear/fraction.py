@@ -16,11 +16,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.exports.linear.state_space import LinearModel, Matrices
 
-FloatArray = NDArray[np.float64]
 NEGLIGIBLE = 1e-9
 """Of the largest singular value of a direction's change, in the sizes of the model's own rows and columns."""
 NO_EFFECT = 1e-7
@@ -42,7 +41,7 @@ class Fraction:
     """
 
     matrices: Matrices
-    sizes: NDArray[np.int64]
+    sizes: IntArray
     directions: FloatArray
 
     def at(self, deltas: FloatArray) -> Matrices:
@@ -51,9 +50,11 @@ class Fraction:
         delta = np.repeat(deltas, self.sizes)[:, None]
         Bw, Dw = M.B[:, :r], M.D[r:, :r]
         return Matrices(
-            M.A + Bw @ (delta * M.C[:r]), M.B[:, r:] + Bw @ (delta * M.D[:r, r:]),
-            M.C[r:] + Dw @ (delta * M.C[:r]), M.D[r:, r:] + Dw @ (delta * M.D[:r, r:]),
-        )  # fmt: skip
+            M.A + Bw @ (delta * M.C[:r]),
+            M.B[:, r:] + Bw @ (delta * M.D[:r, r:]),
+            M.C[r:] + Dw @ (delta * M.C[:r]),
+            M.D[r:, r:] + Dw @ (delta * M.D[:r, r:]),
+        )
 
     def to_dict(self) -> dict[str, Any]:
         """Return matrices, sizes and directions as lists."""

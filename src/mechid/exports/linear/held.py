@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.command import Command
 from mechid.errors import FitError
@@ -19,8 +19,6 @@ from mechid.plant.plant import Plant
 from mechid.plant.small_signal import UNITS, SmallSignal, state_units
 from mechid.simulation.linearisation import Holding, Linearised, held_inputs, linearised, named_holdings
 from mechid.units import SI_UNIT
-
-FloatArray = NDArray[np.float64]
 
 ACCELERATION = "output_acceleration"
 """Of what is on the output against the base: the rate of its rate, which a structure on the output wants."""

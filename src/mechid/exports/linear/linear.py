@@ -73,12 +73,16 @@ class Linear:
         """Return the content of linear.json."""
         draws = next((model.draws for model in self.models.values()), np.zeros((0, 0)))
         return {
-            "format": FORMAT, "name": self.name, "words": list(self.words), "provenance": dict(self.provenance),
-            "start_angle_deg": self.held.command.start_angle_deg, "uncertain": self.uncertain.to_dict(),
+            "format": FORMAT,
+            "name": self.name,
+            "words": list(self.words),
+            "provenance": dict(self.provenance),
+            "start_angle_deg": self.held.command.start_angle_deg,
+            "uncertain": self.uncertain.to_dict(),
             "draws": draws.tolist(),
             "models": {n: {**m.to_dict(), "fraction": fraction(m).to_dict()} for n, m in self.models.items()},
             "forcing": [one.to_dict() for one in self.forcing],
-        }  # fmt: skip
+        }
 
 
 def linear_of(what: Handover, options: Options | None = None) -> Linear:
@@ -101,9 +105,14 @@ def linear_of(what: Handover, options: Options | None = None) -> Linear:
     models = _models(held, options)
     every = tuple(by_orders(one, estimate) for one in _forcings(what, options, estimate))
     return Linear(
-        name=what.name, held=held, uncertain=held.uncertain, models=models, forcing=every,
-        words=tuple(_words(held, models, every, estimate, options)), provenance=what.provenance,
-    )  # fmt: skip
+        name=what.name,
+        held=held,
+        uncertain=held.uncertain,
+        models=models,
+        forcing=every,
+        words=tuple(_words(held, models, every, estimate, options)),
+        provenance=what.provenance,
+    )
 
 
 def _models(held: Held, options: Options) -> dict[str, LinearModel]:

@@ -45,12 +45,21 @@ end
 
 def write_mat(linear: Linear, path: Path) -> None:
     """Write linear.mat: a struct for each model, `uncertain`, `forcing` and `about`."""
-    about = {"format": FORMAT, "name": linear.name, "words": _cell(linear.words),
-             "start_angle_deg": linear.held.command.start_angle_deg,
-             "provenance": json.dumps(dict(linear.provenance))}  # fmt: skip
+    about = {
+        "format": FORMAT,
+        "name": linear.name,
+        "words": _cell(linear.words),
+        "start_angle_deg": linear.held.command.start_angle_deg,
+        "provenance": json.dumps(dict(linear.provenance)),
+    }
     own = linear.uncertain
-    uncertain = {"names": _cell(own.names), "units": _cell(own.units), "values": own.values,
-                 "std_errors": own.std_errors, "covariance": own.covariance}  # fmt: skip
+    uncertain = {
+        "names": _cell(own.names),
+        "units": _cell(own.units),
+        "values": own.values,
+        "std_errors": own.std_errors,
+        "covariance": own.covariance,
+    }
     models = {name: _model(model) for name, model in linear.models.items()}
     forcing = {re.sub(r"\W", "_", one.name, flags=re.ASCII): _forcing(one) for one in linear.forcing}
     content = {**models, "uncertain": uncertain, **({"forcing": forcing} if forcing else {}), "about": about}
@@ -64,14 +73,20 @@ def _model(model: LinearModel) -> dict[str, Any]:
     return {
         **_matrices(model.matrices),
         "names": _names(model),
-        "states": _cell(model.states.names), "inputs": _cell(model.inputs.names),
-        "outputs": _cell(model.outputs.names), "state_units": _cell(model.states.units),
-        "input_units": _cell(model.inputs.units), "output_units": _cell(model.outputs.units),
-        "input_limits": limits, "x": model.x, "y": model.y,
-        "parameters": _cell(model.names), "by_parameter": _matrices(model.by_parameter),
+        "states": _cell(model.states.names),
+        "inputs": _cell(model.inputs.names),
+        "outputs": _cell(model.outputs.names),
+        "state_units": _cell(model.states.units),
+        "input_units": _cell(model.inputs.units),
+        "output_units": _cell(model.outputs.units),
+        "input_limits": limits,
+        "x": model.x,
+        "y": model.y,
+        "parameters": _cell(model.names),
+        "by_parameter": _matrices(model.by_parameter),
         "samples": {**_matrices(model.samples), "draws": model.draws},
         "fraction": {**_matrices(parts.matrices), "sizes": parts.sizes.astype(float), "directions": parts.directions},
-    }  # fmt: skip
+    }
 
 
 def _names(model: LinearModel) -> Any:

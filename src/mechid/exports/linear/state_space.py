@@ -8,15 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import UsageError
 
 if TYPE_CHECKING:
     from scipy.signal import StateSpace
-
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,9 +87,12 @@ class Uncertain:
     def to_dict(self) -> dict[str, Any]:
         """Return names, units, values, standard errors and covariance."""
         return {
-            "names": list(self.names), "units": list(self.units), "values": self.values.tolist(),
-            "std_errors": self.std_errors.tolist(), "covariance": self.covariance.tolist(),
-        }  # fmt: skip
+            "names": list(self.names),
+            "units": list(self.units),
+            "values": self.values.tolist(),
+            "std_errors": self.std_errors.tolist(),
+            "covariance": self.covariance.tolist(),
+        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -188,19 +188,27 @@ class LinearModel:
     def control_names(self) -> dict[str, Any]:
         """Return what python-control's StateSpace takes beside A, B, C and D."""
         return {
-            "name": self.name, "states": list(self.states.names), "inputs": list(self.inputs.names),
+            "name": self.name,
+            "states": list(self.states.names),
+            "inputs": list(self.inputs.names),
             "outputs": list(self.outputs.names),
-        }  # fmt: skip
+        }
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as lists and plain numbers."""
         return {
-            "states": self.states.to_dict(), "inputs": self.inputs.to_dict(), "outputs": self.outputs.to_dict(),
-            **self.matrices.to_dict(), "x": self.x.tolist(), "y": self.y.tolist(),
-            "limits": {name: list(limit) for name, limit in self.limits.items()}, "margins": dict(self.margins),
-            "parameters": list(self.names), "by_parameter": self.by_parameter.to_dict(),
+            "states": self.states.to_dict(),
+            "inputs": self.inputs.to_dict(),
+            "outputs": self.outputs.to_dict(),
+            **self.matrices.to_dict(),
+            "x": self.x.tolist(),
+            "y": self.y.tolist(),
+            "limits": {name: list(limit) for name, limit in self.limits.items()},
+            "margins": dict(self.margins),
+            "parameters": list(self.names),
+            "by_parameter": self.by_parameter.to_dict(),
             "samples": self.samples.to_dict(),
-        }  # fmt: skip
+        }
 
 
 def response_of(matrices: Matrices, frequency_hz: Sequence[float] | FloatArray) -> ComplexArray:

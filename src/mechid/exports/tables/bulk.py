@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.emission import BOUND
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.bulk_cards import comment, darea, rload1, rload2, tabled1
 from mechid.exports.tables.options import Options
 from mechid.writing import write_whole
-
-FloatArray = NDArray[np.float64]
 
 FILE_NAME = "lines.bdf"
 LOUD = 0.01
@@ -42,7 +40,7 @@ class OrderLoad:
     stepping: str
     order: float
     frequency_hz: FloatArray
-    lines: NDArray[np.complex128]
+    lines: ComplexArray
     bound: FloatArray
 
 
@@ -68,8 +66,13 @@ def _load(forcing: Forcing, order: float, found: Sequence[tuple[float, complex, 
     known = {f: (line, bound) for f, line, bound in found}
     inside = [f for f in every if ends[0] <= f <= ends[1]]
     line, bound = zip(*(known.get(f, (0.0j, 0.0)) for f in inside), strict=True)
-    return OrderLoad(forcing.stepping.name, order, np.array(inside), np.array(line, dtype=np.complex128),
-                     np.array(bound, dtype=np.float64))  # fmt: skip
+    return OrderLoad(
+        forcing.stepping.name,
+        order,
+        np.array(inside),
+        np.array(line, dtype=np.complex128),
+        np.array(bound, dtype=np.float64),
+    )
 
 
 def write_bulk(forcings: Sequence[Forcing], options: Options, provenance: Mapping[str, Any], folder: Path) -> str:

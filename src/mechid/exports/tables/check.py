@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import ComplexArray, FloatArray
 from mechid.budgets.attractors import FROM_REST
 from mechid.budgets.steady_state import SteadyState
 from mechid.command import RateProfile
@@ -18,8 +18,6 @@ from mechid.exports.forcing import Forcing
 from mechid.plant.mechanism import Mechanism
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
-
-FloatArray = NDArray[np.float64]
 
 SAMPLES_HZ = 200_000.0
 """Least, of the coarser of two direct simulations: where the torque jumps a sample is a mean, and lines are off by the
@@ -81,7 +79,7 @@ def direct(lined: Mechanism, lanes: int, forcing: Forcing) -> Direct | None:
 
 def _lines(
     lined: Mechanism, lanes: int, forcing: Forcing, state: SteadyState, skipped: int, times: int, finer: int
-) -> NDArray[np.complex128]:
+) -> ComplexArray:
     """Return the lines of the last whole periods of a simulation from rest, (n,) N m.
 
     The first sample lies half an interval behind the first step, so that no step falls on a sample.

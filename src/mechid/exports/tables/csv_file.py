@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from mechid.exports.tables.table import Cell, FloatArray, Table
+from mechid.arrays import FloatArray
+from mechid.exports.tables.table import Cell, Table
 from mechid.writing import write_whole
 
 NUMBER = "%.12g"

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from mechid.exports.tables.table import FloatArray, Table
+from mechid.arrays import FloatArray
+from mechid.exports.tables.table import Table
 from mechid.writing import made_in_memory
 
 FILE_NAME = "tables.h5"

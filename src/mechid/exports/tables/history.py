@@ -38,10 +38,14 @@ def history(bench: Mechanism, lined: Mechanism, lanes: int, trial: Trial) -> Tab
     refuse_lost({trial.name: seen})
     refuse_lost({trial.name: base})
     columns = [
-        numbers(f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}", SI_UNIT[name].replace("*", " "), MEASURED,
-                values)
+        numbers(
+            f"{name}_{SI_UNIT[name].replace('*', '').replace('/', '_')}",
+            SI_UNIT[name].replace("*", " "),
+            MEASURED,
+            values,
+        )
         for name, values in seen.values.items()
-    ]  # fmt: skip
+    ]
     time = numbers("time_s", "s", "record time", seen.time)
     return Table(
         f"{PREFIX}{trial.name}",

@@ -27,10 +27,13 @@ def estimate_tables(handover: Handover) -> tuple[Table, ...]:
 def provenance_table(handover: Handover, words: Sequence[str]) -> Table:
     """Return where the numbers come from, how far they can be trusted, and what is to be known of them."""
     rows = [*_flat(handover.provenance), *(("words", line) for line in words)]
-    return Table("provenance", (
-        texts("entry", "what it is", [key for key, _ in rows]),
-        texts("value", "what it says", [value for _, value in rows]),
-    ))  # fmt: skip
+    return Table(
+        "provenance",
+        (
+            texts("entry", "what it is", [key for key, _ in rows]),
+            texts("value", "what it says", [value for _, value in rows]),
+        ),
+    )
 
 
 def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> Table:
@@ -40,21 +43,24 @@ def _parameters(parameters: Mapping[str, Mapping[str, Any]]) -> Table:
         return [row.get(key) for row in rows]
 
     ends = [row.get("ci95") or (None, None) for row in rows]
-    return Table("parameters", (
-        texts("parameter", "dotted name in the mechanism file", list(parameters)),
-        texts("symbol", "in the equations", _text(of("symbol"))),
-        numbers("value", SAME_UNIT, "estimate, or the value that was known", of("value")),
-        texts("unit", "of value, errors, interval and bounds", _text(of("unit"))),
-        texts("status", "free, known, tied to another, frozen, or at a bound", _text(of("status"))),
-        numbers("std_error", SAME_UNIT, "standard error, also where the model lacks something", of("std_error")),
-        numbers("std_error_noise", SAME_UNIT, "the same by noise of any colour alone", of("std_error_noise")),
-        numbers("ci95_low", SAME_UNIT, "lower end of the 95 % interval", [low for low, _ in ends]),
-        numbers("ci95_high", SAME_UNIT, "upper end of the 95 % interval", [high for _, high in ends]),
-        numbers("start", SAME_UNIT, "where the search began", of("start")),
-        numbers("min", SAME_UNIT, "lower bound", of("min")),
-        numbers("max", SAME_UNIT, "upper bound", of("max")),
-        texts("reason", "why it has this status", _text(of("reason"))),
-    ))  # fmt: skip
+    return Table(
+        "parameters",
+        (
+            texts("parameter", "dotted name in the mechanism file", list(parameters)),
+            texts("symbol", "in the equations", _text(of("symbol"))),
+            numbers("value", SAME_UNIT, "estimate, or the value that was known", of("value")),
+            texts("unit", "of value, errors, interval and bounds", _text(of("unit"))),
+            texts("status", "free, known, tied to another, frozen, or at a bound", _text(of("status"))),
+            numbers("std_error", SAME_UNIT, "standard error, also where the model lacks something", of("std_error")),
+            numbers("std_error_noise", SAME_UNIT, "the same by noise of any colour alone", of("std_error_noise")),
+            numbers("ci95_low", SAME_UNIT, "lower end of the 95 % interval", [low for low, _ in ends]),
+            numbers("ci95_high", SAME_UNIT, "upper end of the 95 % interval", [high for _, high in ends]),
+            numbers("start", SAME_UNIT, "where the search began", of("start")),
+            numbers("min", SAME_UNIT, "lower bound", of("min")),
+            numbers("max", SAME_UNIT, "upper bound", of("max")),
+            texts("reason", "why it has this status", _text(of("reason"))),
+        ),
+    )
 
 
 def _covariance(handover: Handover) -> Table:
@@ -82,19 +88,22 @@ def _records(records: Mapping[str, Mapping[str, Any]]) -> Table:
 
     commands = [(row.get("validation") or {}).get("command") or {} for row in rows]
     units = [next((c["unit"] for c in (row.get("channels") or {}).values()), "") for row in rows]
-    return Table("records", (
-        texts("record", "name in the campaign file", list(records)),
-        texts("use", "estimate or validate", _text(of("use"))),
-        texts("stepping", "as it was driven", [str(c.get("stepping", "")) for c in commands]),
-        numbers("microsteps", "1", "steps in a full step", [c.get("microsteps") for c in commands]),
-        numbers("samples", "1", "samples used", of("samples")),
-        texts("unit", "of residual, noise, offset and drift", units),
-        numbers("fit_percent", "%", "100 (1 - |residual| / |measured - mean|)", of("fit_percent")),
-        numbers("residual_rms", OWN_UNIT, "RMS of measured less model", of("residual_rms")),
-        numbers("noise_sigma", OWN_UNIT, "noise of a sample", of("noise_sigma")),
-        numbers("offset", OWN_UNIT, "that was removed, at the first sample", of("offset")),
-        numbers("drift", f"{OWN_UNIT} per s", "that was removed", of("drift")),
-    ))  # fmt: skip
+    return Table(
+        "records",
+        (
+            texts("record", "name in the campaign file", list(records)),
+            texts("use", "estimate or validate", _text(of("use"))),
+            texts("stepping", "as it was driven", [str(c.get("stepping", "")) for c in commands]),
+            numbers("microsteps", "1", "steps in a full step", [c.get("microsteps") for c in commands]),
+            numbers("samples", "1", "samples used", of("samples")),
+            texts("unit", "of residual, noise, offset and drift", units),
+            numbers("fit_percent", "%", "100 (1 - |residual| / |measured - mean|)", of("fit_percent")),
+            numbers("residual_rms", OWN_UNIT, "RMS of measured less model", of("residual_rms")),
+            numbers("noise_sigma", OWN_UNIT, "noise of a sample", of("noise_sigma")),
+            numbers("offset", OWN_UNIT, "that was removed, at the first sample", of("offset")),
+            numbers("drift", f"{OWN_UNIT} per s", "that was removed", of("drift")),
+        ),
+    )
 
 
 def _text(values: Sequence[Any]) -> list[str]:

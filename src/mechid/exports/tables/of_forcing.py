@@ -8,15 +8,13 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.budgets.emission import BOUND, Emission, line_sigmas, phase_sigmas
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.steady_state import SteadyState
 from mechid.exports.forcing import Forcing
 from mechid.exports.tables.table import Column, Table, numbers, texts
-
-FloatArray = NDArray[np.float64]
 
 LINES, BANDS, RATES = "lines", "bands", "rates"
 SHARE = f"{100.0 * BOUND:g} %"
@@ -52,9 +50,13 @@ def _named(every: Sequence[_AtRate], count: Callable[[_AtRate], int]) -> tuple[C
     names = np.repeat(np.array([at.forcing.stepping.name for at in every]), counts)
     return (
         texts("stepping", "way of stepping, with its microsteps in a full step", [str(name) for name in names]),
-        numbers("rate_steps_per_s", "1/s", "commanded rate, full steps a second",
-                np.repeat([at.state.rate for at in every], counts)),
-    )  # fmt: skip
+        numbers(
+            "rate_steps_per_s",
+            "1/s",
+            "commanded rate, full steps a second",
+            np.repeat([at.state.rate for at in every], counts),
+        ),
+    )
 
 
 def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
@@ -95,14 +97,17 @@ def _bands(every: Sequence[_AtRate]) -> Table:
         return np.concatenate([np.asarray(getattr(at.emission, name)) for at in every])
 
     edges = of("bands_hz")
-    return Table(BANDS, (
-        *_named(every, lambda at: len(at.emission.bands_hz)),
-        numbers("from_Hz", "Hz", "lower edge of the third octave", edges[:, 0]),
-        numbers("to_Hz", "Hz", "upper edge", edges[:, 1]),
-        numbers("modelled_rms_Nm", "N m", "RMS of the model's lines in it", of("band_modelled")),
-        numbers("residual_rms_Nm", "N m", "RMS of what the model lacks", of("band_residual")),
-        numbers("bound_rms_Nm", "N m", f"the RMS is below with {SHARE}", of("band_bound")),
-    ))  # fmt: skip
+    return Table(
+        BANDS,
+        (
+            *_named(every, lambda at: len(at.emission.bands_hz)),
+            numbers("from_Hz", "Hz", "lower edge of the third octave", edges[:, 0]),
+            numbers("to_Hz", "Hz", "upper edge", edges[:, 1]),
+            numbers("modelled_rms_Nm", "N m", "RMS of the model's lines in it", of("band_modelled")),
+            numbers("residual_rms_Nm", "N m", "RMS of what the model lacks", of("band_residual")),
+            numbers("bound_rms_Nm", "N m", f"the RMS is below with {SHARE}", of("band_bound")),
+        ),
+    )
 
 
 def _rates(every: Sequence[_AtRate], estimate: Estimate) -> Table:

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 Cell: TypeAlias = float | str
 
 SHEET_ROWS = 1_048_576
@@ -94,9 +94,12 @@ def texts(name: str, words: str, values: Iterator[str] | list[str]) -> Column:
 def column_table(tables: tuple[Table, ...]) -> Table:
     """Return the table that says what every column of the others holds."""
     every = [(table.name, column) for table in tables for column in table.columns]
-    return Table("columns", (
-        texts("table", "table, sheet or group", [table for table, _ in every]),
-        texts("column", "its name", [column.name for _, column in every]),
-        texts("unit", "its unit", [column.unit for _, column in every]),
-        texts("meaning", "what it holds", [column.words for _, column in every]),
-    ))  # fmt: skip
+    return Table(
+        "columns",
+        (
+            texts("table", "table, sheet or group", [table for table, _ in every]),
+            texts("column", "its name", [column.name for _, column in every]),
+            texts("unit", "its unit", [column.unit for _, column in every]),
+            texts("meaning", "what it holds", [column.words for _, column in every]),
+        ),
+    )

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.hdf5 import is_available
 from mechid.budgets.steady_state import cut_off
@@ -164,7 +164,7 @@ def _of_stepping(one: Forcing) -> Iterator[str]:
             yield f"{name}: at {_ranges(rates, which)} steps/s {what}."
 
 
-def _ranges(rates: NDArray[np.float64], which: NDArray[np.bool_]) -> str:
+def _ranges(rates: FloatArray, which: BoolArray) -> str:
     """Return the rates at which something is so, neighbours joined, as ``5 to 23, 46``.
 
     Examples

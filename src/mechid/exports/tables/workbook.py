@@ -12,7 +12,8 @@ from zipfile import ZipFile
 import numpy as np
 import xlsxwriter
 
-from mechid.exports.tables.table import FloatArray, Table
+from mechid.arrays import FloatArray
+from mechid.exports.tables.table import Table
 from mechid.writing import whole
 
 FILE_NAME = "tables.xlsx"

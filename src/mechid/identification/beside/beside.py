@@ -5,16 +5,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.identification.disturbance.disturbance import Disturbance, with_disturbances
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -82,6 +78,7 @@ def lifted(plain: Problem, q: FloatArray, other: Problem) -> FloatArray:
     What is new begins at its start: the null of a term, and the mechanism's value where a record has one of its own.
     """
     values = plain.space.values(plain.coordinates.of_mechanism(q))
-    owned = {c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own
-             if c.parameter.replaces in values}  # fmt: skip
+    owned = {
+        c.parameter.name: values[c.parameter.replaces] for c in other.coordinates.own if c.parameter.replaces in values
+    }
     return other.coordinates.point({**owned, **plain.coordinates.values(q)})

@@ -6,12 +6,11 @@ import math
 from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 
-FloatArray = NDArray[np.float64]
 Groups = Mapping[str, tuple[int, ...]]
 """Coordinates of each group by its name."""
 

@@ -14,8 +14,8 @@ from functools import partial
 from itertools import chain, combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.contradiction.alternatives import Judged, first_moments, judge
@@ -26,7 +26,6 @@ from mechid.identification.search.first_moments import WINDOW_S, first_residual,
 from mechid.identification.search.gates import Growth, grow
 from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, Candidate, refine
 
-FloatArray = NDArray[np.float64]
 Tell = Callable[[str], None]
 BATCHES = 4
 """Batches of starts refined before some records are believed not to agree either."""

@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.declaration import Taken, taken_target
@@ -26,7 +26,6 @@ from mechid.identification.search.gates import followed
 from mechid.plant.mechanism import Mechanism
 from mechid.signal.trend import fit_line
 
-FloatArray = NDArray[np.float64]
 STEPS = 2.0
 """Full steps of travel that a record's first moments hold."""
 AFTER_S = 0.06

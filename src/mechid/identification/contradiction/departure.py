@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.misfit import misfit_series
@@ -15,7 +15,6 @@ from mechid.signal.spectrum import amplitude_spectrum
 from mechid.signal.trend import fit_line
 from mechid.simulation.resonances import resonances
 
-FloatArray = NDArray[np.float64]
 FULL_STEPS_A_CYCLE = 4.0
 """Full steps in one electrical turn, in which a detent has as many periods as its order."""
 STRETCH_STEPS = 16.0

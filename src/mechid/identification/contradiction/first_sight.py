@@ -16,8 +16,8 @@ from functools import partial
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import MeasuredCommand
 from mechid.identification.computation.parallel import in_threads, mapped
 from mechid.identification.contradiction.record_sight import (
@@ -36,7 +36,6 @@ from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
 from mechid.parameter import Role
 
-FloatArray = NDArray[np.float64]
 POINTS, BEST = 16, 4
 """Points of the box at which the declared commands are run, and of these those at which others are."""
 SCALES = (1e-3, 1e-2, 1e2, 1e3)
@@ -136,9 +135,12 @@ def _is_looked_at(target: Target) -> bool:
 
 
 def _declared(
-    problem: Problem, points: Sequence[FloatArray], scales: Sequence[float], cut_offs: Sequence[float],
+    problem: Problem,
+    points: Sequence[FloatArray],
+    scales: Sequence[float],
+    cut_offs: Sequence[float],
     sight: RecordSight,
-) -> FloatArray:  # fmt: skip
+) -> FloatArray:
     """Return how far off a record is as declared, in other units and behind low-passes, (points, scales + cut-offs)."""
     powers = (sight.modelled(problem, sight.target, q) for q in points)
     return np.array([[*sight.distances(one, scales), *sight.distances_behind(one, cut_offs)] for one in powers])
@@ -220,9 +222,12 @@ class _Comparison:
 def _driven_as(other: Target) -> Taken:
     command = other.command
     return Taken(
-        rate=command.rate, stepping=command.stepping, microsteps=command.microsteps,
-        start_angle_deg=command.start_angle_deg, swapped=other.name,
-    )  # fmt: skip
+        rate=command.rate,
+        stepping=command.stepping,
+        microsteps=command.microsteps,
+        start_angle_deg=command.start_angle_deg,
+        swapped=other.name,
+    )
 
 
 def _other_commands(sight: RecordSight) -> list[tuple[float, Taken]]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mechid.command import MeasuredCommand
 from mechid.identification.contradiction.record_sight import COARSE, RecordSight, sight_of
@@ -14,7 +13,6 @@ from mechid.records.step_rate import READABLE
 from mechid.signal.lines import Prominence, prominence
 from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
 
-FloatArray = NDArray[np.float64]
 MOST_OFF, LEAST_OFF, SURE = 0.05, 2e-3, 8.0
 """Relative distances of a rate from the one declared that are looked for, and standard errors that make one sure."""
 ALIKE = 5e-4

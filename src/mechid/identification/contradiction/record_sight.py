@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import Command, RateProfile
 from mechid.identification.contradiction.alternatives import samples_of
 from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command, taken_target
@@ -19,7 +19,6 @@ from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
 from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spectral_distance
 from mechid.signal.lines import prominence, spectral_lines
 
-FloatArray = NDArray[np.float64]
 COARSE = 2
 """Steps a full step, at most, that fill a spectrum."""
 STEPS, LEAST_S, MOST_S, PIECE_S = 8.0, 0.25, 2.0, 0.5

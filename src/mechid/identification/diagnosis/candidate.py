@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.beside.beside import Beside, lifted, terms_beside
 from mechid.identification.disturbance.disturbance import Disturbance
 from mechid.identification.disturbance.scores import worth_of
@@ -22,7 +22,6 @@ from mechid.plant.block import Extension
 from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
 
-FloatArray = NDArray[np.float64]
 ESCAPES = 1
 """Of a growth of what a joint fit leaves beyond noise."""
 FOLLOWED = 1.01

@@ -10,16 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.beside.beside import lifted
 from mechid.identification.beside.groups import groups_of, needed
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.disturbance.scores import Score, by_own_residuals, following, score_of
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import combined
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

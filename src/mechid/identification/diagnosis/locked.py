@@ -10,8 +10,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.command import MeasuredCommand
 from mechid.command.edges import steps_travelled
 from mechid.identification.diagnosis.candidate import Model
@@ -20,7 +20,6 @@ from mechid.identification.output_error.target import Target
 from mechid.signal.lines import Line, prominence, spectral_lines
 from mechid.signal.orders import order_amplitudes, order_signal
 
-FloatArray = NDArray[np.float64]
 MOST = 3
 """Lines that are named."""
 MOST_REMOVED = 20

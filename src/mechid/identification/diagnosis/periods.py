@@ -20,6 +20,9 @@ def with_periods_seen(model: Model) -> Model | None:
         return None
     kinds = {name.partition(":")[0] for name in model.setting.considered}
     known = {(e.name, str(e.structure)) for e in model.further}
-    some = [e for e in extensions_at(model.base, seen.orders[0], NEAR)
-            if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known]  # fmt: skip
+    some = [
+        e
+        for e in extensions_at(model.base, seen.orders[0], NEAR)
+        if e.name.partition(":")[0] in kinds and (e.name, str(e.structure)) not in known
+    ]
     return model.with_further(some) if some else None

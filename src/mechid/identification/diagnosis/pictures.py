@@ -12,8 +12,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.search import Found
@@ -26,7 +26,6 @@ from mechid.signal.series import is_finite
 from mechid.signal.strongest import Strongest, strongest
 from mechid.signal.trend import Line
 
-FloatArray = NDArray[np.float64]
 MOST_DRAWN = 3
 """Records whose spectra are drawn: those of which the mechanism as written misses most."""
 GROUPS = 400

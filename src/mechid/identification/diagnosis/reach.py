@@ -7,14 +7,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of
 from mechid.identification.diagnosis.steps import LEAST, SHARE, counts, of_misfit
 from mechid.identification.disturbance.scores import COLLINEAR
 
-FloatArray = NDArray[np.float64]
 NOT_LOOKED_FOR = "not looked for"
 
 

@@ -40,7 +40,13 @@ def _suggested(model: Model) -> tuple[Suggested, ...]:
     landscape = landscape_of(model)
     scores, words = landscape.scores(), model.words
     return tuple(
-        Suggested(name=name, words=words[name], chi_square=one.chi_square, dof=one.dof, share=one.share,
-                  p_value=float(chdtrc(one.dof, one.chi_square)))
+        Suggested(
+            name=name,
+            words=words[name],
+            chi_square=one.chi_square,
+            dof=one.dof,
+            share=one.share,
+            p_value=float(chdtrc(one.dof, one.chi_square)),
+        )
         for name, one in ((name, scores[name]) for name in asked(model, landscape)[:MOST])
-    )  # fmt: skip
+    )

@@ -74,6 +74,12 @@ def _parameter(name: str, given: Declared, plant: Plant) -> Parameter:
     instants = {d.key: d for d in (TIME_OFFSET, CLOCK)}
     replaces = "" if key in instants else plant.of_record[key]
     return Parameter(
-        name=name, value=given.start, declaration=instants.get(key) or plant.declarations[replaces],
-        min=given.min, max=given.max, sigma=given.sigma, status=Status.FREE, replaces=replaces,
-    )  # fmt: skip
+        name=name,
+        value=given.start,
+        declaration=instants.get(key) or plant.declarations[replaces],
+        min=given.min,
+        max=given.max,
+        sigma=given.sigma,
+        status=Status.FREE,
+        replaces=replaces,
+    )

@@ -6,8 +6,8 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.campaign import CAMPAIGN
 from mechid.command import MeasuredCommand
@@ -15,7 +15,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 
-FloatArray = NDArray[np.float64]
 SAME_LINE_HZ = 1e-6
 MAINS_PREFIX = "mains:"
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.disturbance.disturbance import MAINS_PREFIX, Disturbance
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem
@@ -16,7 +16,6 @@ from mechid.signal.lines import prominence
 from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lines
 from mechid.signal.series import is_finite
 
-FloatArray = NDArray[np.float64]
 FEWEST = 64
 """Samples in which lines are looked for."""
 USUAL = (1, 2, 3)

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.campaign.campaign import CAMPAIGN, CLOCK, record_parameter_name
 from mechid.campaign.identify_options import DISTURBANCES, MAINS
@@ -18,7 +16,6 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.parameter import Declaration, Parameter, Role, Status
 
-FloatArray = NDArray[np.float64]
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
 DELAY_S = 1e-4
@@ -80,7 +77,7 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
     low, high = max(value - REACH * sigma, declaration.lower), min(value + REACH * sigma, declaration.upper)
     return Parameter(
         name=name, value=value, declaration=declaration, min=low, max=high, sigma=sigma, status=Status.FREE
-    )  # fmt: skip
+    )
 
 
 _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
@@ -89,7 +86,8 @@ _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance
     "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
     "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),
     "record.temperature": _of_role(
-        Role.WINDING_RESISTANCE, "record.temperature", "the winding's resistance, so its temperature, differs from "
-        "record to record",
+        Role.WINDING_RESISTANCE,
+        "record.temperature",
+        "the winding's resistance, so its temperature, differs from record to record",
     ),
-}  # fmt: skip
+}

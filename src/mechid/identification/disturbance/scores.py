@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.disturbance.disturbance import Disturbance, carried, with_disturbances
 from mechid.identification.output_error.misfit import misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
@@ -22,7 +22,6 @@ from mechid.signal.moments import norm
 from mechid.signal.stored import Room, write_at
 from mechid.signal.whiteness import effective_samples
 
-FloatArray = NDArray[np.float64]
 SMALLEST = 1e-300
 COLLINEAR = 1e-9
 """Relative size of a direction that others hold already."""

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
@@ -21,7 +22,6 @@ from mechid.identification.search.doubts import SINGULAR
 from mechid.identification.search.solve import covariance
 from mechid.parameter import Parameter
 
-FloatArray = NDArray[np.float64]
 PARTNER = 0.9
 """Magnitude of the correlation from which another parameter has part in a ruined estimate."""
 INVOLVED = 0.2
@@ -86,7 +86,7 @@ class Seen:
 
 
 def worst_dependence(
-    problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_], options: IdentifyOptions
+    problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray, options: IdentifyOptions
 ) -> Dependence | None:
     """Return the dependence that ruins an estimate most, or None.
 
@@ -106,7 +106,7 @@ def worst_dependence(
     return _singular(problem, q, triangle, counted, seen) or _uncertain(seen, options) or _correlated(seen, options)
 
 
-def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_]) -> Seen:
+def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray) -> Seen:
     """Express what is known in the file's coordinates; a singular direction has a huge variance.
 
     The covariance is the white one: that robust to colour also grows by what a parameter held before leaves in the
@@ -127,9 +127,7 @@ def _seen(problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[
     return Seen(parameters, values, maps @ own @ maps.T, ranges * alone)
 
 
-def _singular(
-    problem: Problem, q: FloatArray, triangle: Triangle, counted: NDArray[np.bool_], seen: Seen
-) -> Dependence | None:
+def _singular(problem: Problem, q: FloatArray, triangle: Triangle, counted: BoolArray, seen: Seen) -> Dependence | None:
     """Find a direction of which the records see nothing but rounding."""
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)

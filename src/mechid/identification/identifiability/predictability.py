@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem
@@ -18,7 +18,6 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
 
-FloatArray = NDArray[np.float64]
 DISPLACED = 1e-9
 """By so much of its value, or its range, each parameter is displaced: a thousandth of what the best record tells."""
 POINTS = 8

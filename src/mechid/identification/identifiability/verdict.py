@@ -6,14 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.parameter import Status
 
-FloatArray = NDArray[np.float64]
 Reason = tuple[Status, str]
 
 LEAST_EXCESS = 1e-7
@@ -32,8 +31,8 @@ class Verdict:
     """Coordinates, those that carry uncertainty, those on a bound, and by name why free parameters have no errors."""
 
     q: FloatArray
-    counted: NDArray[np.bool_]
-    on_bound: NDArray[np.bool_]
+    counted: BoolArray
+    on_bound: BoolArray
     reasons: dict[str, Reason]
 
 
@@ -76,7 +75,7 @@ def _at_least(problem: Problem, name: str, excess: float) -> str:
     return f"{plant.declarations[name].meaning} is at its least, which is {plant.declarations[below].meaning}"
 
 
-def seen_coordinates(problem: Problem, triangle: Triangle) -> NDArray[np.bool_]:
+def seen_coordinates(problem: Problem, triangle: Triangle) -> BoolArray:
     """Return the coordinates, (n,), whose whole range changes anything of the records."""
     effect = np.linalg.norm(triangle.jacobian, axis=0) * problem.coordinates.span
     return np.asarray(np.isfinite(effect) & (effect > NOTHING), dtype=np.bool_)
@@ -92,7 +91,7 @@ def _free_names(campaign: Campaign) -> set[str]:
     return own | {q.name for q in campaign.mechanism.free}
 
 
-def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: NDArray[np.bool_]) -> FloatArray:
+def _back(campaign: Campaign, problem: Problem, q: FloatArray, unseen: BoolArray) -> FloatArray:
     """Return a point whose unseen coordinates stand for the values of the file."""
     mechanism, size = campaign.mechanism, problem.space.size
     values = {name: mechanism.value(name) for name in mechanism.parameters}

@@ -7,8 +7,8 @@ tells nothing, and a search over it would only wander.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.campaign.prediction import simulate, time_base
 from mechid.identification.identifiability.predictability import chaos_warnings
@@ -17,8 +17,6 @@ from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target, target_of
 from mechid.identification.search.box import sample_box
 from mechid.simulation.trajectory import SimulationOutcome
-
-FloatArray = NDArray[np.float64]
 
 LOOK_S = 1.0
 """How much of each record is looked at."""
@@ -76,7 +74,7 @@ def unseen_parameters(campaign: Campaign) -> tuple[str, ...]:
     return tuple(name for name in asked if partners.get(name, name) not in visible)
 
 
-def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> NDArray[np.bool_]:
+def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0) -> BoolArray:
     """Return for each search coordinate whether any record changes with it, (n,).
 
     Looked at are the first `seconds` of each record, at the values of the file and, for those not seen
@@ -93,7 +91,7 @@ def seen_coordinates(problem: Problem, *, seconds: float = LOOK_S, seed: int = 0
     return seen
 
 
-def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> NDArray[np.bool_]:
+def _changes(problem: Problem, target: Target, q: FloatArray, seconds: float) -> BoolArray:
     """Return which coordinates change any sample that was simulated, (n,)."""
     span = problem.coordinates.span
     stop = min(target.samples, round(seconds * target.base.sample_rate_hz) + 1)

@@ -6,12 +6,11 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 PROMISE = 1e-5
 MOST_DOUBLINGS = 3
 

@@ -17,8 +17,8 @@ from functools import cached_property
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.campaign.campaign import is_of_start
 from mechid.command import Timing
 from mechid.identification.output_error.instants import INSTANTS
@@ -30,7 +30,6 @@ from mechid.parameter import Parameter
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
 
@@ -170,7 +169,7 @@ class Coordinates:
         whole[len(names) :, self.space.size :] = np.eye(len(self.own))
         return (*names, *self._places), whole
 
-    def on_bound(self, q: FloatArray) -> NDArray[np.bool_]:
+    def on_bound(self, q: FloatArray) -> BoolArray:
         """Return which coordinates stand on a bound of the file, (n,); that of a detent's disc is its radius."""
         gap = ON_BOUND * self.span
         on = (q - self.lower < gap) | (self.upper - q < gap)

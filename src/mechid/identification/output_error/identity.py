@@ -16,8 +16,11 @@ from mechid.signal.stored import pieces_of
 def identity(problem: Problem) -> list[object]:
     """Return all that a problem's results depend on, beside the equations, as plain values."""
     space = problem.space
-    fixed = [[p.name, space.mechanism.value(p.name), p.min, p.max, str(p.status)]
-             for p in space.mechanism.parameters.values() if not p.is_free]  # fmt: skip
+    fixed = [
+        [p.name, space.mechanism.value(p.name), p.min, p.max, str(p.status)]
+        for p in space.mechanism.parameters.values()
+        if not p.is_free
+    ]
     free = [[p.name, p.min, p.max] for p in space.mechanism.free]
     targets = [[t.name, target_digest(t)] for t in problem.targets]
     return [fixed, free, sorted(space.polar), problem.priors, problem.shrinkage, problem.substeps, targets]

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.campaign import CLOCK, TIME_OFFSET
 from mechid.command.timing import PPM
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
 
-FloatArray = NDArray[np.float64]
 Slope = Callable[[TimeBase, Block, int, int], FloatArray]
 """dy/d(value) of an output, by its number, over the last n samples of a block of a time base, (n,)."""
 

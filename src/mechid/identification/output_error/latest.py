@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-from numpy.typing import NDArray
+from mechid.arrays import FloatArray
 
-FloatArray = NDArray[np.float64]
 REMEMBERED = 256
 """Results that are held at most."""
 

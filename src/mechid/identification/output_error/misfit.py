@@ -11,8 +11,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
@@ -22,7 +22,6 @@ from mechid.simulation.block import Block
 from mechid.simulation.simulator import Run
 from mechid.simulation.trajectory import SimulationOutcome
 
-FloatArray = NDArray[np.float64]
 Window = tuple[int, int]
 """First and last-plus-one sample."""
 FEWEST = 3

@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.coordinates import Coordinates
 from mechid.identification.output_error.target import Target
 from mechid.simulation.simulator import Run, Simulator
 from mechid.simulation.start import Start
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,9 +42,15 @@ class Model:
         """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
         at, timing = self.coordinates, self.coordinates.timing(target, q)
         return self._simulator(target, self._start(target, q, carried=jacobian)).run(
-            at.kernel(target, q), time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps,
-            directions=at.directions(target, q) if jacobian else None, samples=stop, events=events, block=block,
-        )  # fmt: skip
+            at.kernel(target, q),
+            time_offset_s=timing.offset_s,
+            clock_ppm=timing.clock_ppm,
+            substeps=self.substeps,
+            directions=at.directions(target, q) if jacobian else None,
+            samples=stop,
+            events=events,
+            block=block,
+        )
 
     def plain_runs(self, target: Target, points: Sequence[FloatArray], stop: int) -> list[Run]:
         """Begin the simulations of the first `stop` samples of a target at several points, without derivatives."""
@@ -58,17 +62,24 @@ class Model:
         return [
             simulator.run(
                 at.kernel(target, q),
-                time_offset_s=timing.offset_s, clock_ppm=timing.clock_ppm, substeps=self.substeps, samples=stop,
+                time_offset_s=timing.offset_s,
+                clock_ppm=timing.clock_ppm,
+                substeps=self.substeps,
+                samples=stop,
             )
             for q, timing in zip(points, timings, strict=True)
-        ]  # fmt: skip
+        ]
 
     def _simulator(self, target: Target, start: Start) -> Simulator:
         at = self.coordinates
         return Simulator(
-            at.space.mechanism.plant, target.command, target.base,
-            capacity=at.lanes, known_edges=target.excitation, start=start,
-        )  # fmt: skip
+            at.space.mechanism.plant,
+            target.command,
+            target.base,
+            capacity=at.lanes,
+            known_edges=target.excitation,
+            start=start,
+        )
 
     def _start(self, target: Target, q: FloatArray, *, carried: bool) -> Start:
         """Return where the run of a target begins at `q`, with lanes of the states that are free where `carried`."""

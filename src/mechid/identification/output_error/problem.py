@@ -8,8 +8,8 @@ from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.coordinates import Coordinates, coordinates_of
 from mechid.identification.output_error.misfit import Window
@@ -19,7 +19,6 @@ from mechid.identification.output_error.reduction import Triangle, combined, of_
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 Result = TypeVar("Result")
 Windows = Mapping[str, Window]
 """First and last-plus-one sample used of each record, by name."""

@@ -5,15 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.reduction import Triangle, absorb, combined, finished
 from mechid.identification.output_error.target import Target
 from mechid.identification.output_error.weighted_rows import WeightedRows
-
-FloatArray = NDArray[np.float64]
 
 
 def reduced(model: Model, target: Target, q: FloatArray, window: Window) -> tuple[list[FloatArray], bool]:

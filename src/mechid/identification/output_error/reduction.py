@@ -14,11 +14,9 @@ from importlib import resources
 from types import ModuleType
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.kernel.compiled import compiled_module
-
-FloatArray = NDArray[np.float64]
 
 
 @lru_cache(maxsize=1)

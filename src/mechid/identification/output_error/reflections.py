@@ -8,9 +8,9 @@ import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 FAST = {"contract", "reassoc", "arcp", "nsz"}
 
 

@@ -13,12 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 
-FloatArray = NDArray[np.float64]
 LEAST_AMPLITUDE = 1e-12
 """N m; below it a detent's phase has no derivative worth the name."""
 
@@ -75,9 +74,12 @@ class SearchSpace:
             pair.amplitude: pair.phase
             for pair in self.mechanism.plant.polar_pairs
             if pair.amplitude not in self.polar
-            and (a := parameters[pair.amplitude]).is_free and a.min == 0.0 and math.isfinite(a.max)
-            and (f := parameters[pair.phase]).is_free and f.is_periodic
-        }  # fmt: skip
+            and (a := parameters[pair.amplitude]).is_free
+            and a.min == 0.0
+            and math.isfinite(a.max)
+            and (f := parameters[pair.phase]).is_free
+            and f.is_periodic
+        }
 
     @cached_property
     def _below(self) -> dict[str, str]:

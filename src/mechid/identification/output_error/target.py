@@ -8,8 +8,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import IntArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.campaign.campaign import CLOCK, TIME_OFFSET, is_of_start, record_parameter_name
 from mechid.command import Command, Excitation
@@ -21,8 +21,7 @@ from mechid.signal.series import Series, no_samples, stretch_of
 from mechid.signal.trend import Line, fit_line
 from mechid.simulation.simulator import TimeBase, excitation_over
 
-FloatArray = NDArray[np.float64]
-Samples = NDArray[np.int64]
+Samples = IntArray
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.target import TargetChannel
 from mechid.kernel.compiled import aligned
 from mechid.signal.trend import waves_at
 
-FloatArray = NDArray[np.float64]
 BETWEEN = 40
 """Unused numbers behind each row, whole cache lines: of rows that are pages apart the processor confuses the places."""
 

@@ -17,9 +17,9 @@ from itertools import chain, islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.errors import FitError
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.workforce import working_on
@@ -36,7 +36,6 @@ from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression
 
-FloatArray = NDArray[np.float64]
 QUANTILES = (0.025, 0.975)
 WARM_UP = 20_000
 """Samples drawn and dropped before those of a coloured record, until it has forgotten where it began."""
@@ -154,7 +153,7 @@ class _World:
     problem: Problem
     signals: Mapping[str, tuple[FloatArray, ...]]
     noise: Mapping[str, tuple[Autoregression, ...]]
-    counted: NDArray[np.bool_]
+    counted: BoolArray
     root: FloatArray
     chord: Chord | None
 
@@ -199,8 +198,11 @@ def _problem(world: _World, at: FloatArray, rng: np.random.Generator) -> Problem
     """Return the problem of one draw."""
     targets = tuple(_drawn(t, world, rng) for t in world.problem.targets)
     here = world.problem.coordinates.values(at)
-    priors = {name: (here[name] + sigma * rng.standard_normal(), sigma)
-              for name, (_, sigma) in world.problem.priors.items() if name in here}  # fmt: skip
+    priors = {
+        name: (here[name] + sigma * rng.standard_normal(), sigma)
+        for name, (_, sigma) in world.problem.priors.items()
+        if name in here
+    }
     return replace(world.problem, targets=targets, priors=priors)
 
 

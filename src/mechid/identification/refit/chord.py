@@ -12,15 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, Window, side_by_side
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 from mechid.identification.output_error.weighted_rows import WeightedRows
 from mechid.identification.search.solve import NEGLIGIBLE
 
-FloatArray = NDArray[np.float64]
 ENOUGH = 0.1 * NEGLIGIBLE
 """Promised fall of the cost, in sigmas squared, at which a draw has arrived: less than elsewhere, as the slopes err."""
 STEPS = 6
@@ -55,7 +54,7 @@ class Arrived:
     cost: float
 
 
-def chord_at(problem: Problem, q: FloatArray, windows: Windows, moving: NDArray[np.bool_]) -> Chord | None:
+def chord_at(problem: Problem, q: FloatArray, windows: Windows, moving: BoolArray) -> Chord | None:
     """Return the derivatives of a problem at `q`; None where they are too many to keep."""
     used = [t for t in problem.targets if t.name in windows]
     samples = sum((windows[t.name][1] - windows[t.name][0]) * len(t.channels) for t in used)

@@ -18,10 +18,10 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 from scipy.special import chdtri
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import directed
 from mechid.identification.computation.workforce import working_on
@@ -31,7 +31,6 @@ from mechid.identification.search.doubts import refused_gain
 from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 
-FloatArray = NDArray[np.float64]
 QUANTILE = float(chdtri(1, 0.05))
 STEP = 0.4
 """What the root of the cost's rise is to grow by from point to point."""

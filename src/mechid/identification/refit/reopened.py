@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.errors import FitError, InputFileError, UsageError, did_you_mean
 from mechid.identification.beside.beside import beside_again
@@ -28,7 +28,6 @@ from mechid.identification.uncertainty.noise import released, without_outliers
 from mechid.identification.uncertainty.raised_noise import at_levels_of
 from mechid.parameter import Status
 
-FloatArray = NDArray[np.float64]
 MOVED = (Status.FREE, Status.AT_BOUND)
 
 

@@ -8,9 +8,7 @@ from dataclasses import asdict, dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import DECLARED, Taken
 from mechid.identification.result.consistency import Consistency
@@ -27,7 +25,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-FloatArray = NDArray[np.float64]
 FORMAT = "mechid-estimate/1"
 LINEAR = "mechid.exports.linear.linear"
 """Makes linear models of a fit. It stands above this module, which names it and does not import it."""
@@ -269,9 +266,15 @@ class Fit(Shown):
         run; without, 0 deg and no rates. The keywords are those of `Options` there; `anyway` takes a failed fit too.
         """
         return import_module(LINEAR).linear_of_fit(
-            self, campaign, anyway, start_angle_deg=start_angle_deg, rates=None if rates is None else tuple(rates),
-            samples=samples, seed=seed, values=dict(values or {}),
-        )  # fmt: skip
+            self,
+            campaign,
+            anyway,
+            start_angle_deg=start_angle_deg,
+            rates=None if rates is None else tuple(rates),
+            samples=samples,
+            seed=seed,
+            values=dict(values or {}),
+        )
 
     def plot(self, record: str | None = None, quantity: str | None = None, *, ax: Axes | None = None) -> Axes:
         """Draw what was measured of a record, what the fit says of it and what is left, in SI units over time in s.

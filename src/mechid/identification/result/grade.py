@@ -57,8 +57,14 @@ class Cause(StrEnum):
         return Grade.B if self in OF_USE else Grade.C
 
 
-OF_USE = (Cause.INCOMPLETE, Cause.PARTS_DISAGREE, Cause.THRESHOLD, Cause.NEAR_OPTIMUM, Cause.EVENT_MISSED,
-               Cause.UNEXPLAINED)  # fmt: skip
+OF_USE = (
+    Cause.INCOMPLETE,
+    Cause.PARTS_DISAGREE,
+    Cause.THRESHOLD,
+    Cause.NEAR_OPTIMUM,
+    Cause.EVENT_MISSED,
+    Cause.UNEXPLAINED,
+)
 """Causes that leave the values of use."""
 CAUSE_WORDS: Mapping[Cause, str] = {
     Cause.NOT_SIMULATED: "no simulation",

@@ -118,10 +118,16 @@ def missing_of(found: Found, values: Mapping[str, OwnValue], records: Mapping[st
     one = found.disturbance
     own = {p.name: values[p.name] for p in one.parameters} | _hum(one, records)
     return Missing(
-        name=one.name, words=one.words, parameters=own, chi_square=found.chi_square, dof=one.dof, share=found.share,
-        p_value=float(chdtrc(one.dof, found.chi_square)), records=one.records,
+        name=one.name,
+        words=one.words,
+        parameters=own,
+        chi_square=found.chi_square,
+        dof=one.dof,
+        share=found.share,
+        p_value=float(chdtrc(one.dof, found.chi_square)),
+        records=one.records,
         toml=declared_toml(one, {name: p.value for name, p in own.items()}),
-    )  # fmt: skip
+    )
 
 
 def _hum(one: Disturbance, records: Mapping[str, Hummed]) -> dict[str, OwnValue]:

@@ -8,8 +8,8 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import CampaignRecord, Match
 from mechid.command import MeasuredCommand
 from mechid.identification.output_error.misfit import misfit_series
@@ -27,8 +27,6 @@ from mechid.signal.stored import Room, write_at
 from mechid.signal.trend import Line
 from mechid.simulation.simulator import TimeBase
 from mechid.units import SI_UNIT
-
-FloatArray = NDArray[np.float64]
 
 
 def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows: Windows) -> RecordFit:
@@ -57,9 +55,13 @@ def record_fit(record: CampaignRecord, problem: Problem, q: FloatArray, windows:
 
 
 def _channels(
-    record: CampaignRecord, target: Target, problem: Problem, q: FloatArray, window: tuple[int, int],
+    record: CampaignRecord,
+    target: Target,
+    problem: Problem,
+    q: FloatArray,
+    window: tuple[int, int],
     noises: Mapping[str, ChannelNoise],
-) -> dict[str, ChannelFit]:  # fmt: skip
+) -> dict[str, ChannelFit]:
     """Return how each channel is predicted, those that are only compared behind those that are fitted."""
     others = [channel_of(record, match) for match in record.matches if match.quantity not in target.quantities]
     whole = replace(target, channels=(*target.channels, *others))
@@ -74,9 +76,15 @@ def _channels(
 
 
 def _channel(
-    use: str, match: Match, noise: ChannelNoise, target: Target, channel: TargetChannel, r: Room,
-    window: tuple[int, int], full_step: float | None,
-) -> ChannelFit:  # fmt: skip
+    use: str,
+    match: Match,
+    noise: ChannelNoise,
+    target: Target,
+    channel: TargetChannel,
+    r: Room,
+    window: tuple[int, int],
+    full_step: float | None,
+) -> ChannelFit:
     first, stop = window
     rejected = channel.rejected_within(window)
     rms, line = _residual(channel, r, rejected)
@@ -103,10 +111,13 @@ def _channel(
 def _lines(line: Line, base: TimeBase, first: int) -> tuple[tuple[float, float, float], ...]:
     """Return frequency in Hz, amplitude and phase in rad at the record's first sample of each line removed."""
     return tuple(
-        (w.turns * base.sample_rate_hz, math.hypot(w.cosine, w.sine),
-         math.remainder(math.atan2(-w.sine, w.cosine) - 2.0 * math.pi * w.turns * first, 2.0 * math.pi))
+        (
+            w.turns * base.sample_rate_hz,
+            math.hypot(w.cosine, w.sine),
+            math.remainder(math.atan2(-w.sine, w.cosine) - 2.0 * math.pi * w.turns * first, 2.0 * math.pi),
+        )
         for w in line.waves
-    )  # fmt: skip
+    )
 
 
 def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
@@ -118,9 +129,14 @@ def _full_steps(target: Target, problem: Problem) -> dict[str, float]:
 
 
 def _followed(
-    channel: TargetChannel, r: Series, line: Line | None, base: TimeBase, window: tuple[int, int], noise: float,
+    channel: TargetChannel,
+    r: Series,
+    line: Line | None,
+    base: TimeBase,
+    window: tuple[int, int],
+    noise: float,
     full_step: float | None,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Return how far a channel is followed, by the names that a ChannelFit has for it."""
     first, stop = window
     rate, rejected = base.sample_rate_hz, channel.rejected_within(window)

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Self
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.identification.beside.beside import Beside
 from mechid.identification.disturbance.disturbance import Found
 from mechid.identification.output_error.declaration import Taken
@@ -16,8 +14,6 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.search.solve import Solution
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

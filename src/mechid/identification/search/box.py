@@ -13,13 +13,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.space import Coordinate, SearchSpace
 from mechid.identification.search.sobol import sobol_points
 from mechid.parameter import Declaration
-
-FloatArray = NDArray[np.float64]
 
 
 def sample_box(space: SearchSpace, points: int, seed: int) -> FloatArray:

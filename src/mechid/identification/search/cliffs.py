@@ -10,14 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.parallel import in_threads
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 SHARES = (0.0, 0.25, 0.5, 0.75, 1.0)
 WIDTHS = (0.1, 0.2, 0.4, 0.8)
 DRAWS = 16
@@ -72,8 +71,12 @@ def along_cliff(
 def _parts(problem: Problem, q: FloatArray, windows: Windows) -> list[list[_Part]]:
     """Return the beginnings of every record, ever longer, up to its whole window; short records first."""
     used = sorted((t for t in problem.targets if t.name in windows), key=lambda t: windows[t.name][1])
-    pieces = [(t, (start, start + max(round(share * (stop - start)), 1)))
-              for t in used for start, stop in (windows[t.name],) for share in BEGINNINGS]  # fmt: skip
+    pieces = [
+        (t, (start, start + max(round(share * (stop - start)), 1)))
+        for t in used
+        for start, stop in (windows[t.name],)
+        for share in BEGINNINGS
+    ]
     triangles = in_threads(lambda piece: problem.triangle(piece[0], q, piece[1]), pieces, problem.workers)
     parts = [_Part(*piece, triangle) for piece, triangle in zip(pieces, triangles, strict=True)]
     return [parts[i : i + len(BEGINNINGS)] for i in range(0, len(parts), len(BEGINNINGS))]

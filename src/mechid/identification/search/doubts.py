@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.reduction import Triangle
 
-FloatArray = NDArray[np.float64]
 SINGULAR = 1e-7
 """Below this share of the largest, a singular value of the column-scaled Jacobian is rounding."""
 
@@ -16,7 +15,7 @@ WORTH_SAYING = 1.0
 """A fall of the cost, in sigmas squared, that moves no parameter by more than its standard error."""
 
 
-def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
+def refused_gain(triangle: Triangle, counted: BoolArray) -> float:
     """Return by how much the cost would fall yet if it were as smooth as its derivatives say.
 
     At an optimum this is nothing. At a cliff, where a touch of zero speed does or does not stick, the solver
@@ -26,7 +25,7 @@ def refused_gain(triangle: Triangle, counted: NDArray[np.bool_]) -> float:
     return float(triangle.cost * np.sum(U[0, s > SINGULAR * s.max(initial=0.0)] ** 2))
 
 
-def _decomposed(triangle: Triangle, counted: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _decomposed(triangle: Triangle, counted: BoolArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
     U, s, Vt = np.linalg.svd(J / np.where(size > 0.0, size, 1.0), full_matrices=False)

@@ -6,14 +6,13 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.misfit import Window, misfit_series_of
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 WINDOW_S = 0.06
 ROBUST_SIGMAS = 20.0
 

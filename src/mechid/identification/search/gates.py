@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import chdtri
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
@@ -28,7 +28,6 @@ from mechid.signal.series import stretch_of
 from mechid.signal.stored import Room, room_for
 from mechid.signal.trend import Line, fit_line
 
-FloatArray = NDArray[np.float64]
 Horizons = dict[str, int]
 
 FLOOR_S = 0.015

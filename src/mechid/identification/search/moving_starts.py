@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.run_up import TRIES, gone_on, run_up
 
-FloatArray = NDArray[np.float64]
 Horizons = dict[str, int]
 Rounds = Callable[[Problem, FloatArray, Horizons], tuple[FloatArray, Horizons]]
 """Where growth from a point and its horizons leads, and the horizons there."""

@@ -16,8 +16,8 @@ from itertools import chain, islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.identity import identity
@@ -37,8 +37,6 @@ from mechid.identification.search.first_moments import (
 from mechid.identification.search.run_up import TRIES, run_up
 from mechid.identification.search.solve import NEGLIGIBLE, descend
 from mechid.kernel.batch.source import SETS
-
-FloatArray = NDArray[np.float64]
 
 POINTS = 2048
 CHUNK = 64

@@ -11,8 +11,8 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.campaign import is_of_start, key_in_record
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -22,7 +22,6 @@ from mechid.simulation.simulator import Run, Simulator, TimeBase
 from mechid.simulation.start import states_in
 from mechid.simulation.trajectory import SimulationOutcome
 
-FloatArray = NDArray[np.float64]
 STEPS, SHORTEST_S = 8.0, 0.3
 """Full steps before the first sample from which the model is stepped, and the shortest time that this may be."""
 ELECTRICAL = 4.0

@@ -16,7 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from mechid.arrays import FloatArray
+
 Words = NDArray[np.uint32]
 BITS = 30
 """Of a coordinate."""

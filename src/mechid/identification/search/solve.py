@@ -6,13 +6,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
 
-FloatArray = NDArray[np.float64]
 NEGLIGIBLE = 1e-3
 """A fall of the cost, in sigmas squared, that moves no parameter by more than a thirtieth of its standard error."""
 AT_OPTIMUM = "The derivatives promise no further fall of the cost."
@@ -105,8 +104,9 @@ def descend(
         return found.jacobian
 
     try:
-        result = least_squares(fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps,
-                               ftol=tolerance, xtol=1e-12, gtol=1e-14)  # fmt: skip
+        result = least_squares(
+            fun, inside, jac=jac, bounds=bounds, x_scale="jac", max_nfev=steps, ftol=tolerance, xtol=1e-12, gtol=1e-14
+        )
     except _AtOptimumError:
         return Solution(*at, True, calls, AT_OPTIMUM)
     except ArithmeticError as error:
@@ -114,7 +114,7 @@ def descend(
     return Solution(*at, result.status > 0, calls, str(result.message))
 
 
-def _promised(triangle: Triangle, free: NDArray[np.bool_]) -> float:
+def _promised(triangle: Triangle, free: BoolArray) -> float:
     """Return by how much the cost falls, in sigmas squared, if it is as its derivatives say."""
     J = triangle.jacobian[:, free]
     Q, R = np.linalg.qr(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300))

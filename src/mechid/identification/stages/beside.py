@@ -11,8 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.beside.beside import Beside, law_beside, lifted, terms_beside
 from mechid.identification.beside.groups import groups_of, needed
@@ -29,7 +29,6 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.raised_noise import explained_mostly
 from mechid.plant.superset import Superset, rivals_of, superset_of
 
-FloatArray = NDArray[np.float64]
 ESCAPES = 3
 """Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
 NARROWER = 20.0

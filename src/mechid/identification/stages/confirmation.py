@@ -7,8 +7,8 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import SearchState
@@ -17,7 +17,6 @@ from mechid.identification.stages.joint_fit import fit_past_cliffs, joint_fit
 from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import by_own_residuals
 
-FloatArray = NDArray[np.float64]
 CONFIRMATIONS = 2
 
 

@@ -9,13 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.identifiability.verdict import seen_coordinates
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.solve import Solution
 
-FloatArray = NDArray[np.float64]
 AT_LEAST = 1e-3
 """Of what it never lies below: a parameter this little above is in the corner."""
 LOWERED = 0.3

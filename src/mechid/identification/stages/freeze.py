@@ -6,8 +6,8 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.identifiability.dependence import Dependence, worst_dependence
 from mechid.identification.identifiability.verdict import seen_coordinates
@@ -18,8 +18,6 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.search_state import Frozen, SearchState
 from mechid.identification.stages.joint_fit import joint_fit
 from mechid.identification.stages.watch import Watch
-
-FloatArray = NDArray[np.float64]
 
 
 def freeze_dependent(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:

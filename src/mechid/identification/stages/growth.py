@@ -10,8 +10,8 @@ from itertools import islice
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
 from mechid.identification.computation.journal import digest
 from mechid.identification.computation.parallel import is_lent
@@ -33,7 +33,6 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import at_least_their_residuals
 from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
-FloatArray = NDArray[np.float64]
 TRIED_CANDIDATES = 12
 TOGETHER = 4
 """Candidates that are grown at once where others do the work; the first of them that follows all records counts."""
@@ -126,9 +125,15 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
 
 
 def _grown_otherwise(
-    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
-    louder: tuple[SearchState, Growth], seed: int,
-) -> tuple[SearchState, Growth]:  # fmt: skip
+    watch: Watch,
+    state: SearchState,
+    campaign: Campaign,
+    best: Candidate,
+    found: Iterator[Candidate],
+    growth: Growth,
+    louder: tuple[SearchState, Growth],
+    seed: int,
+) -> tuple[SearchState, Growth]:
     """See whether the records agree, and try the other starts; `louder` is what a raised noise level comes to."""
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
@@ -203,9 +208,13 @@ def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candida
 
 
 def _grow_best(
-    watch: Watch, state: SearchState, found: Iterator[Candidate], seed: int, best: Growth | None = None,
+    watch: Watch,
+    state: SearchState,
+    found: Iterator[Candidate],
+    seed: int,
+    best: Growth | None = None,
     escapes: float = math.inf,
-) -> Growth:  # fmt: skip
+) -> Growth:
     """Grow from one candidate after another until one follows all records; else return the furthest."""
     if best and best.complete:
         return best
@@ -222,9 +231,13 @@ def _grow_best(
 
 
 def _growths(
-    watch: Watch, state: SearchState, some: Sequence[tuple[int, Candidate]], seed: int, best: Growth | None,
+    watch: Watch,
+    state: SearchState,
+    some: Sequence[tuple[int, Candidate]],
+    seed: int,
+    best: Growth | None,
     escapes: float,
-) -> Iterator[Growth]:  # fmt: skip
+) -> Iterator[Growth]:
     """Yield the growth from each of some candidates, by number, in their order; several are grown at once elsewhere."""
     told = [partial(_note_growth, watch, state, number, best) for number, _ in some]
     problem, journal = state.problem, watch.journal

@@ -43,8 +43,13 @@ def _in_place(
     problem = beside.problem(alone)
     rest = tuple(other for other in state.found if other is not found)
     begun = replace(state.of(problem).at(lifted(alone, q, problem)), found=rest, beside=beside)
-    tried = joint_fit(watch, watch.note(begun), f"{law.name} in place of {found.disturbance.name}",
-                      (*names, *sorted(beside.new)), tolerance=ROUGH)  # fmt: skip
+    tried = joint_fit(
+        watch,
+        watch.note(begun),
+        f"{law.name} in place of {found.disturbance.name}",
+        (*names, *sorted(beside.new)),
+        tolerance=ROUGH,
+    )
     assert tried.solution is not None
     cost = state.problem.total_norm(state.q, state.windows) ** 2
     fewer = found.disturbance.dof - len(beside.new)

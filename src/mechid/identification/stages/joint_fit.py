@@ -8,8 +8,8 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.reduction import Triangle
 from mechid.identification.result.search_state import SearchState
@@ -19,7 +19,6 @@ from mechid.identification.search.solve import Solution, solve
 from mechid.identification.stages.corners import out_of_corner
 from mechid.identification.stages.watch import Watch
 
-FloatArray = NDArray[np.float64]
 MOST_CLIFFS = 3
 BACK_FROM_EDGE = 4.0
 """Sigmas squared that it may cost to stand clear of a cliff."""

@@ -12,12 +12,11 @@ from contextvars import Context
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 SHARE = 0.05
 """Of the search's time that this may take."""
 

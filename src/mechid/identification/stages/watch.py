@@ -60,7 +60,12 @@ class Watch:
         used = {record: (w[1] - w[0] - 1) / rates[record] for record, w in state.windows.items()}
         before = sum(stage.seconds for stage in state.stages)
         report = StageReport(
-            name=name, records=used, free=free, cost=cost, evaluations=evaluations, seconds=self.seconds - before,
+            name=name,
+            records=used,
+            free=free,
+            cost=cost,
+            evaluations=evaluations,
+            seconds=self.seconds - before,
             note=note,
-        )  # fmt: skip
+        )
         return self.note(replace(state, stages=(*state.stages, report)))

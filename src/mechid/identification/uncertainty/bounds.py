@@ -11,13 +11,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 
-FloatArray = NDArray[np.float64]
 CONTRADICTED = 3.0
 """Standard errors beyond its bound from which a parameter is there by no chance."""
 
@@ -45,7 +44,7 @@ class OnBound:
         return self.beyond >= CONTRADICTED
 
 
-def newton_step(triangle: Triangle, counted: NDArray[np.bool_]) -> FloatArray:
+def newton_step(triangle: Triangle, counted: BoolArray) -> FloatArray:
     """Return the step to where the derivatives put the optimum, (n,), zero where nothing is counted."""
     J = triangle.jacobian[:, counted]
     size = np.linalg.norm(J, axis=0)
@@ -56,7 +55,7 @@ def newton_step(triangle: Triangle, counted: NDArray[np.bool_]) -> FloatArray:
 
 
 def on_bounds(
-    problem: Problem, q: FloatArray, on: NDArray[np.bool_], step: FloatArray, covariance: FloatArray
+    problem: Problem, q: FloatArray, on: BoolArray, step: FloatArray, covariance: FloatArray
 ) -> list[OnBound]:
     """Return the parameters on their bounds.
 

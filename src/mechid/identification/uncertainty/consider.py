@@ -10,14 +10,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.result.search_state import Frozen
 from mechid.parameter import Status
-
-FloatArray = NDArray[np.float64]
 
 
 def consider_covariance(

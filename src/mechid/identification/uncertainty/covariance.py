@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
@@ -26,7 +26,6 @@ from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.signal.series import blocks, stretch_of
 from mechid.signal.stored import Room, write_at
 
-FloatArray = NDArray[np.float64]
 MOSTLY_ROUNDING = 0.5
 """Share of a noise's variance from which it is rounding, whose colour is no stationary one."""
 
@@ -55,9 +54,7 @@ class Uncertainty:
     robust: FloatArray
 
 
-def uncertainty(
-    problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle, seen: NDArray[np.bool_]
-) -> Uncertainty:
+def uncertainty(problem: Problem, q: FloatArray, windows: Windows, triangle: Triangle, seen: BoolArray) -> Uncertainty:
     """Return both covariances at `q`; coordinates that are not `seen` get zeros.
 
     Sigmas of the targets are taken as they are: the caller has released them to the residuals. The channels of a
@@ -78,7 +75,7 @@ def scores(problem: Problem, q: FloatArray, windows: Windows) -> Scores:
     return Scores(variance, tuple(parts))
 
 
-def covariances(triangle: Triangle, variance: FloatArray, seen: NDArray[np.bool_]) -> Uncertainty:
+def covariances(triangle: Triangle, variance: FloatArray, seen: BoolArray) -> Uncertainty:
     """Return both covariances where some coordinates are estimated and the others held; those get zeros."""
     inverse = np.zeros_like(variance)
     inverse[np.ix_(seen, seen)] = covariance(Triangle(triangle.norm, triangle.jacobian[:, seen], triangle.samples))

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.disturbance.disturbance import Disturbance
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.uncertainty.covariance import covariances, scores
 from mechid.identification.uncertainty.model_error import Comparison
-
-FloatArray = NDArray[np.float64]
 
 
 def deviations(problem: Problem, q: FloatArray, windows: Windows, one: Disturbance) -> FloatArray:

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.computation.parallel import mapped
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
@@ -20,7 +20,6 @@ from mechid.identification.output_error.target import Target, TargetChannel
 from mechid.kernel.batch.source import SETS
 from mechid.simulation.block import Block
 
-FloatArray = NDArray[np.float64]
 DRAWS = 30
 DEPARTURE = 1.0
 """Sigmas squared by which the cost of a draw may differ from the quadratic."""
@@ -79,7 +78,7 @@ def departures(problem: Problem, q: FloatArray, windows: Windows, covariance: Fl
 
 
 def told_by(
-    problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: NDArray[np.bool_]
+    problem: Problem, q: FloatArray, windows: Windows, records: Sequence[str], counted: BoolArray
 ) -> tuple[str, ...]:
     """Return the parameters, by dotted name, whose standard error rests on some records."""
     rest: Mapping[str, tuple[int, int]] = {name: w for name, w in windows.items() if name not in records}
@@ -93,7 +92,7 @@ def told_by(
     return _with_phases(problem, names[without > TOLD_BY**2 * size].tolist())
 
 
-def _across(problem: Problem, points: FloatArray, off: NDArray[np.bool_], covariance: FloatArray) -> tuple[str, ...]:
+def _across(problem: Problem, points: FloatArray, off: BoolArray, covariance: FloatArray) -> tuple[str, ...]:
     """Return the parameters whose mean over the draws concerned differs from that of the others by more than chance."""
     if off.all():
         return ()

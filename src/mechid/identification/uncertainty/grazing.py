@@ -10,12 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 SHARE_OF_GAP = 0.1
 MOST_LOGGED = 20_000
 """Switches of a record that are looked at, some 120 bytes each."""

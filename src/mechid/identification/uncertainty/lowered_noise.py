@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target, TargetChannel
@@ -21,7 +19,6 @@ from mechid.signal.moments import norm
 from mechid.signal.noise import FLOOR_ERROR
 from mechid.signal.series import Series
 
-FloatArray = NDArray[np.float64]
 LEAST = 300
 """Samples from which a stretch is worth more than the parameters that are fitted to it."""
 SURE = 4.0

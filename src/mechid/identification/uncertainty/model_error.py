@@ -12,12 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.uncertainty.parts import QUARTERS, Parts, RecordParts
 
-FloatArray = NDArray[np.float64]
 ALONE = 1.02
 """Information of all over that which stays when a part is left out: what one record alone knows is not lost with it."""
 BY_RATIO = 1.15
@@ -95,7 +94,7 @@ class Comparison:
     # Inside, every coordinate is in units that make its information 1.
 
     def __init__(
-        self, records: Sequence[RecordParts], information: FloatArray, noise: FloatArray, counted: NDArray[np.bool_]
+        self, records: Sequence[RecordParts], information: FloatArray, noise: FloatArray, counted: BoolArray
     ) -> None:
         size = np.sqrt(np.diag(information))
         self.noise, self.scale = noise, np.zeros((len(noise), int(counted.sum())))

@@ -6,8 +6,8 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.output_error.noise_level import SMALLEST
 from mechid.identification.output_error.problem import Problem, Windows
@@ -22,7 +22,6 @@ from mechid.signal.spikes import isolated_spikes, outliers
 from mechid.signal.stored import changed, samples_at, write_at
 from mechid.units import unit_words
 
-FloatArray = NDArray[np.float64]
 MISFIT = 1.2
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""

@@ -10,13 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.command import MeasuredCommand, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.target import Target
 
-FloatArray = NDArray[np.float64]
 PHASES = 32
 """Parts of a full step of the command."""
 STRETCH_S = 0.1
@@ -131,7 +130,7 @@ class PartsOfRecord:
             for of_step, part in enumerate(map(slice, [0, *ends[:-1]], ends)):
                 self._phases[k][of_step] += rows[:, part] @ rows[:, part].T
 
-    def _phase(self, first: int, last: int) -> NDArray[np.int64]:
+    def _phase(self, first: int, last: int) -> IntArray:
         """Return in which part of a full step the command is at each sample, (m,)."""
         base = self._target.base
         times = base.start_s + np.arange(first, last) / base.sample_rate_hz

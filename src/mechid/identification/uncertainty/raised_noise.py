@@ -11,9 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from mechid.arrays import FloatArray
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.output_error.noise_level import NoiseSource, known_noise
 from mechid.identification.output_error.problem import Problem
@@ -25,7 +23,6 @@ from mechid.signal.remainder import Remainder
 from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
-FloatArray = NDArray[np.float64]
 FACTOR = 4.0
 """By which a level is raised at a time."""
 MOST_SHARE = 0.3

@@ -12,8 +12,8 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.identifiability.verdict import Verdict
 from mechid.identification.output_error.reduction import Triangle, combined
 from mechid.identification.result.consistency import Consistency
@@ -28,7 +28,6 @@ from mechid.identification.uncertainty.draws import Departure, departures, told_
 from mechid.identification.uncertainty.grazing import grazing_switches
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
 
-FloatArray = NDArray[np.float64]
 FAR = 3.0
 """Times what noise explains by which parts of the records may disagree before it is said what errors cannot show."""
 CORRELATED = 0.5
@@ -176,7 +175,7 @@ def _gather(
     counted, on = verdict.counted, verdict.on_bound
     information = triangle.jacobian.T @ triangle.jacobian
 
-    def over(coordinates: NDArray[np.bool_]) -> Comparison:
+    def over(coordinates: BoolArray) -> Comparison:
         noise = covariances(triangle, found.variance, coordinates).robust
         return Comparison(found.parts, information, noise, coordinates)
 
@@ -199,7 +198,7 @@ def _gather(
     return consistency, bounded
 
 
-def _moved_by(score: FloatArray, triangle: Triangle, counted: NDArray[np.bool_]) -> FloatArray:
+def _moved_by(score: FloatArray, triangle: Triangle, counted: BoolArray) -> FloatArray:
     """Return how far a score, (n,), moves the coordinates that are estimated, (n,)."""
     step = np.zeros(score.size)
     J = triangle.jacobian[:, counted]

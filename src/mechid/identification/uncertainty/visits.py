@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.signal.series import Series
 from mechid.signal.stored import pieces_of
-
-FloatArray = NDArray[np.float64]
 
 
 class Visits:

@@ -10,11 +10,10 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray, IntArray
 from mechid.kernel.batch.source import SETS, fingerprint, generate
 from mechid.kernel.compiled import Kernel, aligned, compiled_module
 from mechid.kernel.pointers import address_of
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -31,7 +30,7 @@ class BatchKernel:
         return address_of(self.kernel.run)
 
     @cached_property
-    def fixed(self) -> NDArray[np.int64]:
+    def fixed(self) -> IntArray:
         """Places of what never changes in a run: constants and the table of the filter, without its derivatives."""
         m = self.module
         rows, size = int(m.AT_TABLE) + int(m.PROP) * np.arange(int(m.TERMS) + 2), int(m.NF) * int(m.WIDTH)
@@ -39,7 +38,7 @@ class BatchKernel:
         return np.concatenate([_places(m, "C"), int(m.AT_REGULAR) + np.arange(size), of_table.ravel()])
 
     @cached_property
-    def states(self) -> NDArray[np.int64]:
+    def states(self) -> IntArray:
         """Places of where a run stands."""
         return np.concatenate([_places(self.module, name) for name in ("X", "Z", "TIME")])
 
@@ -78,10 +77,10 @@ class BatchBuffers:
     address: int
     p: FloatArray
     grids: FloatArray
-    owns: NDArray[np.int64]
+    owns: IntArray
     ones: FloatArray
-    statuses: NDArray[np.int64]
-    discrete: NDArray[np.int64]
+    statuses: IntArray
+    discrete: IntArray
     w: FloatArray
     events: FloatArray
 
@@ -121,7 +120,7 @@ def _buffers(module: ModuleType, address: int, events: int) -> BatchBuffers:
     )
 
 
-def _places(module: ModuleType, part: str) -> NDArray[np.int64]:
+def _places(module: ModuleType, part: str) -> IntArray:
     return np.arange(int(getattr(module, f"AT_{part}")), int(getattr(module, f"END_{part}")))
 
 

@@ -30,8 +30,10 @@ UNUSED = "AT_POINTS"
 
 def fingerprint(kernel_text: str) -> str:
     """Return the name of the batch of a kernel, by its module's name and text."""
-    own = "".join(resources.files("mechid.kernel.batch").joinpath(f"{name}.py").read_text(encoding="utf-8")
-                  for name in ("source", *(f"loop/{name}" for name in LOOP)))  # fmt: skip
+    own = "".join(
+        resources.files("mechid.kernel.batch").joinpath(f"{name}.py").read_text(encoding="utf-8")
+        for name in ("source", *(f"loop/{name}" for name in LOOP))
+    )
     return hashlib.sha256(f"{kernel_text} {own}".encode()).hexdigest()[:24]
 
 

@@ -19,13 +19,26 @@ KEYWORDS = frozenset((
 """What a name of a plant cannot be in C."""
 SINGLE = re.compile(r"(AT_[A-Z_]+)_(\d+)")
 """A single place of a part of the workspace, by its name."""
-BINARY = {ast.Add: ("+", 5), ast.Sub: ("-", 5), ast.Mult: ("*", 6), ast.Div: ("/", 6), ast.FloorDiv: ("/", 6),
-          ast.Mod: ("%", 6), ast.BitAnd: ("&", 3)}  # fmt: skip
+BINARY = {
+    ast.Add: ("+", 5),
+    ast.Sub: ("-", 5),
+    ast.Mult: ("*", 6),
+    ast.Div: ("/", 6),
+    ast.FloorDiv: ("/", 6),
+    ast.Mod: ("%", 6),
+    ast.BitAnd: ("&", 3),
+}
 COMPARED = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
 OWN = {
-    "abs": "magnitude", "min": "smaller", "max": "larger", "floor": "floor_of", "ceil": "ceiling_of",
-    "sqrt": "square_root", "sin": "sine_of", "cos": "cosine_of",
-}  # fmt: skip
+    "abs": "magnitude",
+    "min": "smaller",
+    "max": "larger",
+    "floor": "floor_of",
+    "ceil": "ceiling_of",
+    "sqrt": "square_root",
+    "sin": "sine_of",
+    "cos": "cosine_of",
+}
 """Functions that the C text has of its own, by their names in Python; those of integers end on ``_int``."""
 
 

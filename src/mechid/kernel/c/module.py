@@ -182,8 +182,12 @@ def _used(functions: Mapping[str, ast.FunctionDef]) -> dict[str, ast.FunctionDef
     todo, reached = {name for name in ENTRIES if name in cleared}, set[str]()
     while todo:
         reached |= todo
-        called = {n.func.id for name in todo for n in ast.walk(cleared[name])
-                  if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)}  # fmt: skip
+        called = {
+            n.func.id
+            for name in todo
+            for n in ast.walk(cleared[name])
+            if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)
+        }
         todo = (called & cleared.keys()) - reached
     return {name: node for name, node in cleared.items() if name in reached}
 
@@ -240,8 +244,11 @@ class _Idle(ast.NodeTransformer):
         if isinstance(target, ast.Name) and target.id not in self.read and not _calls(value):
             return None
         if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            pairs = [(t, v) for t, v in zip(target.elts, value.elts, strict=True)
-                     if not (isinstance(t, ast.Name) and t.id not in self.read and not _calls(v))]  # fmt: skip
+            pairs = [
+                (t, v)
+                for t, v in zip(target.elts, value.elts, strict=True)
+                if not (isinstance(t, ast.Name) and t.id not in self.read and not _calls(v))
+            ]
             return _assignment(pairs, node)
         return node
 

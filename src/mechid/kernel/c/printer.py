@@ -90,8 +90,9 @@ class _Function:
 
     def _body(self, statements: Sequence[ast.stmt], depth: int, block: tuple[int, ...]) -> list[str]:
         before = set(self.declared)
-        lines = [text for k, statement in enumerate(statements)
-                 for text in self._statement(statement, depth, (*block, k))]  # fmt: skip
+        lines = [
+            text for k, statement in enumerate(statements) for text in self._statement(statement, depth, (*block, k))
+        ]
         self.declared = before
         return lines
 
@@ -187,8 +188,10 @@ class _Function:
                 yield f"{tab}const {kind} next_{k} = {self.expressions.text(value)};"
             yield from (f"{tab}{self._target(target)} = next_{k};" for k, (target, _) in enumerate(pairs))
         else:
-            yield from (f"{tab}{self._target(target)} = {text};"
-                        for target, text in [(t, self.expressions.text(v)) for t, v in pairs])  # fmt: skip
+            yield from (
+                f"{tab}{self._target(target)} = {text};"
+                for target, text in [(t, self.expressions.text(v)) for t, v in pairs]
+            )
 
     def _return(self, value: ast.expr, tab: str) -> Iterator[str]:
         if len(self.own.returns) == 1:

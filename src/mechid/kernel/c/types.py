@@ -9,9 +9,14 @@ from typing import Any
 
 INT, DOUBLE, NUMBERS, INTEGERS = "int", "double", "double *", "int *"
 ANNOTATIONS = {
-    "int": INT, "bool": INT, "float": DOUBLE, "Numbers": NUMBERS, "Array": NUMBERS, "Integers": INTEGERS,
+    "int": INT,
+    "bool": INT,
+    "float": DOUBLE,
+    "Numbers": NUMBERS,
+    "Array": NUMBERS,
+    "Integers": INTEGERS,
     "IntegerArray": INTEGERS,
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -49,10 +54,12 @@ def signatures(functions: Mapping[str, ast.FunctionDef]) -> dict[str, Signature]
     return {
         name: Signature(
             {a.arg: ANNOTATIONS[ast.unparse(a.annotation)] for a in node.args.args if a.annotation},
-            frozenset(written[name]), frozenset(_counted(node)), _returned(node),
+            frozenset(written[name]),
+            frozenset(_counted(node)),
+            _returned(node),
         )
         for name, node in functions.items()
-    }  # fmt: skip
+    }
 
 
 def _stored_into(node: ast.FunctionDef) -> set[str]:

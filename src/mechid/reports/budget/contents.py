@@ -13,9 +13,16 @@ from mechid.reports.quantities import quantity_words
 Data = Mapping[str, Any]
 NO_NUMBER = "–"
 STEADY = (
-    "rate, steps/s", "reached from", "repeats", "largest multiplier", "decay, s", "follows", "torque RMS, N m",
-    "line of sight RMS, rad", "",
-)  # fmt: skip
+    "rate, steps/s",
+    "reached from",
+    "repeats",
+    "largest multiplier",
+    "decay, s",
+    "follows",
+    "torque RMS, N m",
+    "line of sight RMS, rad",
+    "",
+)
 """Of the table of steady states."""
 EMISSION = ("Hz", "at, steps/s", "model, RMS N m", "lacking, RMS N m", "95 % bound, RMS N m")
 """Of the table of the torque on the base."""
@@ -27,10 +34,17 @@ REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
 def budget_contents(data: Data) -> dict[str, Any]:
     """Return what `budget_data` made with verdict, texts and a key for each mode by which its figures are named."""
-    modes = [{**mode, "key": mode_key(k, mode["name"]), "text": _mode_text(data, mode),
-              "steady_rows": steady_rows(data, mode), "emission_rows": emission_rows(mode),
-              "side_rows": side_rows(data, mode)}
-             for k, mode in enumerate(data["modes"])]  # fmt: skip
+    modes = [
+        {
+            **mode,
+            "key": mode_key(k, mode["name"]),
+            "text": _mode_text(data, mode),
+            "steady_rows": steady_rows(data, mode),
+            "emission_rows": emission_rows(mode),
+            "side_rows": side_rows(data, mode),
+        }
+        for k, mode in enumerate(data["modes"])
+    ]
     return {
         **data,
         "modes": modes,
@@ -127,10 +141,15 @@ def emission_rows(mode: Data) -> list[tuple[str, ...]]:
     """Return a row of texts for each third octave of the torque; see `EMISSION`."""
     bands = mode["emission"]["bands"] if mode["kind"] == "steady" else []
     return [
-        (f"{plain(b['from_hz'], 3)} to {plain(b['to_hz'], 3)}", plain(b["at_rate"], 4), plain(b["modelled_rms_Nm"], 3),
-         plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER, plain(b["bound_rms_Nm"], 3))
+        (
+            f"{plain(b['from_hz'], 3)} to {plain(b['to_hz'], 3)}",
+            plain(b["at_rate"], 4),
+            plain(b["modelled_rms_Nm"], 3),
+            plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER,
+            plain(b["bound_rms_Nm"], 3),
+        )
         for b in bands
-    ]  # fmt: skip
+    ]
 
 
 def side_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
@@ -182,13 +201,20 @@ def steady_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
     """Return a row of texts for each steady state at the rates that have several, or an odd one; see `STEADY`."""
     several = mode["steady_states"]["several"] if mode["kind"] == "steady" else []
     rows: list[tuple[str, ...]] = [
-        (plain(here["rate"], 5), ", ".join(s["reached"]), REPEATS[min(s["periods"], 2)].format(s["periods"]),
-         plain(s["largest_multiplier"], 3) if s["periods"] else NO_NUMBER,
-         plain(s["decay_s"], 2) if s["periods"] else NO_NUMBER, "yes" if s["follows"] else "no",
-         plain(s["torque_rms_Nm"], 3), _per_axis(data, s["rms_rad"]), "counts" if s["worst"] else "")
+        (
+            plain(here["rate"], 5),
+            ", ".join(s["reached"]),
+            REPEATS[min(s["periods"], 2)].format(s["periods"]),
+            plain(s["largest_multiplier"], 3) if s["periods"] else NO_NUMBER,
+            plain(s["decay_s"], 2) if s["periods"] else NO_NUMBER,
+            "yes" if s["follows"] else "no",
+            plain(s["torque_rms_Nm"], 3),
+            _per_axis(data, s["rms_rad"]),
+            "counts" if s["worst"] else "",
+        )
         for here in several
         for s in here["states"]
-    ]  # fmt: skip
+    ]
     more = (f"{len(rows) - SHOWN_STEADY} more", "in steady_states.csv", *[""] * (len(STEADY) - 2))
     return rows if len(rows) <= SHOWN_STEADY else [*rows[:SHOWN_STEADY], more]
 

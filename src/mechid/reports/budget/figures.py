@@ -11,12 +11,11 @@ import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.budget.mode_figures import COLOURS, course, line_of_sight, over_rate
 from mechid.reports.figures import BAR_IN, MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, Drawing, in_powers, made
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
 DECADES = 4.0
@@ -93,8 +92,15 @@ def _requirements(data: Data, figure: Any) -> None:
         axes.plot(shown[1:], [k, k], color="black", linewidth=1.6, label=_once(axes, "95 % band"))
         axes.plot(ecss, k, "D", color=MARK, markersize=4, label=_once(axes, "ECSS sum"))
         if decided["coupling"] == "two-way":
-            axes.plot(1.0 - r["margin"], k, "|", color=NOISE, markersize=9, markeredgewidth=1.4,
-                      label=_once(axes, "one-way, does not decide"))  # fmt: skip
+            axes.plot(
+                1.0 - r["margin"],
+                k,
+                "|",
+                color=NOISE,
+                markersize=9,
+                markeredgewidth=1.4,
+                label=_once(axes, "one-way, does not decide"),
+            )
     largest = max(max(1.0 - r["decided"]["margin95"][0], r["ecss_summation_rad"] / r["limit_rad"]) for r in rows)
     if largest > 4.0:
         axes.set_xscale("log")
@@ -146,8 +152,15 @@ def _map(mode: Data, figure: Any) -> None:
     shown = max(int(np.searchsorted(orders, 16.0, side="right")), 2)
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
-    image = axes.pcolormesh(_numbers(mode["rates"]), orders[:shown], amplitude[:, :shown].T, shading="nearest",
-                            norm=LogNorm(most * 10.0**-DECADES, most), cmap="cividis", rasterized=True)  # fmt: skip
+    image = axes.pcolormesh(
+        _numbers(mode["rates"]),
+        orders[:shown],
+        amplitude[:, :shown].T,
+        shading="nearest",
+        norm=LogNorm(most * 10.0**-DECADES, most),
+        cmap="cividis",
+        rasterized=True,
+    )
     axes.grid(visible=False)
     axes.set(xlabel=RATE, ylabel="order (lines a full step)")
     in_powers(figure.colorbar(image, ax=axes, label=TORQUE, pad=0.02, fraction=0.05).ax.yaxis)
@@ -167,16 +180,37 @@ def _campbell(data: Data, mode: Data, figure: Any) -> None:
         axes.annotate(f"{q:g}", (end, q * end), xytext=(1, 1), textcoords="offset points", fontsize=6.5)
     kept = (frequency <= top) & (size > 0.0)
     x = np.broadcast_to(rates[:, None], frequency.shape)
-    axes.scatter(x[kept], frequency[kept], s=22.0 * size[kept] ** 2, color=MEASURED, linewidths=0, rasterized=True,
-                 label="torque lines, by their size")  # fmt: skip
+    axes.scatter(
+        x[kept],
+        frequency[kept],
+        s=22.0 * size[kept] ** 2,
+        color=MEASURED,
+        linewidths=0,
+        rasterized=True,
+        label="torque lines, by their size",
+    )
     for k, m in enumerate(data["named_modes"]):
         axes.axhline(m["frequency_hz"], color=MARK, linewidth=0.8, linestyle="--")
         place, side = ((0.995, "right"), (0.005, "left"))[k % 2]  # neighbours in frequency at opposite ends
-        axes.annotate(m["name"], (place, m["frequency_hz"]), xycoords=("axes fraction", "data"), ha=side, va="bottom",
-                      fontsize=6.5, color=MARK)  # fmt: skip
+        axes.annotate(
+            m["name"],
+            (place, m["frequency_hz"]),
+            xycoords=("axes fraction", "data"),
+            ha=side,
+            va="bottom",
+            fontsize=6.5,
+            color=MARK,
+        )
     inside = [c for c in data["crossings"] if rates[0] <= c["rate"] <= rates[-1]]
-    axes.plot([c["rate"] for c in inside], [c["frequency_hz"] for c in inside], "o", color=MODELLED, fillstyle="none",
-              markersize=5, label="crossings")  # fmt: skip
+    axes.plot(
+        [c["rate"] for c in inside],
+        [c["frequency_hz"] for c in inside],
+        "o",
+        color=MODELLED,
+        fillstyle="none",
+        markersize=5,
+        label="crossings",
+    )
     axes.set(xlabel=RATE, ylabel=FREQUENCY, xlim=(rates[0], rates[-1]), ylim=(0.0, top))
     _legend_above(figure, axes, 2)
 
@@ -233,8 +267,12 @@ def _coupling(data: Data, figure: Any) -> None:
     """Draw the criterion of one-way coupling over the frequency."""
     coupling = data["coupling"]
     axes = figure.subplots()
-    axes.loglog(_numbers(coupling["frequency_hz"]), _numbers(coupling["loop_gain"]), color=MODELLED,
-                label="|receptance x dynamic stiffness|")  # fmt: skip
+    axes.loglog(
+        _numbers(coupling["frequency_hz"]),
+        _numbers(coupling["loop_gain"]),
+        color=MODELLED,
+        label="|receptance x dynamic stiffness|",
+    )
     axes.axhline(coupling["suffices_below"], color=NOISE, linestyle="--", label="one-way suffices below")
     axes.axhline(1.0, color="black", linewidth=0.6)
     axes.set(xlabel=FREQUENCY, ylabel="|R K|")

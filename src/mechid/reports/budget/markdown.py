@@ -56,8 +56,9 @@ def budget_markdown(data: Mapping[str, Any]) -> str:
     if beside:
         parts += [f"## {SIDE_TITLE}", cell(data["side_words"]), table(("mode", *data["side_columns"]), beside)]
     if data["crossings"]:
-        crossed = [(f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}")
-                   for c in data["crossings"]]  # fmt: skip
+        crossed = [
+            (f"{c['rate']:.4g}", f"{c['order']:g}", c["mode"], f"{c['frequency_hz']:.4g}") for c in data["crossings"]
+        ]
         parts += ["## Crossings", table(("rate, steps/s", "order", "mode", "frequency, Hz"), crossed)]
     if data["warnings"]:
         parts += ["## Warnings", bullets(data["warnings"])]

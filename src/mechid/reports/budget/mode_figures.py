@@ -6,11 +6,10 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from mechid.arrays import FloatArray
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, in_powers
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
 """Okabe and Ito's, and two greys."""
@@ -85,8 +84,14 @@ def line_of_sight(data: Data, mode: Data, figure: Any) -> None:
         )
         if lines["line_of_sight_two_way_rad"] is not None:
             joined = _numbers(lines["line_of_sight_two_way_rad"][k])
-            middle.plot(frequency[seen], joined[seen], "x", color=RESIDUAL_COLOUR, markersize=3.5,
-                        label="two-way" if k == 0 else None)  # fmt: skip
+            middle.plot(
+                frequency[seen],
+                joined[seen],
+                "x",
+                color=RESIDUAL_COLOUR,
+                markersize=3.5,
+                label="two-way" if k == 0 else None,
+            )
         total = [0.0, *cumulative["lines"][k]]
         below.step([0.0, *frequency], total, where="post", color=COLOURS[k], label=f"{axis}, lines")
     above.set(xlabel="time, s", ylabel="line of sight, rad")
@@ -122,8 +127,14 @@ def course(data: Data, mode: Data, figure: Any) -> None:
         below.fill_between(windowed["time_s"], band[:, 0], band[:, 1], color=COLOURS[k], alpha=0.35, linewidth=0)
         below.plot(windowed["time_s"], windowed["rms_rad"][k], color=COLOURS[k], label=f"{axis}, 95 % band")
         if windowed["rms_two_way_rad"] is not None:
-            below.plot(windowed["time_s"], windowed["rms_two_way_rad"][k], "--", color=RESIDUAL_COLOUR, linewidth=0.7,
-                       label="two-way" if k == 0 else None)  # fmt: skip
+            below.plot(
+                windowed["time_s"],
+                windowed["rms_two_way_rad"][k],
+                "--",
+                color=RESIDUAL_COLOUR,
+                linewidth=0.7,
+                label="two-way" if k == 0 else None,
+            )
     above.set(ylabel="line of sight, rad")
     below.set(xlabel="time, s", ylabel=f"RMS in {mode['rms_window_s']:g} s, rad", xlim=(0.0, mode["duration_s"]))
     figure.subplots_adjust(right=0.91)

@@ -9,11 +9,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, STYLE, made
 
-FloatArray = NDArray[np.float64]
 Data = Mapping[str, Any]
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
 REACH = 1.96
@@ -62,8 +60,14 @@ def _panels(panels: Sequence[Any], names: Sequence[str], figure: Any) -> None:
     """Draw small panels in rows of three; the names stand below the lowest of each column."""
     rows, height = -(-len(panels) // COLUMNS), figure.get_figheight()
     below = NAMES_IN if names else 0.42
-    figure.subplots_adjust(left=0.075, right=0.99, bottom=below / height, top=1.0 - 0.24 / height, wspace=0.3,
-                           hspace=0.32 if names else 0.62)  # fmt: skip
+    figure.subplots_adjust(
+        left=0.075,
+        right=0.99,
+        bottom=below / height,
+        top=1.0 - 0.24 / height,
+        wspace=0.3,
+        hspace=0.32 if names else 0.62,
+    )
     grid = figure.subplots(rows, COLUMNS, squeeze=False)
     for k, axes in enumerate(grid.flat):
         if k >= len(panels):
@@ -96,8 +100,9 @@ def _parameter(data: Data, p: Data, axes: Any) -> None:
     for k, (v, c) in enumerate(zip(p["values"], data["campaigns"], strict=True)):
         if v is not None and v["level"] is not None:
             colour = MODELLED if c["unit"] in off else MEASURED
-            axes.errorbar(k, v["level"], yerr=REACH * v["std_error"], fmt="o", color=colour, markersize=2.6,
-                          elinewidth=0.8)  # fmt: skip
+            axes.errorbar(
+                k, v["level"], yerr=REACH * v["std_error"], fmt="o", color=colour, markersize=2.6, elinewidth=0.8
+            )
 
 
 def _trend(t: Data, axes: Any) -> None:
@@ -122,5 +127,12 @@ def _change(data: Data, name: str, states: Sequence[str], units: Sequence[str], 
     for c in data["changes"]:
         if c["name"] == name and c["states"] == list(states):
             colour = MARK if c["found"] else MEASURED
-            axes.errorbar(units.index(c["unit"]), c["difference"], yerr=REACH * c["error"], fmt="o", color=colour,
-                          markersize=2.6, elinewidth=0.8)  # fmt: skip
+            axes.errorbar(
+                units.index(c["unit"]),
+                c["difference"],
+                yerr=REACH * c["error"],
+                fmt="o",
+                color=colour,
+                markersize=2.6,
+                elinewidth=0.8,
+            )

@@ -150,7 +150,10 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
             {"from_s": start + q.first / fs, "to_s": start + q.stop / fs, "rms": q.rms} for q in look.quiet[:TOLD]
         ],
         "noise": {
-            "sigma": noise.sigma, "rests_on": noise.rests_on, "floor": noise.floor, "quiet_rms": noise.quiet,
+            "sigma": noise.sigma,
+            "rests_on": noise.rests_on,
+            "floor": noise.floor,
+            "quiet_rms": noise.quiet,
             "resolution": noise.resolution,
         },
         "lines": [_line(one) for one in look.lines],
@@ -158,13 +161,12 @@ def _channel(look: ChannelLook, key: str, record: RecordLook) -> dict[str, Any]:
         "step_lines": [_step_line(one) for one in look.step_lines],
         "over_rate": [_order_line(one) for one in look.over_rate],
         "third_octaves": [
-            {"centre_hz": b.centre_hz, "lower_hz": b.lower_hz, "upper_hz": b.upper_hz, "rms": b.rms}
-            for b in look.bands
+            {"centre_hz": b.centre_hz, "lower_hz": b.lower_hz, "upper_hz": b.upper_hz, "rms": b.rms} for b in look.bands
         ],
         "below_rms": look.below_rms,
         "resonances": [_resonance(one) for one in look.resonances],
         "text": {name: digits(value, 4) for name, value in numbers.items()} | {"noise": digits(noise.sigma, 3)},
-    }  # fmt: skip
+    }
     return data | {"words": channel_words(data, rate_known=record.rate is not None)}
 
 
@@ -191,8 +193,13 @@ def _line(seen: SeenLine) -> dict[str, Any]:
         "mains_multiple": mains.multiple if mains else None,
     }
     words = ", or ".join(filter(None, (order_of(seen.order), mains_word(data))))
-    text = {"frequency_hz": plain(line.frequency_hz, 6), "amplitude": amplitude, "sigma": sigma,
-            "ratio": plain(line.ratio, 3), "what": words}  # fmt: skip
+    text = {
+        "frequency_hz": plain(line.frequency_hz, 6),
+        "amplitude": amplitude,
+        "sigma": sigma,
+        "ratio": plain(line.ratio, 3),
+        "what": words,
+    }
     return data | {"text": text}
 
 
@@ -201,14 +208,21 @@ def _step_line(line: StepLine) -> dict[str, Any]:
     resolved = line.amplitude > RESOLVED * line.sigma
     least = f"below {digits(RESOLVED * line.sigma, 2)}"
     text = {
-        "order": plain(line.order, 4), "amplitude": amplitude if resolved else least,
-        "sigma": sigma if resolved else "", "peak_rate": plain(line.peak_rate, 4) if resolved else "",
+        "order": plain(line.order, 4),
+        "amplitude": amplitude if resolved else least,
+        "sigma": sigma if resolved else "",
+        "peak_rate": plain(line.peak_rate, 4) if resolved else "",
         "peak_amplitude": digits(line.peak_amplitude, 3) if resolved else "",
-    }  # fmt: skip
+    }
     return {
-        "order": line.order, "windows": line.windows, "amplitude": line.amplitude, "sigma": line.sigma,
-        "peak_rate": line.peak_rate, "peak_amplitude": line.peak_amplitude, "text": text,
-    }  # fmt: skip
+        "order": line.order,
+        "windows": line.windows,
+        "amplitude": line.amplitude,
+        "sigma": line.sigma,
+        "peak_rate": line.peak_rate,
+        "peak_amplitude": line.peak_amplitude,
+        "text": text,
+    }
 
 
 def _order_line(line: OrderLine) -> dict[str, float]:

@@ -11,10 +11,10 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from mechid.analysis.look import ChannelLook, RecordLook, Waterfall
 from mechid.analysis.order_tracking import ORDERS
+from mechid.arrays import FloatArray
 from mechid.reports.curves import drawn
 from mechid.reports.figures import (
     BAR_IN,
@@ -37,7 +37,6 @@ from mechid.signal.envelope import peak_groups
 from mechid.signal.runs import Runs
 from mechid.signal.spectrogram import largest_rows
 
-FloatArray = NDArray[np.float64]
 GROUPS, MOST_ROWS, MOST_MARKED, MOST_LABELS = 3000, 400, 200, 12
 """Of a spectrum, of a waterfall; gaps and lines that are marked."""
 KINDS = ("time", "spectrum", "waterfall", "bands", "over_rate")
@@ -125,8 +124,15 @@ def _spectrum(look: RecordLook, channel: ChannelLook, figure: Any) -> None:
         axes.plot(seen.line.frequency_hz, seen.line.amplitude, "o", color=colour, markersize=2.2)
         if k < MOST_LABELS and seen.order is not None:
             place = (seen.line.frequency_hz, seen.line.amplitude)
-            axes.annotate(_number(seen.order), place, xytext=(0, 3), textcoords="offset points", ha="center",
-                          color=MARK, fontsize=7)  # fmt: skip
+            axes.annotate(
+                _number(seen.order),
+                place,
+                xytext=(0, 3),
+                textcoords="offset points",
+                ha="center",
+                color=MARK,
+                fontsize=7,
+            )
     for found in channel.resonances:
         axes.axvspan(
             found.frequency_hz - found.spread_hz,
@@ -181,8 +187,15 @@ def _waterfall(channel: ChannelLook, figure: Any) -> None:
     figure.subplots_adjust(right=1.0 - BAR_IN / WIDTH_IN)
     axes = figure.subplots()
     high = float(np.nanmax(rows[1:])) or 1.0
-    image = axes.pcolormesh(over[1], frequency, rows, norm=LogNorm(high / 10.0**SHOWN_DECADES, high), cmap="cividis",
-                            rasterized=True, shading="nearest")  # fmt: skip
+    image = axes.pcolormesh(
+        over[1],
+        frequency,
+        rows,
+        norm=LogNorm(high / 10.0**SHOWN_DECADES, high),
+        cmap="cividis",
+        rasterized=True,
+        shading="nearest",
+    )
     if np.all(np.isfinite(w.rate)) and float(np.ptp(w.rate)) > 0.0:
         for order in ORDERS:
             axes.plot(over[1], order * w.rate, "w--", linewidth=0.5, alpha=0.6)
