@@ -15,7 +15,8 @@ from fuzz import branches
 from fuzz.trial import FINDING, LIMIT_S, Kind, Outcome, tried
 
 MOST_BYTES = 6 * 2**30
-GRACE_S = 120.0
+GRACE_S = 900.0
+"""Beyond that an input has no end: it is much, since a run in the background may get little of a processor."""
 
 
 IMPORTED = (

@@ -9,7 +9,7 @@ import pytest
 
 from wrong.bench import Files, right_files
 from wrong.cases import cases
-from wrong_campaigns import CONFIDENT, FIRST, estimated, named
+from wrong_campaigns import FIRST, estimated, is_confident_and_wrong, named
 
 CASES = {case.name: case for case in cases()}
 LEFT_TO_IDENTIFY = (
@@ -75,7 +75,7 @@ def test_no_fit_is_confident_and_wrong(run, written, name):
     """Truth: the values that made the records; begun there, since the optimum is judged and not the way to it."""
     campaign = written(name, from_truth=True)
     said = lines_of(run("identify", campaign, "--out", campaign / "result"))
-    fit = estimated(campaign / "result")
-    assert fit["grade"] != "A" or fit["off"] < CONFIDENT, (fit["worst"], fit["off"])
+    fit = {"named": named(CASES[name], said), **estimated(campaign / "result")}
+    assert not is_confident_and_wrong(fit), fit["wrong"]
     if name in TOLD_BY_IDENTIFY:
         assert named(CASES[name], said) == "first lines", said[:FIRST]

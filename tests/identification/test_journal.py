@@ -82,6 +82,47 @@ def test_a_file_that_is_no_journal_is_refused(tmp_path):
         Journal.opened(path, INPUTS)
 
 
+@pytest.mark.parametrize("resume", [False, True])
+def test_the_journal_of_a_version_without_digests_stays_and_a_run_begins_behind_it(tmp_path, resume):
+    """Truth: its lines, to the letter; nothing of them is taken, since nothing says whether they are whole."""
+    path = tmp_path / "journal.jsonl"
+    earlier = "".join(json.dumps(line) + "\n" for line in ({"event": "started", "inputs": INPUTS}, {"event": "step"}))
+    path.write_text(earlier)
+    journal = Journal.opened(path, INPUTS, resume=resume)
+    assert "earlier version" in journal.notice
+    assert journal.step("a", [1], lambda: 1) == 1
+    assert path.read_text().startswith(earlier)
+    assert Journal.opened(path, INPUTS, resume=True).step("a", [1], lambda: 2) == 1
+
+
+FORGED = {
+    "a number that is none": {"result": {"hex": "no"}},
+    "a number beyond all numbers": {"result": {"hex": "0x1p99999"}},
+    "an array of another size": {"result": {"shape": [2], "hex": "0x1p0"}},
+    "entries without values": {"result": {"items": [1]}},
+    "no value": {"result": {}},
+    "the state of another generator": {"rng": {"items": [["bit_generator", "MT19937"]]}},
+    "half of a state": {"rng": {"items": [["bit_generator", "PCG64"], ["state", {"items": []}]]}},
+    "no state": {"rng": None},
+}
+
+
+@pytest.mark.parametrize("forged", FORGED)
+def test_a_line_that_is_whole_and_holds_no_value_is_worked_out_again(tmp_path, forged):
+    """Truth: the first run's result; a digest says that a line is as it was written, not who wrote it."""
+    path = tmp_path / "journal.jsonl"
+
+    def drawn(journal):
+        rng = np.random.default_rng(5)
+        return journal.step("draw", [1.0], lambda: rng.standard_normal(3), rng), rng.standard_normal()
+
+    first, then = drawn(Journal.opened(path, INPUTS))
+    lines = path.read_text().splitlines()
+    path.write_text("\n".join([lines[0], sealed({**entry(lines[1]), **FORGED[forged]})]) + "\n")
+    result, following = drawn(Journal.opened(path, INPUTS, resume=True))
+    assert (result.tobytes(), following) == (first.tobytes(), then)
+
+
 def test_what_the_search_sees_has_a_digest_by_name():
     """Truth: of two campaigns that differ in a record's noise, that record's digest alone differs."""
     one, other = (bench(truth(), truth(), "full_46", seed=seed, seconds=0.05) for seed in (1, 2))

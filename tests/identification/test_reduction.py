@@ -1,5 +1,9 @@
 """The streamed triangle against numpy's QR of the whole matrix."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -47,3 +51,30 @@ def test_records_join_as_their_rows_do():
     dense = np.vstack([projected(p, 2) for p in parts])
     assert joined.norm == pytest.approx(np.linalg.norm(dense[:, 0]), rel=1e-12)
     np.testing.assert_allclose(joined.jacobian.T @ joined.fun, dense[:, 1:].T @ dense[:, 0], rtol=1e-10, atol=1e-10)
+
+
+REDUCED = """
+import numpy as np
+from mechid.identification.output_error.reduction import absorb
+R = np.zeros((2, 2))
+absorb(R, np.array([[3.0, 4.0], [0.0, 5.0]]), 2)
+print(abs(R[0, 0]), abs(R[1, 1]))
+"""
+
+
+@pytest.mark.parametrize("suffix", [".nbc", ".nbi"])
+def test_damaged_machine_code_is_made_anew(tmp_path, suffix):
+    """Truth: lengths of a right-angled triangle, 5 and 3; damaged machine code that is loaded ends Python."""
+
+    def said():
+        environment = {**os.environ, "MECHID_CACHE": str(tmp_path)}
+        command = [sys.executable, "-c", REDUCED]
+        return subprocess.run(command, env=environment, capture_output=True, text=True, check=True).stdout.split()
+
+    assert [float(one) for one in said()] == pytest.approx([5.0, 3.0])
+    [compiled] = tmp_path.rglob(f"reflections_*{suffix}")
+    content = compiled.read_bytes()
+    compiled.write_bytes(content[: len(content) // 2] + bytes(len(content) // 2))
+    assert [float(one) for one in said()] == pytest.approx([5.0, 3.0])
+    [mended] = tmp_path.rglob(f"reflections_*{suffix}")
+    assert mended.read_bytes()[len(content) // 2 :] != bytes(len(content) // 2)

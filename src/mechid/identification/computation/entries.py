@@ -46,7 +46,7 @@ def entries_of(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]],
     Raises
     ------
     UsageError
-        No line is an entry: it is another file.
+        No line is an entry, nor was one of an earlier version's: it is another file.
     """
     if not path.exists():
         return [], ""
@@ -58,7 +58,9 @@ def entries_of(path: Path, *, mends: bool = True) -> tuple[list[dict[str, Any]],
     lines = [entry for entry in found if entry is not None]
     damaged = [number for number, entry in enumerate(found, 1) if entry is None]
     if damaged and not lines:
-        raise UsageError(f"{path}: line {damaged[0]}: is no entry of a journal; move the file away")
+        if not any(map(_is_earlier, whole.splitlines())):
+            raise UsageError(f"{path}: line {damaged[0]}: is no entry of a journal; move the file away")
+        return [], f"{path}: was begun by an earlier version of mechid; its lines stay, and their steps are done again"
     return lines, _notice(path, damaged)
 
 
@@ -69,12 +71,21 @@ def _entry(line: bytes) -> dict[str, Any] | None:
         return None
     try:
         entry = json.loads(text + b"}")
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     if not isinstance(entry, dict) or not isinstance(entry.get("event"), str):
         return None
     needed = NEEDED.get(entry["event"], {})
     return entry if all(key in entry and isinstance(entry[key], kind) for key, kind in needed.items()) else None
+
+
+def _is_earlier(line: bytes) -> bool:
+    """Tell whether a line is an entry as versions wrote them that gave no digests."""
+    try:
+        entry = json.loads(line)
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(entry, dict) and isinstance(entry.get("event"), str) and "check" not in entry
 
 
 def _digest(text: bytes) -> str:

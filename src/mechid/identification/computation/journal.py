@@ -105,10 +105,8 @@ class Journal:
         if self.path is None:
             return work()
         key = self._key(kind, inputs, rng)
-        if key in self.known:
-            if rng:
-                rng.bit_generator.state = unpacked(self.known[key]["rng"])
-            return self._recalled(key)
+        if found := self._recalled(key, rng):
+            return found[0]
         began = time.perf_counter()
         result = packed(work())
         left = packed(rng.bit_generator.state) if rng else None
@@ -129,7 +127,7 @@ class Journal:
         `told` is told of each task and its result.
         """
         keys = [self._key(kind, task) if self.path else "" for task in tasks]
-        results = {i: self._recalled(key) for i, key in enumerate(keys) if key in self.known}
+        results = {i: found[0] for i, key in enumerate(keys) if (found := self._recalled(key))}
         for i, result in results.items():
             told(tasks[i], result)
         left = [i for i in range(len(tasks)) if i not in results]
@@ -148,10 +146,22 @@ class Journal:
         """Return under what a step is noted: a digest of all that its result follows from."""
         return digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
 
-    def _recalled(self, key: str) -> Any:
+    def _recalled(self, key: str, rng: np.random.Generator | None = None) -> tuple[Any] | None:
+        """Return the result of a step that is noted, its generator restored; None where no such value is there."""
+        if key not in self.known:
+            return None
         line = self.known[key]
+        before: Any = rng.bit_generator.state if rng else None
+        try:
+            result = unpacked(line["result"])
+            if rng:
+                rng.bit_generator.state = unpacked(line["rng"])
+        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError):  # whole, but no value of ours
+            if rng:
+                rng.bit_generator.state = before
+            return None
         self.saved_s += line["seconds"]
-        return unpacked(line["result"])
+        return (result,)
 
 
 def _step(kind: str, key: str, seconds: float, result: object, rng: object = None) -> dict[str, object]:

@@ -7,61 +7,35 @@ grow with the record, and the condition of J is not squared as by normal equatio
 
 from __future__ import annotations
 
-import math
+import hashlib
 from dataclasses import dataclass
+from functools import lru_cache
+from importlib import resources
+from types import ModuleType
 
 import numpy as np
-from numba import njit
 
 from mechid.arrays import FloatArray
-
-FAST = {"contract", "reassoc", "arcp", "nsz"}
-
-
-@njit(nogil=True, fastmath=FAST, error_model="numpy")
-def product_of_rows(block: FloatArray, k: int, j: int, n: int) -> float:
-    """Return the scalar product of two rows."""
-    product = 0.0
-    for i in range(n):
-        product += block[k, i] * block[j, i]
-    return product
+from mechid.kernel.compiled import compiled_module
 
 
-@njit(nogil=True, fastmath=FAST, error_model="numpy")
-def subtract_row(block: FloatArray, k: int, j: int, share: float, other: int, n: int) -> float:
-    """Take `share` times row j from row k, and return the product of what is left with another row, in one pass."""
-    product = 0.0
-    if k == other:
-        for i in range(n):
-            left = block[k, i] - share * block[j, i]
-            block[k, i] = left
-            product += left * left
-    else:
-        for i in range(n):
-            left = block[k, i] - share * block[j, i]
-            block[k, i] = left
-            product += left * block[other, i]
-    return product
+@lru_cache(maxsize=1)
+def _reflections() -> ModuleType:
+    """Return the compiled reflections, from the cache where they have been compiled before."""
+    text = resources.files(__package__).joinpath("reflections.py").read_text(encoding="utf-8")
+    name = f"reflections_{hashlib.sha256(text.encode()).hexdigest()[:24]}"
+    return compiled_module(name, lambda: text, lambda made: made.absorb(np.zeros((1, 1)), np.zeros((1, 1)), 0))
 
 
-@njit(cache=True, nogil=True, fastmath=FAST, error_model="numpy")
 def absorb(R: FloatArray, block: FloatArray, n: int) -> None:
-    """Update the triangle R, (m, m), with n further rows that stand as the columns of `block`, (m, >= n)."""
-    m = R.shape[0]
-    dots = np.zeros(m)  # products of the row to be reflected next with the others
-    for k in range(m):
-        dots[k] = product_of_rows(block, k, 0, n)
-    for j in range(m):
-        alpha, size = R[j, j], dots[j]
-        head, factor = 0.0, 0.0
-        if size != 0.0:  # or not a number, which is to be seen
-            R[j, j] = -math.copysign(math.sqrt(alpha * alpha + size), alpha)
-            head = alpha - R[j, j]
-            factor = 2.0 / (head * head + size)
-        for k in range(j + 1, m):
-            share = factor * (head * R[j, k] + dots[k])
-            R[j, k] -= share * head
-            dots[k] = subtract_row(block, k, j, share, j + 1, n)
+    """Update the triangle R, (m, m), with n further rows that stand as the columns of `block`, (m, >= n).
+
+    Raises
+    ------
+    UsageError
+        The reflections are not compiled yet, and the cache cannot be written to.
+    """
+    _reflections().absorb(R, block, n)
 
 
 @dataclass(frozen=True)
