@@ -14,8 +14,8 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data
-from mechid.reports.contents import report_contents
-from mechid.reports.noise import against_noise
+from mechid.reports.fit.contents import report_contents
+from mechid.reports.fit.noise import against_noise
 from mechid.units import angle_difference
 
 

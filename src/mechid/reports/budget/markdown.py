@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from mechid.reports.fit.side import SIDE_TITLE
 from mechid.reports.markdown_text import Strong, bullets, cell, table
-from mechid.reports.side import SIDE_TITLE
 
 REQUIREMENT = (
     "requirement", "mode", "index", "axis", "statistics", "at, steps/s", "level, rad", "± σ", "of it by draws",

@@ -10,8 +10,8 @@ from rich.console import Console
 
 from mechid.reports.budget.contents import requirement_text, side_rows
 from mechid.reports.budget.verdict import budget_verdict
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import plain
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_table
 
 REQUIREMENTS = (

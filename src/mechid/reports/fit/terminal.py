@@ -1,27 +1,23 @@
-"""The ink of a terminal, plain where it is none."""
+"""The report of a fit on a terminal."""
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.text import Text
 
-from mechid.reports.lacking import LACKING
-from mechid.reports.path import COMPLETED_TITLE
+from mechid.reports.console import print_lines, say
+from mechid.reports.fit.lacking import LACKING
+from mechid.reports.fit.path import COMPLETED_TITLE
+from mechid.reports.fit.side import SIDE_TITLE
+from mechid.reports.fit.tables import beside_table, order_table, own_table, path_table, side_table, stage_table
+from mechid.reports.fit.use import held_out, left_out
+from mechid.reports.fit.validation import CHANNEL, VALIDATION_LAYOUTS
 from mechid.reports.quantities import torque_alone
-from mechid.reports.shared_tables import beside_table, order_table, own_table, path_table, side_table, stage_table
-from mechid.reports.side import SIDE_TITLE
 from mechid.reports.text_table import Column, print_table, print_tables
-from mechid.reports.use import held_out, left_out
-from mechid.reports.validation import CHANNEL, VALIDATION_LAYOUTS
 
-LOG_WIDTH = 120
-"""Columns where the output is no terminal and COLUMNS says nothing."""
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
 ABOUT_RECORDS = ("record ", "records ", "all records")
 """How a warning begins that says whom of the records it concerns."""
@@ -64,13 +60,6 @@ CHANNEL_LAYOUTS = (
 )
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
-
-
-def console_on(*, err: bool = False) -> Console:
-    """Return a console on stdout or stderr, as wide as it is."""
-    stream = sys.stderr if err else sys.stdout
-    wide = None if stream.isatty() or "COLUMNS" in os.environ else LOG_WIDTH
-    return Console(file=stream, width=wide, markup=False, highlight=False, emoji=False)
 
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
@@ -193,14 +182,3 @@ def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
         said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"
         say(console, said, "bold")
         order_table(orders).print(console)
-
-
-def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:
-    """Print lines that begin with a word."""
-    for line in lines:
-        say(console, f"{word}: {line}", style)
-
-
-def say(console: Console, line: str, style: str = "") -> None:
-    """Print a line, wrapped by words on a terminal alone: elsewhere a line stays a line."""
-    console.print(Text(line, style=style), soft_wrap=not console.is_terminal)

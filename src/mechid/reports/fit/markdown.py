@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from mechid.reports.fit.path import COMPLETED_TITLE
+from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
+from mechid.reports.fit.tables import beside_table, order_table, own_table, path_table, side_table, stage_table
 from mechid.reports.markdown_text import Row, bullets, cell, table
-from mechid.reports.path import COMPLETED_TITLE
 from mechid.reports.quantities import quantity_words
-from mechid.reports.shared_tables import beside_table, order_table, own_table, path_table, side_table, stage_table
-from mechid.reports.side import SIDE_SAID, SIDE_TITLE
 
 PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from mechid.reports.path import PATH_COLUMNS
+from mechid.reports.fit.path import PATH_COLUMNS
+from mechid.reports.fit.side import SIDE_COLUMNS
+from mechid.reports.fit.validation import CHANNEL, RECORD
 from mechid.reports.quantities import torque_alone
-from mechid.reports.side import SIDE_COLUMNS
 from mechid.reports.table import Table
 from mechid.reports.text_table import Column, Row
-from mechid.reports.validation import CHANNEL, RECORD
 
 NAME = Column("name", "name", words=True)
 VALUE = (
