@@ -258,13 +258,12 @@ def _trajectory() -> Presenter:
 
 def _validations() -> Presenter:
     from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.fit.tables import order_table
-    from mechid.reports.fit.validation import VALIDATION_LAYOUTS, order_rows, validation_rows
-    from mechid.reports.text_table import print_tables
+    from mechid.reports.fit.tables import order_table, validation_table
+    from mechid.reports.fit.validation import order_rows, validation_rows
     from mechid.writing import write_together
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        print_tables(console, VALIDATION_LAYOUTS, data["validation"])
+        validation_table(data["validation"]).print(console)
         if data["orders"]:
             order_table(data["orders"]).print(console)
 

@@ -23,11 +23,14 @@ OUTLINED = (
     "A long record: the figure shows the least and the largest sample of every {column:.3g} s of it, and every sample "
     "of {detail:.3g} s around what the buttons name."
 )
-TABLES: Mapping[str, Callable[[Sequence[Any]], Table]] = {
+TABLES: Mapping[str, Callable[[Any], Table]] = {
     "beside": tables.beside_table,
     "orders": tables.order_table_of_one,
+    "known": tables.known_table,
     "own": tables.own_table,
+    "parameters": tables.parameter_table,
     "path": tables.path_table,
+    "records": tables.record_table,
     "side": tables.side_table,
     "stages": tables.stage_table,
 }
