@@ -94,7 +94,7 @@ def _head(column: Column) -> Markup:
     style = column.on_page.style
     left = column.words or (isinstance(style, str) and "word" in style)
     attributes = _attribute("class", "word" if left else "") + _attribute("aria-label", column.on_page.spoken)
-    return Markup("<th{}>{}</th>").format(attributes, column.label)
+    return Markup("<th{}>{}</th>").format(attributes, column.on_page.header or column.label)
 
 
 def _in_markdown(row: Row, column: Column) -> str:

@@ -35,6 +35,8 @@ class OnPage:
         Whether it takes a page's whole width where that is small.
     drops : bool
         Whether a small page leaves it out.
+    header : str
+        Its header above the cells, where the documents' is too wide.
     spoken : str
         Its header for who listens to the page, where the one that is seen says nothing.
     """
@@ -44,6 +46,7 @@ class OnPage:
     tip: Callable[[Row], str] | None = None
     wide: bool = False
     drops: bool = False
+    header: str = ""
     spoken: str = ""
 
 

@@ -141,7 +141,8 @@ def record_table(data: Data) -> Table:
     rows = data["record_table"]
     labels = [label for label, _ in rows[0]["cells"]] if rows else []
     first = Column("record", "name", words=True, on_page=OnPage(ink=_link)), Column("use", "use", words=True)
-    columns = (*first, *(Column(label, str(k)) for k, label in enumerate(labels)))
+    short = [OnPage(header=label.removeprefix("Ljung-Box ")) for label in labels]
+    columns = (*first, *(Column(label, str(k), on_page=short[k]) for k, label in enumerate(labels)))
     return Table(columns, [{**r, "text": {str(k): text for k, (_, text) in enumerate(r["cells"])}} for r in rows])
 
 
