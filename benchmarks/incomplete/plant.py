@@ -1,4 +1,4 @@
-"""The mechanism and all effects typed by hand: Runge-Kutta steps split at the step edges, stick and slip located.
+"""The mechanism and all effects typed by hand: Runge-Kutta steps split at step edges; stick, slip, flanks located.
 
 An effect whose size is 0 is absent. Nothing of mechid is used here: this is what its results are held against.
 """
@@ -13,7 +13,7 @@ STEP_S = 2.5e-5
 BISECTIONS = 48
 """Halvings of a step about a switch: to a few ulp."""
 MOST_SWITCHES = 200
-"""Between stick and slip within one step, at most; what is left of the step after them is left out."""
+"""Within one step, at most; what is left of the step after them is left out."""
 I_A, I_B, ALPHA, OMEGA, ALPHA_GEAR, OMEGA_GEAR, Z, Z_RATE, HYSTERESIS, CROSS, CROSS_RATE, AMPLIFIER, ALIAS = range(13)
 STATES = 17
 """Those above and, from ALIAS on, two second-order sections of the anti-alias filter."""
@@ -269,33 +269,45 @@ def _switched(v, s, rotor, output, modes):
 
 
 @njit(cache=True)
+def _flank(v, s):
+    """Return which flank of a gear with backlash touches, 0 in the gap: at a contact with speed its torque jumps."""
+    if v.backlash == 0.0:
+        return 0
+    error = v.kinematic * np.sin(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
+    twist = s[ALPHA] / v.G + error - s[ALPHA_GEAR]
+    return int(twist >= 0.5 * v.backlash) - int(twist <= -0.5 * v.backlash)
+
+
+@njit(cache=True)
 def _until_switch(v, t, s, h, held, modes, after, work):
     """Write the state after a step, or after the part of it up to the first switch; return the part and who switches.
 
     The first trial is the whole step, then it is halved about the switch, and the last is just past it.
     """
     low, high, part = 0.0, h, h
-    rotor, output = False, False
+    rotor, output, gear = False, False, False
+    flank = _flank(v, s)
     for trial in range(BISECTIONS + 2):
         _step(v, t, s, part, held, modes, after, work)
         rotor, output = _ended(v, after, modes)
-        if rotor or output:
+        gear = _flank(v, after) != flank
+        if rotor or output or gear:
             high = part
         elif trial == 0:
             break
         else:
             low = part
         part = 0.5 * (low + high) if trial < BISECTIONS else high
-    return part, rotor, output
+    return part, rotor, output, gear
 
 
 @njit(cache=True)
 def _advance(v, t, s, h, held, modes, after, work):
-    """Carry the state over a step, with all switches between stick and slip in it."""
+    """Carry the state over a step, with all switches in it: between stick and slip, and of the gear's flanks."""
     for _ in range(MOST_SWITCHES):
-        part, rotor, output = _until_switch(v, t, s, h, held, modes, after, work)
+        part, rotor, output, gear = _until_switch(v, t, s, h, held, modes, after, work)
         s[:] = after
-        if not (rotor or output):
+        if not (rotor or output or gear):
             break
         _switched(v, s, rotor, output, modes)
         t += part

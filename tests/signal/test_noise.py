@@ -111,3 +111,27 @@ def test_the_noise_of_the_noisy_campaign_is_found(campaign_folder, name):
 def test_the_exact_campaign_has_almost_none(campaign_folder, name):
     """Its records carry no noise; what is left is the signal's own spectrum near 5 kHz."""
     assert noise_floor(torque(campaign_folder, "exact", name), RATE) < 5e-5
+
+
+def struck(samples, every, seed):
+    """Torque with an impact every so many samples, at irregular instants, of 10 to 30 mN m; each rings at 960 Hz."""
+    rng = np.random.default_rng(seed)
+    hits = np.zeros(samples)
+    at = np.cumsum(rng.integers(every // 2, 3 * every // 2, size=samples // every))
+    hits[at[at < samples]] = rng.choice([-1.0, 1.0], size=np.count_nonzero(at < samples)) * 0.02
+    ring = lagged(hits, 900.0 + 6000.0j).imag * 3.0
+    return ring + hits
+
+
+@pytest.mark.parametrize("every", [60, 200])
+def test_impacts_that_fill_every_spectrum_leave_the_noise_between_them(every):
+    """Truth: the sigma that made the noise; impacts of a gear with backlash fill the band up to its end."""
+    found = [noise_floor(white(10001, 2e-3, seed) + struck(10001, every, seed), RATE) for seed in range(10)]
+    assert np.mean(found) == pytest.approx(2e-3, rel=0.1)
+
+
+def test_a_resolution_that_hides_the_noise_now_and_then_is_no_lower_floor():
+    """Truth: rounding to steps of 2 sigma leaves an error of that order; standstill within one step is no noise."""
+    slow = 1e-3 * np.sin(2.0 * np.pi * np.arange(20000) / 15000.0)
+    found = noise_floor(np.round((slow + white(20000, 2e-5, 3)) / 4e-5) * 4e-5, RATE)
+    assert found == pytest.approx(np.hypot(2e-5, 4e-5 / np.sqrt(12.0)), rel=0.3)

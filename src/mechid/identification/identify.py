@@ -52,6 +52,7 @@ def identify(
     listener: Listener = silent,
     journal: Journal | None = None,
     near: Mapping[str, float] | None = None,
+    patient: bool = True,
 ) -> Fit:
     """Identify the free parameters of a campaign's mechanism from its records.
 
@@ -71,6 +72,9 @@ def identify(
     near : mapping of str to float or None
         Values by name, in the file's units, that are close to the optimum, so that what they leave of the records is
         noise. Search and confirmation are left out; they have no effect where the file has stages.
+    patient : bool
+        False ends the search where the mechanism as written does not follow the records from its best start: for a
+        diagnosis, which asks there for what is missing. It has no effect where the file has stages.
 
     Returns
     -------
@@ -96,7 +100,7 @@ def identify(
             if campaign.stages:
                 state = follow_stages(watch, state, campaign)
             else:
-                state = _follow_plan(watch, state, campaign, seed, near)
+                state = _follow_plan(watch, state, campaign, seed, near, patient=patient)
             if state.outcome.has_optimum:
                 state = freeze_dependent(watch, state, with_terms(campaign, state))
             state = replace(state, searched=True)
@@ -149,11 +153,14 @@ def _priors(campaign: Campaign) -> dict[str, tuple[float, float]]:
 
 
 def _follow_plan(
-    watch: Watch, state: SearchState, campaign: Campaign, seed: int, near: Mapping[str, float] | None
+    watch: Watch, state: SearchState, campaign: Campaign, seed: int, near: Mapping[str, float] | None, *, patient: bool
 ) -> SearchState:
     """Multi-start on the first moments, gated growth to the records' ends, joint fit, noise released."""
     names = (*(p.name for p in campaign.mechanism.free), *state.problem.coordinates.own_names)
-    state, growth = searched(watch, state, campaign, names, seed) if near is None else vouched(state, near)
+    if near is None:
+        state, growth = searched(watch, state, campaign, names, seed, patient=patient)
+    else:
+        state, growth = vouched(state, near)
     if growth is None:
         return state
     names = (*names, *(n for n in state.problem.coordinates.own_names if n not in names))

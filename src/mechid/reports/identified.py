@@ -21,7 +21,6 @@ from mechid.identification.identify import identify
 from mechid.identification.output_error.inputs import campaign_digests
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
-from mechid.identification.result.grade import Grade
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
 from mechid.reports.fit.illustration import Illustration
 from mechid.reports.fit.numbers import report_data
@@ -96,10 +95,10 @@ def identified_into(
     UsageError
         The folder cannot be written to, or the run to be resumed had other inputs.
     """
-    fit, journal = _identified(campaign, folder, audience, seed, workers, resume)
+    fit, found, journal = _identified(campaign, folder, audience, seed, workers, resume=resume, complete=complete)
     diagnosed: list[Path] = []
-    if complete and fit.grade is not Grade.FAILED:
-        campaign, fit, diagnosed = _completed(campaign, fit, folder, audience, seed, workers)
+    if found is not None:
+        campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
     with Pens() as pens:
         illustration = Illustration(campaign, fit, folder, pens)
         validation = validate(campaign, fit, illustration.begin)
@@ -119,9 +118,10 @@ def mechanism_name(campaign: Campaign, folder: Path) -> str:
 
 
 def _identified(
-    campaign: Campaign, folder: Path, audience: Audience, seed: int, workers: int | None, resume: bool
-) -> tuple[Fit, Path]:
-    """Run the identification with its progress told and in the journal."""
+    campaign: Campaign, folder: Path, audience: Audience, seed: int, workers: int | None, *, resume: bool,
+    complete: bool,
+) -> tuple[Fit, Diagnosis | None, Path]:  # fmt: skip
+    """Run the identification, and a diagnosis to complete it by, with its progress told and in the journal."""
     path = folder / FILE_NAME
     about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
     journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
@@ -136,9 +136,15 @@ def _identified(
             listener(progress)
             stages.tell(progress)
 
-        fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
+        found = None
+        if complete:
+            from mechid.identification.diagnosis.completion import examined
+
+            fit, found = examined(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
+        else:
+            fit = identify(campaign, seed=seed, workers=workers, listener=tell, journal=journal)
         stages.finish(fit)
-    return fit, path
+    return fit, found, path
 
 
 def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
@@ -147,23 +153,21 @@ def identification_inputs(campaign: Campaign, seed: int) -> dict[str, str]:
 
 
 def _completed(
-    campaign: Campaign, fit: Fit, folder: Path, audience: Audience, seed: int, workers: int | None
+    campaign: Campaign, fit: Fit, found: Diagnosis, folder: Path, audience: Audience, seed: int, workers: int | None
 ) -> tuple[Campaign, Fit, list[Path]]:
-    """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
+    """Identify again with the mechanism that a diagnosis proposes; the steps stay with the fit."""
     from mechid.identification.diagnosis.completion import identified_with
-    from mechid.identification.diagnosis.diagnosis import diagnose
     from mechid.reports.diagnosis.contents import diagnosis_data
     from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
 
+    files = write_diagnosis(found, diagnosis_data(found), folder)
+    if found.mechanism is None:
+        return campaign, replace(fit, completed=()), files
+    path = folder / COMPLETED_NAME
+    write_mechanism(found.mechanism, path, PROPOSED)
+    in_files = campaign.path.is_file()
+    whole = load_campaign(campaign.path, mechanism_file=path) if in_files else _having(campaign, found)
     with audience.followed() as listener:
-        found = diagnose(campaign, fit, workers=workers, listener=listener)
-        files = write_diagnosis(found, diagnosis_data(found), folder)
-        if found.mechanism is None:
-            return campaign, replace(fit, completed=()), files
-        path = folder / COMPLETED_NAME
-        write_mechanism(found.mechanism, path, PROPOSED)
-        in_files = campaign.path.is_file()
-        whole = load_campaign(campaign.path, mechanism_file=path) if in_files else _having(campaign, found)
         again = identified_with(whole, found, seed=seed, workers=workers, listener=listener)
     return whole, again, [path, *files]
 

@@ -4,7 +4,9 @@ A stepped mechanism fills its spectrum with lines and transients, but they fall 
 while white noise does not; and they leave gaps: between their lines, where step follows step
 regularly, and between the transients, where steps are rare. So the floor is read in the upper part
 of the band as a median over time and frequency, which lines and transients in the minority do not
-move, in spectra of several lengths: long ones resolve lines, short ones transients.
+move, in spectra of several lengths: long ones resolve lines, short ones transients. Impacts, as of a
+gear with backlash, fill every spectrum that holds one; between two of them there are windows of some
+samples that hold none, and the quarter of these that is quietest has the floor.
 """
 
 from __future__ import annotations
@@ -36,6 +38,18 @@ SIGNIFICANT = 3.0
 """Standard errors by which another floor must be lower; otherwise the lowest is so by chance."""
 FLOOR_ERROR = 1.7
 """Relative standard error of a floor times the root of the number of samples, white Gaussian noise."""
+QUIET = 8
+"""Samples of a window between two impacts: 0.8 ms at 10 kHz."""
+DIFFERENCES = 4
+"""Of neighbours: they keep the upper half of the band, and 2e-6 of a signal at a hundredth of the sample rate."""
+QUARTER, TENTH = 0.454, 0.259
+"""Of the mean power of such differences of white noise: what a quarter, and a tenth, of the windows have at most."""
+QUARTER_ERROR = 3.5
+"""Relative standard error of that quarter times the root of the number of samples."""
+ALIKE = 0.1
+"""Share by which the power in a tenth and in a quarter of the windows may differ beyond chance if both are noise."""
+PIECE = 16384
+"""Samples of which differences are made at once."""
 BLOCK = 256
 """Segments transformed at once: the spectra of a long record are never all in memory."""
 
@@ -87,7 +101,7 @@ def noise_floor(
     lowest = LOWEST if above is None else 2.0 * above / sample_rate
     if y.size < MINIMUM_SAMPLES or lowest > HIGHEST - 0.25:
         raise RecordError(f"no noise floor from {y.size} samples above {lowest:.2f} of the Nyquist frequency")
-    floors = list(_floors(y, lowest, rejected))
+    floors = [*_floors(y, lowest, rejected), *(_between_impacts(y, rejected) if above is None else ())]
     lower = [floor for floor in floors[1:] if floor.ceiling < floors[0].power]
     return math.sqrt(min(lower or floors[:1], key=lambda floor: floor.ceiling).power)
 
@@ -108,6 +122,41 @@ def _floors(y: Series, lowest: float, rejected: IntArray | None) -> Iterator[Flo
             for columns in np.array_split(power, parts, axis=1):
                 if parts == 1 or columns.shape[1] >= 4:
                     yield _floor(columns, 0.5 * worth * width)
+
+
+def _between_impacts(y: Series, rejected: IntArray | None) -> Iterator[Floor]:
+    """Yield the floor of the quietest windows of some samples, where these scatter as white noise does.
+
+    They do not where a signal stands still within its resolution now and then, or where noise comes and goes.
+    """
+    power = np.concatenate([_window_power(y, first, rejected) for first in _piece_starts(y.size)])
+    if power.size < ENOUGH:
+        return
+    tenth, quarter = np.quantile(power, (0.1, 0.25)) / (TENTH, QUARTER)
+    error = QUARTER_ERROR / math.sqrt(QUIET * power.size)
+    if abs(tenth - quarter) <= (ALIKE + SIGNIFICANT * error) * quarter:
+        yield Floor(float(quarter), error)
+
+
+def _piece_starts(samples: int) -> list[int]:
+    """Return where pieces of a series begin: all, or of a long one as many as fit in memory, evenly."""
+    starts = np.arange(0, samples - DIFFERENCES, PIECE)
+    return [int(first) for first in _thinned(starts, PIECE)]
+
+
+def _window_power(y: Series, first: int, rejected: IntArray | None) -> FloatArray:
+    """Return the mean square of the differences in each window of a piece that holds no rejected sample.
+
+    They are scaled so that white noise keeps its power.
+    """
+    differences = np.diff(y[first : first + PIECE + DIFFERENCES], DIFFERENCES)
+    windows = differences.size // QUIET
+    power = np.mean(differences[: windows * QUIET].reshape(windows, QUIET) ** 2, axis=1)
+    power /= math.comb(2 * DIFFERENCES, DIFFERENCES)
+    if rejected is not None and rejected.size:
+        starts = first + QUIET * np.arange(windows)
+        power = power[np.searchsorted(rejected, starts) == np.searchsorted(rejected, starts + QUIET + DIFFERENCES)]
+    return np.asarray(power, dtype=np.float64)
 
 
 def _with_enough_whole(lengths: list[int], samples: int, rejected: IntArray | None) -> list[int]:

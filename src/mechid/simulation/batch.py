@@ -129,6 +129,7 @@ class OfBatch:
         number = 0
         while (found := self.shared.at(number)) is not None:
             start, stop, y = found
-            n_y = y.shape[2]
-            yield Block(start, stop, y[self.k], np.zeros((0, n_y)), np.zeros((0, n_y, 0)))
+            n_y, b = y.shape[2], self.batch.buffers
+            jumps = self.batch.runs[self.k].jumps_noted(b.events[self.k], b.owns[self.k], start, stop - start)
+            yield Block(start, stop, y[self.k], np.zeros((0, n_y)), np.zeros((0, n_y, 0)), jumps)
             number += 1

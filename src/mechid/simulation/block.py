@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from mechid.arrays import FloatArray
+from mechid.simulation.noted import NO_JUMPS, Jumps
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,8 @@ class Block:
     y : (n, n_y)
     rate : (n, n_y), or (0, n_y) without sensitivities
     jacobian : (n, n_y, lanes), one lane a direction, zero in those not used; or (0, n_y, 0)
+    jumps : Jumps
+        Where the run notes them, else none.
     """
 
     start: int
@@ -23,6 +26,7 @@ class Block:
     y: FloatArray
     rate: FloatArray
     jacobian: FloatArray
+    jumps: Jumps = NO_JUMPS
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,12 +18,15 @@ from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
+from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
 """Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
+JUMPS_EVERY = 4
+"""Samples, on the average of a block, that a jump which is noted has: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
 """So many steps stand for one over the hundred samples behind the start and behind each break-away."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
@@ -122,11 +125,13 @@ class Simulator:
         clock_ppm: float = 0.0,
         substeps: int = 1,
         block: int | None = None,
-        events: int = 0,
+        events: int | None = 0,
         directions: FloatArray | None = None,
         samples: int | None = None,
     ) -> Run:
-        """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`. It logs so many switches.
+        """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
+
+        It logs so many switches; None notes instead, block by block, where outputs jump.
 
         Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
@@ -152,18 +157,19 @@ class Run:
         timing: Timing,
         substeps: int,
         block: int,
-        events: int,
+        events: int | None,
         directions: FloatArray,
     ) -> None:
-        self.simulator, self.base, self.p = simulator, base, p
+        self.simulator, self.base, self.p, self.notes_jumps = simulator, base, p, events is None
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
+        most = max(self.block // JUMPS_EVERY, 1) if events is None else events
         self.buffers: Buffers = allocate(
-            simulator.plant, kernel.module, samples=self.block, events=events, sensitive=directions.shape[1] > 0
+            simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
         )
         self.buffers.directions.reshape(len(p), -1)[:, : directions.shape[1]] = directions
         self._begin(*self._start())
@@ -276,7 +282,15 @@ class Run:
             b.y[: count * b.outputs].reshape(count, b.outputs),
             b.y_dot[: rows * b.outputs].reshape(rows, b.outputs),
             b.J[: rows * b.outputs * lanes].reshape(rows, b.outputs, lanes),
+            self.jumps_noted(b.events, b.discrete, start, count),
         )
+
+    def jumps_noted(self, events: FloatArray, discrete: IntArray, first: int, count: int) -> Jumps:
+        """Return where outputs jump in so many samples from `first` on, a block that has just run, and forget it."""
+        if not self.notes_jumps:
+            return NO_JUMPS
+        module, begin_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
+        return noted_jumps(module, events, discrete, begin_s, self.interval_s, count)
 
     @property
     def state(self) -> State:
@@ -294,14 +308,7 @@ class Run:
     @property
     def switching(self) -> Switching:
         """Switches met so far, as many as were to be logged."""
-        b, module = self.buffers, self.simulator.kernel.module
-        lanes = int(module.EVENT_LANES)
-        table = b.events.reshape(-1, lanes + b.lanes)[: b.discrete[int(module.EVENTS)]]
-        switch, before, after = (
-            table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64) for name in ("SWITCH", "BEFORE", "AFTER")
-        )
-        times, slopes = table[:, int(module.EVENT_TIME)].copy(), table[:, int(module.EVENT_SLOPE)].copy()
-        return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + self.moved].copy())
+        return noted_switches(self.simulator.kernel.module, self.buffers.events, self.buffers.discrete, self.moved)
 
 
 def excitation_over(command: Command, base: TimeBase, latest_s: float = 0.0) -> Excitation:

@@ -154,8 +154,11 @@ class Model:
 
     def keeping(self, effects: Collection[str]) -> Model:
         """Return it with some of its terms and disturbances alone, fitted."""
+        return self._keeping(effects).fitted(self)
+
+    def _keeping(self, effects: Collection[str]) -> Model:
         terms, disturbances = ([n for n in names if n in effects] for names in (self.terms, self.disturbances))
-        return replace(self, terms=tuple(terms), disturbances=tuple(disturbances)).fitted(self)
+        return replace(self, terms=tuple(terms), disturbances=tuple(disturbances))
 
     def beyond(self, other: Model) -> str:
         """Return the name of the effect that it has and another has not."""
@@ -212,9 +215,31 @@ class Model:
 
     def with_effect(self, effect: str) -> Model:
         """Return it with one more term or disturbance, fitted."""
-        if self.library and effect in {t.name for t in self.library.terms}:
-            return replace(self, terms=(*self.terms, effect)).fitted(self)
-        return replace(self, disturbances=(*self.disturbances, effect)).fitted(self)
+        return self._having(effect).fitted(self)
+
+    def _having(self, effect: str) -> Model:
+        """Return it with one more term or disturbance, not fitted."""
+        if effect in self._listed:
+            return replace(self, terms=(*self.terms, effect))
+        return replace(self, disturbances=(*self.disturbances, effect))
+
+    def exchanged(self, effect: str, other: str) -> Model:
+        """Return it with another term or disturbance in place of one, fitted.
+
+        The fit begins where the derivatives say that the other explains most nearly the same: from a point with
+        neither, what one step of a stick/slip or an impact hides would have to be found again.
+        """
+        both = self._having(other)
+        q = lifted(self.problem, self.q, both.problem)
+        both = replace(both, q=q)
+        J = both.problem.joint(q, self.setting.windows).jacobian
+        names = both.problem.coordinates.names
+        lost = np.array([name in both.parameters[effect] for name in names])
+        step = np.where(lost, -both.away, 0.0)
+        if np.all(np.isfinite(J)):
+            step[~lost] = -np.linalg.lstsq(J[:, ~lost], J[:, lost] @ step[lost], rcond=None)[0]
+        there = replace(both, q=both.problem.coordinates.clip(q + step))
+        return there._keeping([name for name in both.effects if name != effect]).fitted(there)
 
     def without(self, effect: str) -> Model:
         """Return it without one of its effects, fitted; what has been fitted once is kept."""

@@ -16,6 +16,10 @@ from mechid.identification.diagnosis.suggestion import with_suggestions
 from mechid.identification.identify import identify as identified
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
+from mechid.identification.result.outcome import FitOutcome
+
+SHORT = (FitOutcome.HORIZON, FitOutcome.FAILED)
+"""Where a search without patience ends that a patient one may better."""
 
 
 def identify(
@@ -45,14 +49,42 @@ def identify(
         If nothing is free, or no record is to be estimated from.
     """
     with working_on(executor):
-        fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
-        if not complete or fit.grade is Grade.FAILED:
+        if not complete:
+            fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
             return with_suggestions(campaign, fit, workers or os.cpu_count() or 1)
-        found = diagnose(campaign, fit, workers=workers, listener=listener)
+        fit, found = examined(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
+        if found is None:
+            return fit
         if found.mechanism is None:
             return replace(fit, completed=())
         whole = replace(campaign, mechanism=found.mechanism)
         return identified_with(whole, found, seed=seed, workers=workers, listener=listener)
+
+
+def examined(
+    campaign: Campaign,
+    *,
+    seed: int = 0,
+    workers: int | None = None,
+    listener: Listener = silent,
+    journal: Journal | None = None,
+    near: Mapping[str, float] | None = None,
+) -> tuple[Fit, Diagnosis | None]:
+    """Return a fit of the mechanism as written and its diagnosis; none of a fit that has failed or was interrupted.
+
+    Where the best start does not follow the records, the diagnosis asks at once what is missing: a patient search with
+    all terms beside takes longer, and goes first only where that finds nothing that follows them.
+    """
+    fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near, patient=False)
+    if fit.outcome is FitOutcome.INTERRUPTED:
+        return fit, None
+    found = None if fit.grade is Grade.FAILED else diagnose(campaign, fit, workers=workers, listener=listener)
+    if fit.outcome not in SHORT or (found and found.mechanism and found.share == 1.0):
+        return fit, found
+    patient = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near)
+    if patient.grade is Grade.FAILED or patient.outcome is FitOutcome.INTERRUPTED:
+        return patient, None
+    return patient, diagnose(campaign, patient, workers=workers, listener=listener)
 
 
 def identified_with(

@@ -156,6 +156,6 @@ def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
         return
     for other in landscape.like(name):
         if other not in model.effects:
-            swapped = less.with_effect(other)
+            swapped = model.exchanged(name, other)
             if not counts(replace(gain(swapped, model), share=1.0)):
                 yield other

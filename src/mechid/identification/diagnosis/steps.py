@@ -113,7 +113,7 @@ def exchanges(model: Model, told: Told) -> Iterator[Model]:
         less = model.without(name)
         for other in [one for one in asked(less, landscape_of(less)) if one != name][:TRIES]:
             told(f"{other} is fitted in place of {name}")
-            yield less.with_effect(other)
+            yield model.exchanged(name, other)
 
 
 def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:

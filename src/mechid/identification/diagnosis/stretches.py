@@ -105,17 +105,18 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
 def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with terms, then with laws.
 
-    Laws come last, since each is a kernel and a fit of its own. A model that leaves no more than noise lacks nothing;
-    but terms that explain a stretch alike do not follow the records equally far.
+    Laws come last, since each is a kernel and a fit of its own, and where a model leaves no more than noise they come
+    behind a more patient growth of it. There terms are exchanged first: those that explain a stretch alike do not
+    follow the records equally far.
     """
     here, tried = model.fitted(model), dict[str, str]()
-    more = here
-    if here.over_noise > FOLLOWED:
-        more, _ = pruned(grown(here, tried, told)[0], told)
-        if {*more.effects} != {*here.effects}:
-            yield more, before, ESCAPES
+    more, _ = pruned(grown(here, tried, told)[0], told)
+    if {*more.effects} != {*here.effects}:
+        yield more, before, ESCAPES
     if more.over_noise > FOLLOWED:
         yield with_a_law(here, more, tried, told)[0], before, ESCAPES
+        yield more, before, PATIENT
     else:
         yield from ((other, before, ESCAPES) for other in exchanges(more, told))
-    yield more, before, PATIENT
+        yield more, before, PATIENT
+        yield with_a_law(here, more, tried, told)[0], before, ESCAPES

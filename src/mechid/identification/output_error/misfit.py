@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from mechid.arrays import FloatArray
+from mechid.arrays import FloatArray, IntArray
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
@@ -24,6 +24,8 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 Window = tuple[int, int]
 """First and last-plus-one sample."""
+JUMP = 3.0
+"""Noise levels by which an output has to jump for its sample not to count: less is within what noise does."""
 FEWEST = 3
 """Points that are worth simulating side by side."""
 
@@ -139,11 +141,32 @@ class Piece:
         return self.block.stop - self.first
 
     def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
-        """Return r of channel k, (n,)."""
+        """Return r of channel k, (n,), each sample in whose interval the model jumps as the nearest before it.
+
+        What a recorder shows of a jump depends on its filter and on a share of the sample interval: the model's mean
+        over the interval is one reading of it. An impact in a gear is five noise levels high, and comes at every step.
+        """
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
-        return residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+        r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
+        jumped, instead = self._jumped(k)
+        r[jumped] = r[instead]
+        return r
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
-        """Write dr/dq of channel k as rows, (size, >= n)."""
+        """Write dr/dq of channel k as rows, (size, >= n), where the model jumps as `residual` has it."""
         at, own = self.misfit.coordinates, self.misfit
         at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)
+        jumped, instead = self._jumped(k)
+        rows[:, jumped] = rows[:, instead]
+
+    def _jumped(self, k: int) -> tuple[IntArray, IntArray]:
+        """Return the samples in whose interval channel k jumps, and those that stand in for them."""
+        jumps, output = self.block.jumps, self.misfit.outputs[k]
+        if not jumps.samples.size:
+            return jumps.samples, jumps.samples
+        found = jumps.beyond(JUMP * self.misfit.target.channels[k].sigma, output) - (self.first - self.block.start)
+        found = found[found >= 0]
+        others = np.setdiff1d(np.arange(self.samples), found)
+        if not others.size:
+            return others, others
+        return found, others[np.maximum(np.searchsorted(others, found) - 1, 0)]

@@ -36,10 +36,10 @@ class Model:
         stop: int,
         *,
         jacobian: bool = False,
-        events: int = 0,
+        events: int | None = None,
         block: int | None = None,
     ) -> Run:
-        """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches."""
+        """Begin the simulation of the first `stop` samples of a target at `q`; it logs so many switches, or jumps."""
         at, timing = self.coordinates, self.coordinates.timing(target, q)
         return self._simulator(target, self._start(target, q, carried=jacobian)).run(
             at.kernel(target, q),
@@ -66,6 +66,7 @@ class Model:
                 clock_ppm=timing.clock_ppm,
                 substeps=self.substeps,
                 samples=stop,
+                events=None,
             )
             for q, timing in zip(points, timings, strict=True)
         ]

@@ -45,16 +45,21 @@ MUCH_FURTHER = 2.0
 
 
 def searched(
-    watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int
+    watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...], seed: int, *, patient: bool = True
 ) -> tuple[SearchState, Growth | None]:
-    """Return the growth from the best starts, or None where none of them can be simulated."""
+    """Return the growth from the best starts, or None where none of them can be simulated.
+
+    Without patience it is that of the mechanism as written from the best start of all.
+    """
     found = _candidates(watch, state, seed)
     best = next(found, None)
     state = state.at(best.q) if best else state
     state = watch.close(state, "multi-start", names, best.cost if best else math.inf, POINTS)
     if best is None:
         return state, None
-    state, growth = _grown(watch, state, campaign, best, found, seed)
+    growth = _grown_first(watch, state, best, seed)
+    if patient and not growth.complete:
+        state, growth = _grown(watch, state, campaign, best, found, growth, seed)
     state = state.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     if state.before_raised:
@@ -74,17 +79,20 @@ def vouched(state: SearchState, near: Mapping[str, float]) -> tuple[SearchState,
     return state.of(problem), Growth(q, {t.name: t.samples for t in problem.targets}, True, 0)
 
 
+def _grown_first(watch: Watch, state: SearchState, best: Candidate, seed: int) -> Growth:
+    """Grow the mechanism as written from the best start."""
+    growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
+    return growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
+
+
 def _grown(
-    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], seed: int
-) -> tuple[SearchState, Growth]:
-    """Grow from the best start; failing that with terms beside the mechanism, at a raised noise level, with other laws.
+    watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
+    seed: int,
+) -> tuple[SearchState, Growth]:  # fmt: skip
+    """Grow with terms beside the mechanism, at a raised noise level, with other laws; `growth` is that without.
 
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
-    growth = _grow_best(watch, state, iter([best]), seed, escapes=FIRST_ESCAPES)
-    growth = growth if growth.complete else _grown_from_followed(watch, state, growth, seed)
-    if growth.complete:
-        return state, growth
     beside = grown_beside(watch, state, campaign, best.q, seed)
     laws_first = not explains(state.problem, best)  # then what is missing is no small thing
     if beside is None and laws_first:

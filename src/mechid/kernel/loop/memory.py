@@ -5,7 +5,7 @@ It knows no physics, only states, guards, edges and samples. One text serves all
 
 from __future__ import annotations
 
-from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, Numbers, njit
+from mechid.kernel.loop.plant import INNER, MOST_GUARDS, NG, NS, NY, Numbers, njit
 
 OK, DIVERGED, CHATTER = 0, 1, 2
 NEXT_SAMPLE, EDGE, EVENTS, STALE, ROWS, MODE = 0, 1, 2, 3, 4, 5  # places in `discrete`; modes, then armed guards
@@ -13,7 +13,8 @@ ARMED = MODE + NS
 GROUPS = ARMED + NS * MOST_GUARDS  # what moves in each group of lanes
 DISCRETE = GROUPS + NG
 GRID_START, GRID_INTERVAL, GRID_STEP, GRID_CLOSE = 0, 1, 2, 3  # places in `grid`
-EVENT_TIME, EVENT_SWITCH, EVENT_BEFORE, EVENT_AFTER, EVENT_SLOPE, EVENT_LANES = 0, 1, 2, 3, 4, 5  # and of an event
+EVENT_TIME, EVENT_SWITCH, EVENT_BEFORE, EVENT_AFTER, EVENT_SLOPE, EVENT_RISE = 0, 1, 2, 3, 4, 5  # and of an event
+EVENT_LANES = EVENT_RISE + NY
 LARGE = 1e9  # a measured quantity beyond this has diverged
 MOST_EVENTS = 64  # in one step
 THROWN = 1e-9  # a margin this far below zero, of its change over a step, did not come there by flowing

@@ -9,6 +9,7 @@ from mechid.kernel.loop.memory import (
     EVENT_AFTER,
     EVENT_BEFORE,
     EVENT_LANES,
+    EVENT_RISE,
     EVENT_SLOPE,
     EVENT_SWITCH,
     EVENT_TIME,
@@ -172,12 +173,14 @@ def add_jump(w: Numbers, y: Numbers, y_dot: Numbers, J: Numbers, row: int, sensi
 
 @njit(**INNER)
 def log_event(events: Numbers, most: int, discrete: Integers, w: Numbers, s: int, old_mode: int, slope: float) -> None:
-    """Note instant, switch, modes before and after, the guard's slope, and the instant's sensitivities."""
+    """Note instant, switch, modes before and after, slope of the guard, rise of the outputs, lanes of the instant."""
     at = discrete[EVENTS] * (EVENT_LANES + NL)
     if at < most:
         events[at + EVENT_TIME], events[at + EVENT_SLOPE] = w[AT_TIME], slope
         events[at + EVENT_SWITCH] = s
         events[at + EVENT_BEFORE], events[at + EVENT_AFTER] = old_mode, discrete[MODE + s]
+        for j in range(NY):
+            events[at + EVENT_RISE + j] = w[AT_PAIR + NY + j] - w[AT_PAIR + j]
         for l in range(NL):
             events[at + EVENT_LANES + l] = w[lane_place(ROW_DTAU, l)]
     discrete[EVENTS] += 1

@@ -1,0 +1,75 @@
+"""What a kernel has noted of the switches it met: all of them, or where the outputs jump at one, as at an impact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from types import ModuleType
+
+import numpy as np
+
+from mechid.arrays import FloatArray, IntArray
+from mechid.simulation.trajectory import Switching
+
+
+@dataclass(frozen=True)
+class Jumps:
+    """Samples in whose interval a switch makes outputs jump: what is recorded of one depends on the recorder.
+
+    Attributes
+    ----------
+    samples : (m,)
+        Counted from the first of a block; one with several jumps is there several times.
+    rises : (m, n_y)
+        Of each output.
+    """
+
+    samples: IntArray
+    rises: FloatArray
+
+    def beyond(self, rise: float, output: int) -> IntArray:
+        """Return the samples, each once, in whose interval an output jumps by more than `rise`."""
+        return np.unique(self.samples[np.abs(self.rises[:, output]) > rise])
+
+
+NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros((0, 0)))
+
+
+def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:
+    """Return the switches that a kernel has noted, with the derivatives of their instants along so many directions."""
+    table = _table(module, events, discrete)
+    switch, before, after = (
+        table[:, int(getattr(module, f"EVENT_{name}"))].astype(np.int64) for name in ("SWITCH", "BEFORE", "AFTER")
+    )
+    lanes = int(module.EVENT_LANES)
+    times, slopes = table[:, int(module.EVENT_TIME)].copy(), table[:, int(module.EVENT_SLOPE)].copy()
+    return Switching(times, switch, before, after, slopes, table[:, lanes : lanes + directions].copy())
+
+
+def noted_jumps(
+    module: ModuleType, events: FloatArray, discrete: IntArray, begin_s: float, interval_s: float, samples: int
+) -> Jumps:
+    """Return the jumps that a kernel has noted in a block, and let it forget them.
+
+    Parameters
+    ----------
+    module : ModuleType
+        The kernel's, which has the places.
+    events, discrete : arrays
+        As the kernel's `run` takes them.
+    begin_s, interval_s : float
+        Instant of the block's first sample, and the time between two, s.
+    samples : int
+        Of the block.
+    """
+    if not discrete[int(module.EVENTS)]:
+        return NO_JUMPS
+    table = _table(module, events, discrete)
+    discrete[int(module.EVENTS)] = 0
+    at = np.ceil((table[:, int(module.EVENT_TIME)] - begin_s) / interval_s - 1e-9).astype(np.int64)
+    within = (at >= 0) & (at < samples)
+    return Jumps(at[within], table[within, int(module.EVENT_RISE) : int(module.EVENT_LANES)].copy())
+
+
+def _table(module: ModuleType, events: FloatArray, discrete: IntArray) -> FloatArray:
+    """Return a row for each switch, of as many as there was room for."""
+    return events.reshape(-1, int(module.EVENT_LANES) + int(module.NL))[: discrete[int(module.EVENTS)]]
