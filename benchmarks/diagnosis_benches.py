@@ -1,8 +1,9 @@
 """Whether `mechid diagnose` names what a mechanism file lacks: benches with no, one or two effects left out.
 
 Each bench is that of `incomplete_benches.py`, searched for from the catalogue; where that has kept an estimate it is
-taken up, else the search comes first. One line of JSON is appended for each bench; what is in the folder already is not
-repeated, so a run may be stopped, taken up again, and done in pieces.
+taken up, else the search comes first. With --complete it goes the way of `mechid identify --complete`, from the
+catalogue to the fit with what is proposed. One line of JSON is appended for each bench; what is in the folder already
+is not repeated, so a run may be stopped, taken up again, and done in pieces.
 
     python benchmarks/diagnosis_benches.py --drawn 0:60 [--complete] [--fits FOLDER] [--out FOLDER]
     python benchmarks/diagnosis_benches.py --effects NAME ... --seeds 0:10 [--complete] [--fits FOLDER] [--out FOLDER]
@@ -28,7 +29,7 @@ from incomplete.names import false_names, names_of, unnamed
 from incomplete.summary import errors_of, rms
 from incomplete_benches import ESTIMATES, append, effect_named, read, seeds_from
 from mechid.campaign import Campaign, load_campaign
-from mechid.identification.diagnosis.completion import identified_with
+from mechid.identification.diagnosis.completion import examined, identified_with
 from mechid.identification.diagnosis.diagnosis import Diagnosis, diagnose
 from mechid.identification.identify import identify
 from mechid.identification.result.estimate_file import json_text
@@ -79,7 +80,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument("--effects", nargs="+", type=effect_named, default=[], metavar="NAME",
                         help=f"{NOTHING}, or of {', '.join(EFFECTS)}; several at once joined by +")  # fmt: skip
     parser.add_argument("--seeds", type=seeds_from, default=(0, 1), metavar="A:B", help="of --effects")
-    parser.add_argument("--complete", action="store_true", help="identify again with what is proposed")
+    parser.add_argument("--complete", action="store_true", help="from the catalogue to the fit with what is proposed")
     parser.add_argument("--fits", type=Path, help="folder of incomplete_benches.py, whose estimates are taken up")
     parser.add_argument("--summary", action="store_true", help="only print what the folder holds")
     parser.add_argument("--out", type=Path, default=OUT, help=f"folder to be continued, {OUT} by default")
@@ -96,13 +97,23 @@ def diagnosed(effect: str, seed: int, fits: Path, *, complete: bool) -> dict[str
     with tempfile.TemporaryDirectory() as folder:
         bench = make_bench(effect, seed, Path(folder))
         campaign = replace(load_campaign(bench.folder), mechanism=FAMILIES[1].catalogue())
-    estimate, search_s = _estimate(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
-    line = {"effect": effect, "seed": seed, "size": dict(bench.size), "search_s": search_s, "grade": estimate["grade"]}
-    if estimate["grade"] == Grade.FAILED:
-        return {**line, "wall_s": 0.0, "missing": [], "words": "the fit has failed", "completed": None}
-    began = time.perf_counter()
-    found = diagnose(campaign, estimate)
-    line |= {"wall_s": time.perf_counter() - began, **_said_of(found)}
+    line = {"effect": effect, "seed": seed, "size": dict(bench.size)}
+    began, began_cpu = time.perf_counter(), time.process_time()
+    if complete:
+        fit, found = examined(campaign)
+        estimate = fit.to_dict()
+    else:
+        estimate, line["search_s"] = _estimate(campaign, fits / ESTIMATES / f"{effect}-{seed}.json")
+        began, began_cpu = time.perf_counter(), time.process_time()
+        found = None if estimate["grade"] == Grade.FAILED else diagnose(campaign, estimate)
+    line |= {
+        "grade": estimate["grade"],
+        "wall_s": time.perf_counter() - began,
+        "cpu_s": time.process_time() - began_cpu,
+    }
+    if found is None:
+        return {**line, "missing": [], "words": "the fit has failed", "completed": None}
+    line |= _said_of(found)
     return {**line, "completed": _completed(campaign, estimate, found, bench.truth)} if complete else line
 
 
@@ -136,7 +147,7 @@ def _entry(one: Missing) -> dict[str, Any]:
 
 def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
     """Return the grade and the parameters beside the truth after the mechanism has what is proposed."""
-    began = time.perf_counter()
+    began, began_cpu = time.perf_counter(), time.process_time()
     if found.mechanism is None:
         grade, parameters = estimate["grade"], estimate["parameters"]
     else:
@@ -144,7 +155,8 @@ def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) 
         grade, parameters = fit["grade"], fit["parameters"]
     own = {name: {"truth": value, **{key: parameters[name][key] for key in ("value", "unit", "std_error")}}
            for name, value in truth.items()}  # fmt: skip
-    return {"grade": grade, "wall_s": time.perf_counter() - began, "parameters": own}
+    took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
+    return {"grade": grade, **took, "parameters": own}
 
 
 def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:
@@ -173,7 +185,11 @@ def said(line: dict[str, Any]) -> str:
     """Return a bench's line of progress."""
     named = ", ".join("|".join(entry) for entry in entries_of(line)) or "nothing"
     done = line.get("completed")
-    after = f"  then {done['grade']}, RMS z {rms(errors_of(done)):.2f}, near {is_near(done)}" if done else ""
+    after = (
+        f"  then {done['grade']} ({done['cpu_s']:.0f} s), RMS z {rms(errors_of(done)):.2f}, near {is_near(done)}"
+        if done
+        else ""
+    )
     return (f"{line['effect']:40} {line['seed']:4d} {line['grade']:6} {line['wall_s']:6.1f} s  "
             f"{'exact' if is_exact(line) else 'WRONG'}  {named}{after}")  # fmt: skip
 
@@ -201,6 +217,9 @@ def table(lines: Sequence[dict[str, Any]]) -> str:
         grades = {grade: sum(one["grade"] == grade for one in done) for grade in "ABC"}
         errors = [pair for one in done for pair in errors_of(one)]
         within = sum(map(is_near, done))
+        took = [line["cpu_s"] + line["completed"]["cpu_s"] for line in lines if line.get("completed")]
+        rows.append(f"from the catalogue to the completed fit: {median(took):.0f} s of CPU in the median, "
+                    f"{max(took):.0f} at most")  # fmt: skip
         rows.append(f"completed: {len(done)}, grades {grades}, within {NEAR_SIGMA:g} sigma and {NEAR_PERCENT:g} % "
                     f"(deg) of the truth {within} ({within / len(done):.0%}), RMS z {rms(errors):.2f}, worst "
                     f"{max((abs(z) for _, z in errors), default=math.nan):.1f}")  # fmt: skip

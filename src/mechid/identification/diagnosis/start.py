@@ -13,6 +13,7 @@ from mechid.identification.diagnosis.landscape import needed_effects
 from mechid.identification.disturbance.possible import possible
 from mechid.identification.identify import make_problem
 from mechid.identification.refit.reopened import MOVED, as_recorded
+from mechid.identification.result.grade import Grade
 from mechid.identification.result.terms_beside import TermsBeside
 from mechid.plant.superset import rivals_of, words_of
 
@@ -41,7 +42,9 @@ def _plain(campaign: Campaign, estimate: Mapping[str, Any], workers: int) -> Mod
     parameters = estimate["parameters"]
     campaign = as_recorded(campaign, estimate)
     values = _values_of(estimate)
-    moved = tuple(p.name for p in campaign.mechanism.free if parameters[p.name]["status"] in MOVED)
+    on_a_branch = estimate["grade"] == Grade.C  # where it holds a parameter, it may do so for that branch alone
+    free = campaign.mechanism.free
+    moved = tuple(p.name for p in free if on_a_branch or parameters[p.name]["status"] in MOVED)
     here = {name: value for name, value in values.items() if name in campaign.mechanism.parameters}
     mechanism = campaign.mechanism.with_values(here).with_free(moved)
     problem = make_problem(replace(campaign, mechanism=mechanism), workers)

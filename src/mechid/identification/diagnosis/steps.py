@@ -83,10 +83,10 @@ def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
     while len(model.effects) < MOST:
-        better = _one_more(model, tried, told)
+        better = one_more(model, tried, told)
         if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
             wider = with_periods_seen(model)
-            better = _one_more(wider, tried, told) if wider else None
+            better = one_more(wider, tried, told) if wider else None
         if better is None and model.over_noise > FOLLOWED:
             better = _exchanged(model, told)
         if better is None:
@@ -116,7 +116,7 @@ def exchanges(model: Model, told: Told) -> Iterator[Model]:
             yield model.exchanged(name, other)
 
 
-def _one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
+def one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
     for name in asked(model, landscape_of(model))[:TRIES]:
         if name in tried:

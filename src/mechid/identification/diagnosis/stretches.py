@@ -9,14 +9,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import Told, exchanges, grown, pruned
+from mechid.identification.diagnosis.steps import Told, exchanges, grown, one_more, pruned
 from mechid.identification.diagnosis.with_laws import with_a_law
 from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
+from mechid.identification.uncertainty.lowered_noise import levels_of
+from mechid.plant.superset import rivals_of
 
 ESCAPES = 1
 """Of a growth before anything is asked for: what is missing stops it again."""
@@ -27,8 +30,8 @@ QUIETER = 4
 """Times that noise levels are lowered by one growth at most."""
 ENOUGH = 0.3
 """Share of the records from which on effects are named: in less of them many imitate one another."""
-FURTHER = 1.001
-"""Times as much of the records as before, from which a round has led further."""
+FURTHER = 1.05
+"""Times as much of the records as before, from which a round has led further, unless it has led to their ends."""
 
 
 def in_stretches(before: Model, told: Told) -> Model | None:
@@ -47,12 +50,13 @@ def in_stretches(before: Model, told: Told) -> Model | None:
     if begun is None:
         return None
     model, growth = _followed(begun, before, ESCAPES)
+    rivals = _Rivals(before, told)
     for _ in range(ROUNDS):
         told(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
-        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, told))
-        further = next((each for each in attempts if _leads_further(*each, model)), None)
+        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, rivals, told))
+        further = next((each for each in attempts if _leads_further(*each, model, growth)), None)
         if further is None:
             break
         model, growth = further
@@ -64,9 +68,11 @@ def _percent(model: Model, growth: Growth) -> str:
     return f"{100.0 * growth.reached(model.problem):.1f} %"
 
 
-def _leads_further(model: Model, growth: Growth, other: Model) -> bool:
-    """Tell whether a model follows the records further than another does at the same noise levels."""
-    return growth.reached(model.problem) > FURTHER * reach(other.at_levels(model.problem))
+def _leads_further(model: Model, growth: Growth, other: Model, known: Growth) -> bool:
+    """Tell whether a model follows the records further than another does, of which it is known, at the same levels."""
+    same = levels_of(model.problem) == levels_of(other.problem)
+    before = known.reached(other.problem) if same else reach(other.at_levels(model.problem))
+    return growth.complete or growth.reached(model.problem) > FURTHER * before
 
 
 def reach(model: Model) -> float:
@@ -77,13 +83,31 @@ def reach(model: Model) -> float:
     return reached / sum(t.samples for t in problem.targets)
 
 
+class _Rivals:
+    """Models with a law each, at the best of its own starts: with another law of friction that is another one."""
+
+    def __init__(self, before: Model, told: Told) -> None:
+        self.before, self.told = before, told
+
+    @cached_property
+    def begun(self) -> list[Model]:
+        """Models with one law, the likeliest by the first moments first."""
+        found = []
+        considered = self.before.setting.considered
+        for law in [law for law in rivals_of(self.before.base, grown_only=True) if law.name in considered]:
+            self.told(f"starts with {law.name}")
+            begun = _from_best_start(self.before.in_place_of(law, law.mechanism))
+            found += [begun] if begun else []
+        return sorted(found, key=lambda one: one.cost)
+
+
 def _from_best_start(before: Model) -> Model | None:
-    """Return the mechanism as written at the best of all starts by the first moments; None where none is simulated."""
+    """Return a model at the best of all starts, with the cost that it has there; None where none can be simulated."""
     problem = before.problem
     anchored = problem.anchored
     starts = multistart(anchored, 0, problem.workers)
     best = next(candidates(anchored, starts, problem.workers), None)
-    return replace(before, q=problem.lifted(anchored, best.q, problem.start)) if best else None
+    return replace(before, q=problem.lifted(anchored, best.q, problem.start), cost=best.cost) if best else None
 
 
 def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]:
@@ -102,21 +126,31 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return whole, growth
 
 
-def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, Model, int]]:
-    """Yield what may follow the records further, as `_followed` wants it: with terms, then with laws.
+def _attempts(model: Model, before: Model, rivals: _Rivals, told: Told) -> Iterator[tuple[Model, Model, int]]:
+    """Yield what may follow the records further, as `_followed` wants it: with one term after another, then with laws.
 
-    Laws come last, since each is a kernel and a fit of its own, and where a model leaves no more than noise they come
-    behind a more patient growth of it. There terms are exchanged first: those that explain a stretch alike do not
-    follow the records equally far.
+    Each term may be the last one that is missing: further ones would explain what a branch that it leads away from
+    has left. Where a model leaves no more than noise terms are exchanged: those that explain a stretch alike do not
+    follow the records equally far. Laws come behind terms, since each is a kernel and a fit of its own, first from
+    where the model is, then from starts of their own. The model itself is grown more patiently behind the first law.
     """
     here, tried = model.fitted(model), dict[str, str]()
-    more, _ = pruned(grown(here, tried, told)[0], told)
+    more = here
+    while (better := one_more(more, tried, told)) is not None:
+        more = better
+        yield more, before, 0
+    more, _ = pruned(grown(more, tried, told)[0], told)
     if {*more.effects} != {*here.effects}:
         yield more, before, ESCAPES
-    if more.over_noise > FOLLOWED:
-        yield with_a_law(here, more, tried, told)[0], before, ESCAPES
-        yield more, before, PATIENT
-    else:
+    if more.over_noise <= FOLLOWED:
         yield from ((other, before, ESCAPES) for other in exchanges(more, told))
+    if model.laws:  # a second one is rarer than a branch
         yield more, before, PATIENT
-        yield with_a_law(here, more, tried, told)[0], before, ESCAPES
+    with_law, _ = with_a_law(here, more, tried, told)
+    if with_law is not more:
+        yield with_law, before, ESCAPES
+    if model.laws:
+        return
+    if model.share < ENOUGH:
+        yield from ((rival, before, 0) for rival in rivals.begun)
+    yield more, before, PATIENT

@@ -49,9 +49,14 @@ def _at_most(channel: TargetChannel, r: Series, window: tuple[int, int]) -> Targ
     return replace(channel, sigma=level) if level < clearly * channel.sigma else channel
 
 
+def levels_of(problem: Problem) -> dict[tuple[str, str], float]:
+    """Return the noise level of each record's channels, by record and quantity, SI."""
+    return {(t.name, c.quantity): c.sigma for t in problem.targets for c in t.channels}
+
+
 def at_these_levels(problem: Problem, other: Problem) -> Problem:
     """Return a problem with the levels of another one of the same records and channels."""
-    known = {(t.name, c.quantity): c.sigma for t in other.targets for c in t.channels}
+    known = levels_of(other)
 
     def one(target: Target) -> Target:
         return target.each(lambda c: replace(c, sigma=known.get((target.name, c.quantity), c.sigma)))
