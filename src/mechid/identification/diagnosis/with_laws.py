@@ -22,8 +22,9 @@ WORSE = "leaves more than the effects without it"
 
 def with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
     """Return the model with the laws that it may lack although it leaves no more than noise."""
-    steps: list[Step] = []
-    for law in [law for law in model.other_laws if law.hides]:
+    steps, asked = list[Step](), set[str]()
+    while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
+        asked.add(law.name)
         score, start = promise(model, law)
         if not counts(score):
             continue
@@ -42,16 +43,18 @@ def in_place_of_imitators(model: Model, told: Told) -> tuple[Model, list[Step]]:
 
     A low-pass delays all records alike: the delays of the records imitate it down to the noise, with more parameters.
     """
-    steps: list[Step] = []
+    fitted: list[tuple[Law, Model]] = []
     for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
         told(f"{law.name} is fitted in place of {law.imitated_by}")
         trial = _in_place(model, law)
-        other = trial.fitted(trial).regrown()
-        if _bic(other, model) < _bic(model, other):
-            steps += [step(other, removed=law.imitated_by), step(other, added=law.name)]
-            model, removed = pruned(other, told)
-            steps += removed
-    return model, steps
+        fitted.append((law, trial.fitted(trial).regrown()))
+    if not fitted:
+        return model, []
+    law, other = min(fitted, key=lambda pair: pair[1].cost)
+    if _bic(other, model) >= _bic(model, other):
+        return model, []
+    fewer, removed = pruned(other, told)
+    return fewer, [step(other, removed=law.imitated_by), step(other, added=law.name), *removed]
 
 
 def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
@@ -80,19 +83,29 @@ def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) 
 def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
     """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
     found: list[tuple[str, Model]] = []
-    for law in [law for law in before.other_laws if law.name not in smooth.laws]:
-        told(f"{law.name} is tried")
-        shares = []
-        for less in [smooth, before] if smooth.effects != before.effects else [before]:
+    models = [smooth, before] if smooth.effects != before.effects else [before]
+    of_each = [(less, _numbered(less)) for less in models]
+    for name, number in [key for key in _numbered(before) if key[0] not in smooth.laws]:
+        told(f"{name} is tried")
+        most = 0.0
+        for less, law in [(less, laws[name, number]) for less, laws in of_each if (name, number) in laws]:
             trial = _in_place(less, law)
             score = gain(less, trial)
-            shares.append(score.share)
+            most = max(most, score.share)
             if counts(score):
-                found.append((law.name, trial))
+                found.append((name, trial))
                 break
         else:
-            tried[law.name] = f"explains {100.0 * max(shares):.3g} % of the misfit in a fit"
+            tried[name] = f"explains {100.0 * most:.3g} % of the misfit in a fit"
     return sorted(found, key=lambda pair: pair[1].cost)
+
+
+def _numbered(model: Model) -> dict[tuple[str, int], Law]:
+    """Return the laws that a model has not, by name and number: one may have several starts."""
+    found: dict[tuple[str, int], Law] = {}
+    for law in model.other_laws:
+        found[law.name, sum(name == law.name for name, _ in found)] = law
+    return found
 
 
 def _in_place(model: Model, law: Law) -> Model:
