@@ -93,8 +93,8 @@ class _Rivals:
     def begun(self) -> list[Model]:
         """Models with one law, the likeliest by the first moments first."""
         found = []
-        considered = self.before.setting.considered
-        for law in [law for law in rivals_of(self.before.base, grown_only=True) if law.name in considered]:
+        laws = {law.name: law for law in rivals_of(self.before.base, grown_only=True)}  # a law's sizes have one box
+        for law in [law for name, law in laws.items() if name in self.before.setting.considered]:
             self.told(f"starts with {law.name}")
             begun = _from_best_start(self.before.in_place_of(law, law.mechanism))
             found += [begun] if begun else []

@@ -166,7 +166,12 @@ class Piece:
             return jumps.samples, jumps.samples
         found = jumps.beyond(JUMP * self.misfit.target.channels[k].sigma, output) - (self.first - self.block.start)
         found = found[found >= 0]
-        others = np.setdiff1d(np.arange(self.samples), found)
-        if not others.size:
-            return others, others
-        return found, others[np.maximum(np.searchsorted(others, found) - 1, 0)]
+        if found.size == self.samples:
+            return found[:0], found[:0]
+        clear = np.ones(self.samples, dtype=np.bool_)
+        clear[found] = False
+        begins = int(np.argmax(clear))  # of the samples before it none is clear
+        instead = found - 1
+        for i in np.flatnonzero(np.diff(found) == 1):
+            instead[i + 1] = instead[i]
+        return found, np.maximum(instead, begins)
