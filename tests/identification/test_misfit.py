@@ -1,9 +1,12 @@
 """One residual with one sign, and what a reader is told of the other one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mechid.identification.output_error.misfit import Misfit, misfit_series
+from layouts import LAYOUTS, changed, mechanism_of, paper_table
+from mechid.identification.output_error.misfit import JUMP, Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -57,3 +60,25 @@ def test_a_reader_is_told_what_the_measured_has_beside_the_model(made):
     assert told.offset == pytest.approx(OFFSET, rel=1e-9)
     assert told.drift == pytest.approx(DRIFT, rel=1e-9)
     assert told.residual_rms < 1e-12
+
+
+def test_a_sample_in_whose_interval_the_model_jumps_counts_as_the_one_before_it():
+    """Truth: the noise that was added, that of the sample before where a recorder shows 1 N m more at each impact."""
+    geared = mechanism_of(changed(paper_table(), LAYOUTS["backlash"]))
+    problem = Problem(SearchSpace(displaced(geared, {"gear.stiffness": 1.0})), ())
+    alone = target_of(record("full_46", np.zeros(SAMPLES), COMMANDS["full_46"]))
+    noise = 1e-3 * np.random.default_rng(5).standard_normal(SAMPLES)
+    torque = problem.model.predict(alone, problem.start, SAMPLES)[0] + noise
+    target = target_of(record("full_46", torque, COMMANDS["full_46"]))
+    sigma, jumped = target.leading.sigma, []
+    for block in problem.model.run(target, problem.start, SAMPLES).blocks():
+        jumped += (block.start + block.jumps.beyond(JUMP * sigma, 0)).tolist()
+    assert len(jumped) >= 20
+    spoilt = torque.copy()
+    spoilt[jumped] += 1.0
+    shown = replace(target, channels=(replace(target.leading, measured=spoilt),))
+    (r,) = misfit_series(problem.model, shown, problem.start, (0, SAMPLES))
+    clear = np.setdiff1d(np.arange(SAMPLES), jumped)
+    np.testing.assert_allclose(r[clear], -noise[clear], atol=1e-12)
+    before = clear[np.searchsorted(clear, jumped) - 1]
+    np.testing.assert_allclose(r[jumped], -noise[before], atol=1e-12)
