@@ -73,8 +73,8 @@ def identify(
         Values by name, in the file's units, that are close to the optimum, so that what they leave of the records is
         noise. Search and confirmation are left out; they have no effect where the file has stages.
     patient : bool
-        False ends the search where the mechanism as written does not follow the records from its best start: for a
-        diagnosis, which asks there for what is missing. It has no effect where the file has stages.
+        False ends the search where the mechanism does not follow the records from its best start, as written or with
+        terms beside: for a diagnosis, which asks there for what is missing. No effect where the file has stages.
 
     Returns
     -------

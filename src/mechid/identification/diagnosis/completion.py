@@ -72,8 +72,8 @@ def examined(
 ) -> tuple[Fit, Diagnosis | None]:
     """Return a fit of the mechanism as written and its diagnosis; none of a fit that has failed or was interrupted.
 
-    Where the best start does not follow the records, the diagnosis asks at once what is missing: a patient search with
-    all terms beside takes longer, and goes first only where that finds nothing that follows them.
+    Where the best start does not follow the records, as written or with terms beside, the diagnosis asks at once what
+    is missing: a patient search takes longer, and goes first only where that finds nothing that follows them.
     """
     fit = identified(campaign, seed=seed, workers=workers, listener=listener, journal=journal, near=near, patient=False)
     if fit.outcome is FitOutcome.INTERRUPTED:

@@ -49,7 +49,7 @@ def searched(
 ) -> tuple[SearchState, Growth | None]:
     """Return the growth from the best starts, or None where none of them can be simulated.
 
-    Without patience it is that of the mechanism as written from the best start of all.
+    Without patience it is that from the best start of all, of the mechanism as written, or with terms beside it.
     """
     found = _candidates(watch, state, seed)
     best = next(found, None)
@@ -58,8 +58,12 @@ def searched(
     if best is None:
         return state, None
     growth = _grown_first(watch, state, best, seed)
-    if patient and not growth.complete:
-        state, growth = _grown(watch, state, campaign, best, found, growth, seed)
+    if not growth.complete:
+        beside = grown_beside(watch, state, campaign, best.q, seed)
+        if beside is not None:
+            state, growth = beside
+        elif patient:
+            state, growth = _grown(watch, state, campaign, best, found, growth, seed)
     state = state.at(growth.q, growth.horizons)
     followed = "all records followed to their ends" if growth.complete else "not all records followed"
     if state.before_raised:
@@ -89,14 +93,12 @@ def _grown(
     watch: Watch, state: SearchState, campaign: Campaign, best: Candidate, found: Iterator[Candidate], growth: Growth,
     seed: int,
 ) -> tuple[SearchState, Growth]:  # fmt: skip
-    """Grow with terms beside the mechanism, at a raised noise level, with other laws; `growth` is that without.
+    """Grow with other laws, at a raised noise level, from other starts; `growth` is that of the mechanism as written.
 
     A raised level is also where the terms begin from once more: it leads to the right branch, if not to the values.
     """
-    beside = grown_beside(watch, state, campaign, best.q, seed)
     laws_first = not explains(state.problem, best)  # then what is missing is no small thing
-    if beside is None and laws_first:
-        beside = grown_rivals(watch, state, campaign, seed)
+    beside = grown_rivals(watch, state, campaign, seed) if laws_first else None
     if beside is not None:
         return beside
     louder = _grown_louder(watch, state, growth, seed)
