@@ -1,7 +1,7 @@
 """What `mechid check` and `mechid identify` say of campaigns in which one thing is wrong.
 
     python benchmarks/wrong_campaigns.py [--command check|identify] [--only NAME ...] [--folder DIR] [--out FILE]
-                                         [--cpu-limit SECONDS] [--from-truth]
+                                         [--cpu-limit SECONDS] [--from-truth] [--short]
 
 Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is
 whether a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the
@@ -23,7 +23,7 @@ from typing import Any
 
 from mechid.campaign.bench import TRUTH
 from mechid.writing import write_whole
-from wrong.bench import Files, right_files
+from wrong.bench import Files, right_files, shorten
 from wrong.cases import Case, cases
 
 FIRST = 3
@@ -37,9 +37,12 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     parser.add_argument("--folder", type=Path, help="where the campaigns are kept; else a temporary one")
     parser.add_argument("--from-truth", action="store_true", help="identify from the true values, for less time")
+    parser.add_argument("--short", action="store_true", help="records of 6 s in all instead of 18")
     parser.add_argument("--cpu-limit", type=int, default=3600, help="CPU seconds of one run", metavar="SECONDS")
     parser.add_argument("--out", type=Path, help="JSON of all rows, taken up again")
     arguments = parser.parse_args()
+    if arguments.short:
+        shorten()
     resource.setrlimit(resource.RLIMIT_CPU, (arguments.cpu_limit, resource.RLIM_INFINITY))
     rows = json.loads(arguments.out.read_text()) if arguments.out and arguments.out.exists() else {}
     with tempfile.TemporaryDirectory() as temporary:

@@ -46,6 +46,16 @@ def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
     yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
 
 
+def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    if any(t.clock for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
+        return
+    names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
+    own = {record: (_free(name, CLOCK, 0.0, CLOCK_PPM),) for record, name in names.items()}
+    yield Disturbance(
+        "record.clock", "the driver's clock, or the recorder's, runs at another rate in some records", own
+    )
+
+
 def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
     known = [t for t in stepped if not t.time_offset.is_free]
     own = {t.name: (_free(t.time_offset.name, t.time_offset.declaration, t.time_offset.value, DELAY_S),) for t in known}
@@ -82,6 +92,7 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
 
 _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
     "clock": _clock,
+    "record.clock": _own_clocks,
     "record.delay": _delay,
     "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
     "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),
