@@ -15,10 +15,10 @@ from pathlib import Path
 import numpy as np
 
 from mechid.campaign.bench import TRUTH, write_bench
+from mechid.fleets.files import write_fleet
 from mechid.fleets.fleet import Fleet, fleet
-from mechid.fleets.hand_off import write_fleet
 from mechid.fleets.numbers import fleet_data
-from mechid.reports.fleet.writing import write_fleet_report
+from mechid.reports.fleet.files import write_fleet_report
 
 SPREAD, SPREAD_DEG = 0.02, 3.0
 COPPER, VISCOUS = 0.0039, -0.004

@@ -24,15 +24,15 @@ PARTS = {
     "suggestions": ("mechid.reports.identified", "with_suggestions"),
     "validation": ("mechid.reports.identified", "validate"),
     "results": ("mechid.reports.identified", "write_results"),
-    "curves": ("mechid.reports.illustration", "record_curves"),
-    "page": ("mechid.reports.writing", "report_page"),
-    "equations": ("mechid.reports.writing", "equations_mathml"),
+    "curves": ("mechid.reports.fit.illustration", "record_curves"),
+    "page": ("mechid.reports.fit.files", "report_page"),
+    "equations": ("mechid.reports.fit.files", "equations_mathml"),
     "terminal": ("mechid.cli.identification", "print_report"),
     "declarations": ("mechid.interface.look", "declaration_warnings"),
     "starts and chaos": ("mechid.interface.look", "start_warnings"),
 }
 """Name of a part -> module and name of the function that does it."""
-LATE = {"mechid.reports.writing"}
+LATE = {"mechid.reports.fit.files"}
 """Modules that a command imports only when it comes to them."""
 
 Seconds = dict[str, float]

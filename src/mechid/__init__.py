@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from mechid.campaign.catalogue import catalogue_mechanism
     from mechid.campaign.identify_options import IdentifyOptions
     from mechid.campaign.in_code import RecordEntry, make_campaign, make_command, make_mechanism, make_record
+    from mechid.campaign.in_files import write_campaign
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
     from mechid.command.rate import RateProfile
@@ -67,6 +68,7 @@ _NAMES = {
     "campaign.catalogue": ("catalogue_mechanism",),
     "campaign.identify_options": ("IdentifyOptions",),
     "campaign.in_code": ("RecordEntry", "make_campaign", "make_command", "make_mechanism", "make_record"),
+    "campaign.in_files": ("write_campaign",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
     "command.rate": ("RateProfile",),
@@ -178,6 +180,7 @@ __all__ = [
     "simulate",
     "simulate_all",
     "validate",
+    "write_campaign",
     "write_mechanism",
 ]
 

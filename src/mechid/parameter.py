@@ -11,6 +11,8 @@ import math
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from mechid.units import angle_difference
+
 
 class Status(StrEnum):
     """What the fit may do, or has done, with a parameter."""
@@ -141,5 +143,5 @@ class Parameter:
     def moved_to(self, value: float) -> Parameter:
         """Return the same parameter at another value; a periodic one is wrapped to [-180, 180) if it lies outside."""
         if self.is_periodic and not -180.0 <= value < 180.0:
-            value = (value + 180.0) % 360.0 - 180.0
+            value = angle_difference(value)
         return replace(self, value=value)

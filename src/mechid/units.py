@@ -9,12 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from mechid.arrays import FloatArray
 from mechid.errors import RecordError, did_you_mean
 
 if TYPE_CHECKING:
     from pint import Unit, UnitRegistry
+
+Angle = TypeVar("Angle", float, FloatArray)
 
 SI_UNIT: Mapping[str, str] = {
     "time": "s",
@@ -69,6 +72,17 @@ SPELLED_OUT: Mapping[str, str] = {
 _ANGLE_UNITS = ("radian", "degree", "arcminute", "arcsecond", "grade", "turn", "revolutions_per_minute")
 _PLAIN_TEXT = re.compile(r"[A-Za-z0-9µμ°·*/^(). -]{1,40}")
 _POWER_OF_NUMBER = re.compile(r"[0-9).]\s*(?:\^|\*\s*\*)")
+
+
+def angle_difference(angle_deg: Angle, from_deg: float = 0.0) -> Angle:
+    """Return how far an angle is from another one the short way round, in [-180, 180) deg.
+
+    Examples
+    --------
+    >>> angle_difference(179.0, -179.0), angle_difference(-179.0, 179.0), angle_difference(180.0)
+    (-2.0, 2.0, -180.0)
+    """
+    return (angle_deg - from_deg + 180.0) % 360.0 - 180.0
 
 
 def to_si_factor(unit: str, quantity: str) -> float:

@@ -16,7 +16,7 @@ from mechid.budgets.pointing_error import PointingError, Source
 from mechid.budgets.profile_run import ProfileResponse
 from mechid.errors import InputFileError, UsageError
 from mechid.identification.result.estimate_file import json_text
-from mechid.reports.budget.writing import write_budget_report
+from mechid.reports.budget.files import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 ROW = Kind(

@@ -9,20 +9,20 @@ import pytest
 
 from incomplete.benches import make_bench, true_record
 from mechid.campaign import load_campaign
+from mechid.campaign.in_files import command_text
 from mechid.command import Command, RateProfile
 from mechid.designs.candidates import CandidateChoice
 from mechid.designs.design import make_design
 from mechid.designs.design_file import DesignOptions, Limits
-from mechid.designs.hand_off import design_data
+from mechid.designs.numbers import design_data
 from mechid.designs.planned import PlannedRecord
-from mechid.designs.proposal import command_text
 from mechid.designs.rivals import Group, fitted_alike
 from mechid.designs.separating import separation
 from mechid.designs.separation import CLEAR, refitted
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.diagnosis.candidate import Model, Setting
 from mechid.identification.identify import make_problem
-from mechid.reports.design import write_design
+from mechid.reports.design.files import write_design
 
 LOG = logging.getLogger(__name__)
 KNOWN = ("micro_res", "full_slow")

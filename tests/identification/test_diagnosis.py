@@ -23,9 +23,11 @@ from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
 from mechid.reports import report_data
-from mechid.reports.diagnosis import DATA_NAME, PROPOSED_NAME, diagnosis_data, print_diagnosis, write_diagnosis
-from mechid.reports.evidence import evidence_lines
-from mechid.reports.terminal import console_on
+from mechid.reports.console import console_on
+from mechid.reports.diagnosis.contents import diagnosis_data
+from mechid.reports.diagnosis.evidence import evidence_lines
+from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis
+from mechid.reports.diagnosis.terminal import print_diagnosis
 from mechid.signal.strongest import strongest
 from synthetic import COMMANDS, RATE_HZ, TRUTH, campaign, measured, record
 

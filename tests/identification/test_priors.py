@@ -7,7 +7,7 @@ import pytest
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.identification.identify import identify
 from mechid.identification.search.solve import NEGLIGIBLE
-from mechid.reports.tables import report_data
+from mechid.reports.fit.numbers import report_data
 from synthetic import bench, displaced, truth
 
 DAMPING = "gear.damping"

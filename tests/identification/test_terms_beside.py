@@ -26,9 +26,9 @@ from mechid.identification.result.search_state import SearchState
 from mechid.identification.search.solve import solve
 from mechid.plant.superset import superset_of
 from mechid.reports import print_report, report_data
-from mechid.reports.lacking import CLEAR_WORDS, NONE_CLEAR
-from mechid.reports.results import estimated_text, write_results
-from mechid.reports.writing import write_report
+from mechid.reports.fit.files import write_report
+from mechid.reports.fit.lacking import CLEAR_WORDS, NONE_CLEAR
+from mechid.reports.fit.results import estimated_text, write_results
 from printing import printed
 from synthetic import TRUTH, bench, displaced, truth
 

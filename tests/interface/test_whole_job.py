@@ -8,6 +8,7 @@ from matplotlib import pyplot
 from scipy.signal import StateSpace
 
 import mechid
+from mechid.campaign.catalogue_values import CATALOGUE
 
 TRUTH = {"gear.stiffness": 2000.0, "gear.damping": 0.45}
 NOISE_NM, RATE_HZ, SECONDS = 0.002, 10_000.0, 0.25
@@ -77,6 +78,28 @@ def test_what_is_left_of_a_record_held_out_is_its_noise(campaign, fit):
     assert "micro_46" in str(judged)
     channel = judged["micro_46"].channels["torque"]
     assert channel.residual_rms == pytest.approx(NOISE_NM, rel=0.05)
+
+
+@pytest.mark.slow
+def test_what_the_mechanism_lacks_is_named_of_samples_in_memory(mechanism):
+    """Truth: the harmonic of the torque constant that made the records."""
+    harmonic = {"order": 3, "amplitude": 0.01, "phase_deg": 40.0}
+    tables = {**CATALOGUE, "stepper": {**CATALOGUE["stepper"], "torque_harmonic": [harmonic]}}
+    planned = [mechid.make_record(name, command=command) for name, command in COMMANDS.items()]
+    bench = mechid.make_campaign(mechid.make_mechanism(tables).with_values(TRUTH), planned)
+    rng = np.random.default_rng(11)
+    records = []
+    for name, command in COMMANDS.items():
+        run = mechid.simulate(bench, name, sample_rate_hz=RATE_HZ, duration_s=SECONDS)
+        torque = run.torque + NOISE_NM * rng.standard_normal(run.time.size)
+        records.append(mechid.make_record(name, torque, sample_rate_hz=RATE_HZ, command=command))
+    campaign = mechid.make_campaign(mechanism, records)
+    fit = mechid.identify(campaign, workers=1)
+    found = mechid.diagnose(campaign, fit, consider=["stepper.torque_harmonic"], workers=1)
+    assert [one.name for one in found.missing] == ["stepper.torque_harmonic:3"]
+    own = found.missing[0].parameters
+    (amplitude,) = (p for name, p in own.items() if name.endswith("amplitude"))
+    assert abs(amplitude.value - 0.01) < 4.0 * amplitude.std_error
 
 
 def test_intervals_by_profile_and_by_draws_hold_the_truth(campaign, fit):

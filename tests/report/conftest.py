@@ -21,7 +21,7 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.parameter import Status
 from mechid.reports import report_data
-from mechid.reports.writing import write_report
+from mechid.reports.fit.files import write_report
 from mechid.signal import LjungBox, TheilInequality
 from synthetic import COMMANDS, displaced, measured
 

@@ -18,9 +18,9 @@ from mechid.budgets.numbers import budget_data
 from mechid.identification.result.estimate_file import json_text
 from mechid.reports.budget.contents import budget_contents
 from mechid.reports.budget.figures import budget_figures
+from mechid.reports.budget.files import write_budget_report
 from mechid.reports.budget.terminal import print_budget
 from mechid.reports.budget.verdict import budget_verdict
-from mechid.reports.budget.writing import write_budget_report
 from paper_estimate import write_estimate_of_paper
 
 HOSTILE = "<img src=x onerror=document.title='taken'>"

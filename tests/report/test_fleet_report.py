@@ -12,9 +12,9 @@ from browser import chromium, faults, requests, shown
 from estimates import free
 from mechid.fleets.numbers import fleet_data
 from mechid.reports.fleet.contents import fleet_contents
+from mechid.reports.fleet.files import write_fleet_report
 from mechid.reports.fleet.terminal import print_fleet
 from mechid.reports.fleet.verdict import fleet_verdict
-from mechid.reports.fleet.writing import write_fleet_report
 from synthetic_fleet import Truth, quoted, write_fit, write_fleet_file
 
 HOSTILE = "<img src=x onerror=document.title='taken'>"

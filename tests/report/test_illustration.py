@@ -9,7 +9,7 @@ import pytest
 
 from mechid.analysis import validate
 from mechid.reports import pens as pens_module
-from mechid.reports.illustration import Illustration
+from mechid.reports.fit.illustration import Illustration
 from mechid.reports.pens import Pens
 from mechid.reports.sheet import Sheet
 

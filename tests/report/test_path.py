@@ -6,10 +6,10 @@ from dataclasses import replace
 import pytest
 
 from mechid.reports import print_report, report_data
-from mechid.reports.markdown import report_markdown
-from mechid.reports.page import report_page
-from mechid.reports.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
-from mechid.reports.shared_tables import path_table
+from mechid.reports.fit.markdown import report_markdown
+from mechid.reports.fit.page import report_page
+from mechid.reports.fit.path import COMPLETED_TITLE, PATH_COLUMNS, completed_data, path_rows
+from mechid.reports.fit.tables import path_table
 from printing import printed
 
 STEPS = (

@@ -12,7 +12,7 @@ from scipy.fft import prev_fast_len
 from mechid.analysis.prediction import predict
 from mechid.errors import InputFileError
 from mechid.reports.curves import record_curves
-from mechid.reports.results import read_truth
+from mechid.reports.fit.results import read_truth
 
 SVG = "{http://www.w3.org/2000/svg}"
 FIGURES = {

@@ -3,7 +3,7 @@
 import pytest
 
 from mechid.designs.separation import CLEAR
-from mechid.reports.rivals import pair_rows, rival_lines
+from mechid.reports.design.rivals import pair_rows, rival_lines
 
 NAMES = ["stepper.detent:7.2deg", "stepper.phase_offset"]
 CANDIDATES = [

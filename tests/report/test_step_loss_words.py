@@ -2,7 +2,8 @@
 
 import pytest
 
-from mechid.reports.design import hole_lines, limit_words
+from mechid.reports.design.tables import limit_words
+from mechid.reports.design.verdict import hole_lines
 
 SEARCHED = [4.0, 4000.0]
 

@@ -6,7 +6,7 @@ import pytest
 
 from mechid.identification.result.estimate_file import json_text
 from mechid.reports import report_data
-from mechid.reports.shared_tables import beside_table, stage_table
+from mechid.reports.fit.tables import beside_table, stage_table
 from mechid.reports.table import Table
 from printing import printed
 

@@ -12,6 +12,7 @@ from mechid.analysis.hypothesis import Believed, Hypothesis, read_hypotheses
 from mechid.analysis.preference import Preference, cautions, preference
 from mechid.parameter import Status
 from mechid.shown import Shown
+from mechid.units import angle_difference
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,7 +142,5 @@ def _difference(first: Believed | None, other: Believed | None) -> float | None:
     if first is None or other is None:
         return None
     sigma = max(first.std_error or 0.0, other.std_error or 0.0)
-    difference = other.value - first.value
-    if first.unit == "deg":
-        difference = (difference + 180.0) % 360.0 - 180.0
+    difference = angle_difference(other.value, first.value) if first.unit == "deg" else other.value - first.value
     return difference / sigma if sigma > 0.0 and math.isfinite(difference) else None

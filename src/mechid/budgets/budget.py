@@ -184,9 +184,21 @@ class _Maker:
         }
         exerted = tuple(emission(r, self.estimate, mode.highest_hz, file.seed) for r in responses)
         made = ModeBudget(
-            mode, responses, states, None, worst, rms_bands(responses, self.estimate, file.seed), exerted, two_way,
-            None, gain, levels, self._two_way_levels(two_way), (), avoid,
-        )  # fmt: skip
+            mode,
+            responses,
+            states,
+            None,
+            worst,
+            rms_bands(responses, self.estimate, file.seed),
+            exerted,
+            two_way,
+            None,
+            gain,
+            levels,
+            self._two_way_levels(two_way),
+            (),
+            avoid,
+        )
         return self._with_standings(made)
 
     def _joined(

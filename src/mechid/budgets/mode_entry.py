@@ -16,8 +16,16 @@ from mechid.command.entry import is_table, is_whole
 from mechid.command.rate_entry import RATE_KEYS
 
 KEYS = (
-    "name", "command", "rates", "rate_range", "settle_s", "highest_hz", "duration_s", "rms_window_s", "duty",
-)  # fmt: skip
+    "name",
+    "command",
+    "rates",
+    "rate_range",
+    "settle_s",
+    "highest_hz",
+    "duration_s",
+    "rms_window_s",
+    "duty",
+)
 STEADY_KEYS, PROFILE_KEYS = ("rates", "rate_range", "settle_s"), ("duration_s", "rms_window_s")
 RATE_REMEDY = "write rate_range = { from = 10.0, to = 120.0, count = 45 } or rates = [23.0, 46.0]"
 MOST_RATES, LONGEST_S = 2000, 600.0

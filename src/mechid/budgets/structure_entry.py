@@ -19,9 +19,18 @@ from mechid.structure import Location, Modes, Selection, Structure, read_structu
 from mechid.structure.selection import DIRECTIONS, ROTATIONS
 
 KEYS = (
-    "file", "interface", "line_of_sight", "damping", "length_unit_m", "mass_unit_kg", "highest_hz",
-    "attitude_control", "coupled_below_hz", "directions", "frame",
-)  # fmt: skip
+    "file",
+    "interface",
+    "line_of_sight",
+    "damping",
+    "length_unit_m",
+    "mass_unit_kg",
+    "highest_hz",
+    "attitude_control",
+    "coupled_below_hz",
+    "directions",
+    "frame",
+)
 OF_BUDGET = ("attitude_control", "coupled_below_hz", "frame")
 """Keys that are no matter of the structure's file."""
 TABLE_REMEDY = "write a table, [structure]"

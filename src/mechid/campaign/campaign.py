@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from mechid.campaign.identify_options import IdentifyOptions
 from mechid.command import Command, Timing
@@ -13,6 +14,7 @@ from mechid.errors import UsageError, did_you_mean
 from mechid.parameter import Declaration, Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Mounting, Record, RecordSpec
+from mechid.records.in_memory import SampleColumns
 
 Use: TypeAlias = Literal["estimate", "validate"]
 
@@ -169,6 +171,22 @@ class Stage:
     free: tuple[str, ...]
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class InCode:
+    """What a campaign that is in no file was made of.
+
+    Parameters
+    ----------
+    entries : mapping
+        What campaign.toml would hold of it.
+    samples : mapping of str to SampleColumns
+        By the names of the records that were measured.
+    """
+
+    entries: Mapping[str, Any]
+    samples: Mapping[str, SampleColumns]
+
+
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Campaign:
     """Records, mechanism and stages that belong together.
@@ -189,6 +207,8 @@ class Campaign:
         Names of the effects that a diagnosis looks for; empty where it looks for all.
     warnings : tuple of str
         What is odd and yet usable, one line each.
+    source : InCode or None
+        What it was made of; None where it was read from files.
     """
 
     path: Path
@@ -200,6 +220,7 @@ class Campaign:
     options: IdentifyOptions = field(default_factory=IdentifyOptions)
     considered: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    source: InCode | None = None
 
     def __repr__(self) -> str:
         names = ", ".join(record.name for record in self.records)

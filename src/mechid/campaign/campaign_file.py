@@ -24,7 +24,11 @@ MECHANISM_REMEDY = 'write the name of the mechanism file, as mechanism = "mechan
 
 
 def load_campaign(
-    path: Path | str, *, read_records: bool = True, need_files: bool | None = None, mechanism_file: Path | None = None
+    path: Path | str,
+    *,
+    read_records: bool = True,
+    need_files: bool | None = None,
+    mechanism_file: Path | str | None = None,
 ) -> Campaign:
     """Return the campaign that a file describes, its records read.
 
@@ -37,7 +41,7 @@ def load_campaign(
     need_files : bool or None
         Whether a record without a file is refused; None refuses it where records are read. Without one it is
         planned: enough to check, to simulate and to design the test.
-    mechanism_file : Path or None
+    mechanism_file : Path, str or None
         In place of the one that the campaign file names.
 
     Returns
@@ -61,7 +65,7 @@ def load_campaign(
     file = _campaign_file(Path(path))
     table, place = read_toml(file, "campaign"), Place(file.name)
     refuse_unknown_keys(table, KEYS, place)
-    mechanism_path = mechanism_file or file.parent / _mechanism(table, place)
+    mechanism_path = file.parent / _mechanism(table, place) if mechanism_file is None else Path(mechanism_file)
     refuse_empty_commands(table, place, mechanism_path)
     need_files = read_records if need_files is None else need_files
     sources = Sources(file.parent, lambda: read_mechanism(mechanism_path), _read, need_files, read_records)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from mechid.campaign.campaign import Campaign, CampaignRecord, Use
+from mechid.campaign.campaign import Campaign, CampaignRecord, InCode, Use
 from mechid.campaign.joined_campaign import KEYS, Sources, joined_campaign
 from mechid.campaign.mechanism_file import mechanism_from_table
 from mechid.campaign.place import Place, refuse_unknown_keys
@@ -232,7 +232,8 @@ def make_campaign(
     Returns
     -------
     Campaign
-        The same as `load_campaign` reads of files; it belongs to no file, and commands do not see it.
+        The same as `load_campaign` reads of files; it belongs to no file, and commands see it once
+        `write_campaign` has written it.
 
     Raises
     ------
@@ -263,7 +264,8 @@ def make_campaign(
 
     sources = Sources(Path(), lambda: mechanism, samples, need_files=False)
     made = joined_campaign(table, place, sources, path=Path(name) / "campaign", mechanism_path=Path(name) / "mechanism")
-    return replace(made, records=tuple(replace(record, file=None) for record in made.records))
+    source = InCode(entries=table, samples={name: columns for name, columns in held.items() if columns is not None})
+    return replace(made, records=tuple(replace(record, file=None) for record in made.records), source=source)
 
 
 def own_record(entry: RecordEntry) -> tuple[Record, Command | None]:

@@ -19,7 +19,7 @@ def demo(
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.holding import held
-    from mechid.reports.writing import PAGE_NAME
+    from mechid.reports.fit.files import PAGE_NAME
 
     refuse_measured_campaign(out)
     with held(out):

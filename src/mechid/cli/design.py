@@ -37,7 +37,7 @@ def design(
     from mechid.holding import held
     from mechid.interface.design import design as designed
     from mechid.interface.finished_fit import finished_fit
-    from mechid.reports.design import refuse_own_folder
+    from mechid.reports.design.files import refuse_own_folder
 
     loaded = load_campaign(campaign, read_records=False)
     refuse_own_folder(loaded.path, out)

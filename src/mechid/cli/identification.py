@@ -14,8 +14,8 @@ from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import print_report
+from mechid.reports.console import console_on
 from mechid.reports.identified import Audience, identified_into
-from mechid.reports.terminal import console_on
 
 INTERRUPTED = 130
 

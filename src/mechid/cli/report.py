@@ -20,7 +20,7 @@ def report(
     from mechid.interface.identification import load_fit
     from mechid.interface.report import report as reported
     from mechid.reports import read_truth
-    from mechid.reports.terminal import console_on, print_lines
+    from mechid.reports.console import console_on, print_lines
 
     read_truth(folder)
     with held(folder):

@@ -24,8 +24,8 @@ def simulate(
     from mechid.campaign.trajectory_file import refuse_measured, write_trajectories
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.holding import held
+    from mechid.reports.console import console_on, print_lines
     from mechid.reports.simulated import print_simulated, simulated_data
-    from mechid.reports.terminal import console_on, print_lines
 
     loaded = load_campaign(campaign, need_files=False)
     with held(out):

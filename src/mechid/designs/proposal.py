@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from mechid.campaign.in_files import command_text
 from mechid.campaign.templates import MECHANISM_NAME, RecordDraft, campaign_text
 from mechid.campaign.toml_file import toml_number, toml_text
-from mechid.command import Command
 from mechid.designs.design import Design
 from mechid.designs.planned import PlannedRecord
 
@@ -17,36 +17,6 @@ GUIDE = """\
 Proposed by mechid design. Drive each record as its command says, from rest, and put the measured file in its place:
 one header line, time_s,torque_Nm. {records}, {seconds:.0f} s with {between:g} s between them; {chosen_by}.
 Lengths and noise stand in design.toml beside this file: mechid design on this folder takes them from there."""
-
-
-def command_text(command: Command) -> str:
-    """Return a command as a campaign file writes it.
-
-    Examples
-    --------
-    >>> from mechid.command import RateProfile
-    >>> command_text(Command(stepping="micro", microsteps=16, rate=RateProfile.constant(46.0)))
-    '{ stepping = "micro", microsteps = 16, rate = 46.0 }'
-    """
-    entries = [f"stepping = {toml_text(command.stepping)}"]
-    if command.stepping == "micro":
-        entries.append(f"microsteps = {command.microsteps}")
-    entries.append(_rate(command))
-    if command.start_angle_deg:
-        entries.append(f"start_angle_deg = {toml_number(command.start_angle_deg)}")
-    if command.waveform != "cosine":
-        entries.append(f"waveform = {toml_text(command.waveform)}")
-    if command.start != "commanded":
-        entries.append(f"start = {toml_text(command.start)}")
-    return "{ " + ", ".join(entries) + " }"
-
-
-def _rate(command: Command) -> str:
-    times, rates = command.rate.times_s, command.rate.rates
-    if len(times) == 1:
-        return f"rate = {toml_number(rates[0])}"
-    pairs = ", ".join(f"[{toml_number(t)}, {toml_number(r)}]" for t, r in zip(times, rates, strict=True))
-    return f"rate_profile = [{pairs}]"
 
 
 def proposed_campaign(design: Design, data: Mapping[str, Any], folder: Path) -> str:

@@ -5,20 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.units import angle_difference
 
 UNKNOWN_DEG = 180.0 / np.sqrt(3.0)
 """Standard deviation of an angle of which nothing is known; an estimate with that error or more says nothing."""
-
-
-def wrapped(angle_deg: FloatArray | float) -> FloatArray:
-    """Return angles in [-180, 180).
-
-    Examples
-    --------
-    >>> float(wrapped(190.0))
-    -170.0
-    """
-    return (np.asarray(angle_deg, dtype=np.float64) + 180.0) % 360.0 - 180.0
 
 
 def unwrapped(angles_deg: FloatArray, errors_deg: FloatArray) -> FloatArray:
@@ -30,5 +20,5 @@ def unwrapped(angles_deg: FloatArray, errors_deg: FloatArray) -> FloatArray:
     [-181.0, -179.0]
     """
     weights = 1.0 / (np.square(errors_deg) + 1.0)
-    centre = wrapped(np.degrees(np.angle(np.sum(weights * np.exp(1j * np.radians(angles_deg))))))
-    return centre + wrapped(angles_deg - centre)
+    centre = angle_difference(float(np.degrees(np.angle(np.sum(weights * np.exp(1j * np.radians(angles_deg)))))))
+    return centre + angle_difference(angles_deg, centre)

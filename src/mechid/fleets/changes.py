@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from mechid.fleets.angles import wrapped
 from mechid.fleets.observed import Observed
 from mechid.fleets.regression import common
 from mechid.fleets.spread import LEAST
+from mechid.units import angle_difference
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,8 +52,8 @@ def changes(o: Observed, states: tuple[str, str]) -> tuple[Change, ...]:
         before, after = (at.get((unit, state)) for state in states)
         if before is None or after is None:
             continue
-        difference = o.values[after] - o.values[before]
-        difference = float(wrapped(difference)) if o.is_angle else float(difference)
+        first, second = float(o.values[before]), float(o.values[after])
+        difference = angle_difference(second, first) if o.is_angle else second - first
         error = float(np.hypot(o.errors[before], o.errors[after]))
         p = float(2.0 * ndtr(-abs(difference) / error))
         out.append(Change(name=o.name, unit=unit, states=states, difference=difference, error=error, p_value=p))

@@ -17,7 +17,7 @@ from mechid.fleets.angles import UNKNOWN_DEG
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.grade import GRADE_WORDS, Grade
 from mechid.parameter import Status
-from mechid.reports.results import read_truth
+from mechid.reports.fit.results import read_truth
 
 DEGREES = "deg"
 OF_THE_BENCH = ("record", CAMPAIGN)

@@ -10,7 +10,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from mechid.fleets.angles import wrapped
 from mechid.fleets.cautions import cautions
 from mechid.fleets.estimates import Estimate
 from mechid.fleets.fleet import Fleet, FleetParameter
@@ -18,7 +17,8 @@ from mechid.fleets.members import Member
 from mechid.fleets.significance import Tested
 from mechid.fleets.trends import Trend, first_day, numbers
 from mechid.fleets.unit_run import HOW_WORDS, UnitRun
-from mechid.reports.writing import PAGE_NAME
+from mechid.reports.fit.files import PAGE_NAME
+from mechid.units import angle_difference
 
 FORMAT = "mechid-fleet/1"
 
@@ -108,7 +108,7 @@ def _turn(p: FleetParameter) -> float:
     """Return the whole turns that bring the mean of an angle to [-180, 180)."""
     if p.spread is None or not p.observed.is_angle:
         return 0.0
-    return float(wrapped(p.spread.mean)) - p.spread.mean
+    return angle_difference(p.spread.mean) - p.spread.mean
 
 
 def _outlier(p: FleetParameter, k: int, p_value: float) -> dict[str, Any]:

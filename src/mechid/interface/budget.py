@@ -16,8 +16,8 @@ from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.fit import Fit
 from mechid.interface.progress import telling
 from mechid.interface.report import campaign_of
-from mechid.reports.results import write_results
-from mechid.reports.tables import report_data
+from mechid.reports.fit.numbers import report_data
+from mechid.reports.fit.results import write_results
 from mechid.structure import Structure
 
 

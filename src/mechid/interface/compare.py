@@ -11,8 +11,8 @@ from mechid.analysis.comparison import compare as compare_folders
 from mechid.errors import UsageError
 from mechid.identification.result.fit import Fit
 from mechid.interface.report import campaign_of
-from mechid.reports.results import write_results
-from mechid.reports.tables import report_data
+from mechid.reports.fit.numbers import report_data
+from mechid.reports.fit.results import write_results
 
 
 def compare(*fits: Fit | Path | str, names: tuple[str, ...] = ()) -> Comparison:

@@ -105,8 +105,8 @@ def presenter_of(result: object) -> Presenter:
 
 def _survey() -> Presenter:
     from mechid.reports.look.contents import look_data
+    from mechid.reports.look.files import write_look
     from mechid.reports.look.terminal import print_look
-    from mechid.reports.look.writing import write_look
 
     return Presenter(
         data=lambda found: look_data(found.looks, [asdict(one) for one in found.left_out]),
@@ -117,9 +117,9 @@ def _survey() -> Presenter:
 
 
 def _understanding() -> Presenter:
+    from mechid.reports.console import print_lines
     from mechid.reports.overview import campaign_data, print_campaign
     from mechid.reports.record_figures import write_record_figures
-    from mechid.reports.terminal import print_lines
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
         print_campaign(data, console)
@@ -134,7 +134,9 @@ def _understanding() -> Presenter:
 
 
 def _diagnosis() -> Presenter:
-    from mechid.reports.diagnosis import diagnosis_data, print_diagnosis, write_diagnosis
+    from mechid.reports.diagnosis.contents import diagnosis_data
+    from mechid.reports.diagnosis.files import write_diagnosis
+    from mechid.reports.diagnosis.terminal import print_diagnosis
 
     return Presenter(
         data=diagnosis_data,
@@ -178,8 +180,9 @@ def _bootstrap() -> Presenter:
 
 
 def _design() -> Presenter:
-    from mechid.designs.hand_off import design_data
-    from mechid.reports.design import print_design, write_design
+    from mechid.designs.numbers import design_data
+    from mechid.reports.design.files import write_design
+    from mechid.reports.design.terminal import print_design
 
     return Presenter(
         data=design_data,
@@ -190,10 +193,10 @@ def _design() -> Presenter:
 
 
 def _budget() -> Presenter:
-    from mechid.budgets.hand_off import write_budget
+    from mechid.budgets.files import write_budget
     from mechid.budgets.numbers import budget_data
+    from mechid.reports.budget.files import write_budget_report
     from mechid.reports.budget.terminal import print_budget
-    from mechid.reports.budget.writing import write_budget_report
 
     return Presenter(
         data=budget_data,
@@ -204,10 +207,10 @@ def _budget() -> Presenter:
 
 
 def _fleet() -> Presenter:
-    from mechid.fleets.hand_off import write_fleet
+    from mechid.fleets.files import write_fleet
     from mechid.fleets.numbers import fleet_data
+    from mechid.reports.fleet.files import write_fleet_report
     from mechid.reports.fleet.terminal import print_fleet
-    from mechid.reports.fleet.writing import write_fleet_report
 
     return Presenter(
         data=lambda made: fleet_data(made, made.folder),
@@ -230,8 +233,8 @@ def _exported() -> Presenter:
 
 def _fit() -> Presenter:
     from mechid.interface.report import write_fit
-    from mechid.reports.tables import report_data
-    from mechid.reports.terminal import print_report
+    from mechid.reports.fit.numbers import report_data
+    from mechid.reports.fit.terminal import print_report
 
     return Presenter(
         data=report_data,
@@ -255,13 +258,12 @@ def _trajectory() -> Presenter:
 
 def _validations() -> Presenter:
     from mechid.identification.result.estimate_file import json_text
-    from mechid.reports.shared_tables import order_table
-    from mechid.reports.text_table import print_tables
-    from mechid.reports.validation import VALIDATION_LAYOUTS, order_rows, validation_rows
+    from mechid.reports.fit.tables import order_table, validation_table
+    from mechid.reports.fit.validation import order_rows, validation_rows
     from mechid.writing import write_together
 
     def ink(data: Mapping[str, Any], console: Console, files: Sequence[Path]) -> None:
-        print_tables(console, VALIDATION_LAYOUTS, data["validation"])
+        validation_table(data["validation"]).print(console)
         if data["orders"]:
             order_table(data["orders"]).print(console)
 

@@ -12,12 +12,12 @@ from mechid.holding import held
 from mechid.identification.result.estimate_file import FILE_NAME, read_estimate
 from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
+from mechid.reports.fit.files import write_report
+from mechid.reports.fit.illustration import Illustration
+from mechid.reports.fit.numbers import report_data
+from mechid.reports.fit.results import estimated_text, read_truth, write_components, write_residual, write_results
 from mechid.reports.identified import mechanism_name
-from mechid.reports.illustration import Illustration
 from mechid.reports.pens import Pens
-from mechid.reports.results import estimated_text, read_truth, write_components, write_residual, write_results
-from mechid.reports.tables import report_data
-from mechid.reports.writing import write_report
 
 
 def report(

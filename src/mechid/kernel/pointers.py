@@ -24,9 +24,21 @@ def numbers(typing: Any, array: Any) -> Any:
 
 @intrinsic
 def called(  # noqa: PLR0913, PLR0917 (the arguments of a kernel's run)
-    typing: Any, address: Any, p: Any, directions: Any, sensitive: Any, grid: Any, times: Any, values: Any,
-    discrete: Any, w: Any, y: Any, y_dot: Any, J: Any, events: Any,
-) -> Any:  # fmt: skip
+    typing: Any,
+    address: Any,
+    p: Any,
+    directions: Any,
+    sensitive: Any,
+    grid: Any,
+    times: Any,
+    values: Any,
+    discrete: Any,
+    w: Any,
+    y: Any,
+    y_dot: Any,
+    J: Any,
+    events: Any,
+) -> Any:
     """Return what a kernel's `run` gives for these arguments, called at its address.
 
     Named in the text it would be compiled and optimised again together with its caller, which takes longer than all

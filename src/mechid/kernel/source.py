@@ -27,7 +27,7 @@ GENERATOR = (
     "expressions.py",
     "schedule.py",
 )
-LOOP = ("numbers", "memory", "filter", "guards", "lanes", "switches", "advance")
+LOOP = ("sines", "memory", "filter", "guards", "lanes", "switches", "advance")
 """The modules that are the same for all plants, in the order in which a kernel needs them; the plant's own stand behind
 the first."""
 TERMS = 48

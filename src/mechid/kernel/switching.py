@@ -20,15 +20,25 @@ def guards(writer: Writer) -> list[str]:
             gradients.append(_gradient_lines(writer, expressions))
     modes = [len(s.modes) for s in writer.plant.switches]
     return [
-        *_by_mode("margins", "w_, x_at, g_at", "Margins of the guards of a mode; it holds while all are positive.",
-                  margins, modes),
+        *_by_mode(
+            "margins",
+            "w_, x_at, g_at",
+            "Margins of the guards of a mode; it holds while all are positive.",
+            margins,
+            modes,
+        ),
         *_by_mode("slopes", "w_, x_at, k_at, g_at", "Time derivatives of the margins along the flow k.", slopes, modes),
-        *_by_mode("gradients", "w_, x_at", "Gradients of the margins to states and parameters; zeros stand already.",
-                  gradients, modes),
+        *_by_mode(
+            "gradients",
+            "w_, x_at",
+            "Gradients of the margins to states and parameters; zeros stand already.",
+            gradients,
+            modes,
+        ),
         _entry(writer),
         _mode_symbols(writer),
         _resets(writer),
-    ]  # fmt: skip
+    ]
 
 
 def _slope_lines(writer: Writer, margins: Sequence[sp.Expr]) -> list[str]:

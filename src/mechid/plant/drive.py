@@ -70,8 +70,16 @@ def current_drive(table_orders: Sequence[int] = ()) -> Block:
         name="drive",
         table="stepper",
         declarations=(
-            Declaration(key="peak_current", symbol="I_peak", unit="A", meaning="peak phase current", lower=0.0,
-                        source="the drive's setting", role=Role.SUPPLY, supply_power=1),
+            Declaration(
+                key="peak_current",
+                symbol="I_peak",
+                unit="A",
+                meaning="peak phase current",
+                lower=0.0,
+                source="the drive's setting",
+                role=Role.SUPPLY,
+                supply_power=1,
+            ),
             *(d for e in errors for d in e.declarations),
         ),
         coordinates=coordinates_of(errors),
@@ -81,7 +89,7 @@ def current_drive(table_orders: Sequence[int] = ()) -> Block:
         outputs={"i_A": i_A, "i_B": i_B},
         extensions=microstep_table.extensions(table_orders),
         reference="ideal source",
-    )  # fmt: skip
+    )
 
 
 def measured_drive(channels: Sequence[tuple[str, str]], table: str, offset: Declaration | None = None) -> Block:

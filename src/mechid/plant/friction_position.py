@@ -44,10 +44,18 @@ class _Over:
     def extensions(self, orders: Sequence[int]) -> tuple[Extension, ...]:
         """Return the harmonics that may be there beside, of 20 % of dry friction."""
         return tuple(
-            Extension(name=self.name, words=f"dry friction varies with the angle of the {self.what}", table=self.table,
-                      order=order, structure={"order": Integer(order)}, widths={"amplitude": Float(0.2)}, grown=False)
-            for order in self.looked_for if order not in orders
-        )  # fmt: skip
+            Extension(
+                name=self.name,
+                words=f"dry friction varies with the angle of the {self.what}",
+                table=self.table,
+                order=order,
+                structure={"order": Integer(order)},
+                widths={"amplitude": Float(0.2)},
+                grown=False,
+            )
+            for order in self.looked_for
+            if order not in orders
+        )
 
 
 ROTOR = _Over(

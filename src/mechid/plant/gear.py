@@ -272,10 +272,18 @@ LAWS: Mapping[str, Callable[[], GearLaw]] = {
 def _error(index: int, order: int) -> ListedHarmonic:
     """Return one harmonic of the kinematic error, over the input's angle."""
     return ListedHarmonic(
-        table=ERROR, index=index, order=order, letters=("k_e", "E_", "phi_e", "e_c", "e_s"), unit="rad", source=TUTTLE,
-        meanings=("periods of the kinematic error per input turn", "amplitude of the kinematic error at the output",
-                  "phase of the kinematic error"),
-    )  # fmt: skip
+        table=ERROR,
+        index=index,
+        order=order,
+        letters=("k_e", "E_", "phi_e", "e_c", "e_s"),
+        unit="rad",
+        source=TUTTLE,
+        meanings=(
+            "periods of the kinematic error per input turn",
+            "amplitude of the kinematic error at the output",
+            "phase of the kinematic error",
+        ),
+    )
 
 
 def _ratio() -> Declaration:

@@ -111,15 +111,31 @@ class _Mode:
 
 
 FIRST = _Mode(
-    table="housing", z=Symbol("z"), v=Symbol("v_z"), gain=Symbol("K_res"), frequency=Symbol("omega_0"),
-    damping=Symbol("zeta"), key="housing", word="housing", whose="housing's mode", least_gain=0.0,
+    table="housing",
+    z=Symbol("z"),
+    v=Symbol("v_z"),
+    gain=Symbol("K_res"),
+    frequency=Symbol("omega_0"),
+    damping=Symbol("zeta"),
+    key="housing",
+    word="housing",
+    whose="housing's mode",
+    least_gain=0.0,
     source="Kornienko2013",
-)  # fmt: skip
+)
 SECOND = _Mode(
-    table="housing.second_mode", z=Symbol("z_res2"), v=Symbol("v_res2"), gain=Symbol("K_res2"),
-    frequency=Symbol("omega_res2"), damping=Symbol("zeta_res2"), key="housing_second_mode", word="second housing",
-    whose="housing's second mode", least_gain=-math.inf, source=EWINS,
-)  # fmt: skip
+    table="housing.second_mode",
+    z=Symbol("z_res2"),
+    v=Symbol("v_res2"),
+    gain=Symbol("K_res2"),
+    frequency=Symbol("omega_res2"),
+    damping=Symbol("zeta_res2"),
+    key="housing_second_mode",
+    word="second housing",
+    whose="housing's second mode",
+    least_gain=-math.inf,
+    source=EWINS,
+)
 
 
 def _second_mode() -> Rival:

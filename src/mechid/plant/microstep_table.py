@@ -59,10 +59,18 @@ def given(orders: Sequence[int]) -> tuple[Expr, Expr]:
 def extensions(orders: Sequence[int]) -> tuple[Extension, ...]:
     """Return the harmonics that may be there beside, of 0.03 rad: a third harmonic of 3 % in the table's sine."""
     return tuple(
-        Extension(name=TABLE, words="error of the driver's microstep table", table=TABLE, order=order,
-                  structure={"order": Integer(order)}, widths={"amplitude": Float(0.03)}, grown=False)
-        for order in ORDERS if order not in orders
-    )  # fmt: skip
+        Extension(
+            name=TABLE,
+            words="error of the driver's microstep table",
+            table=TABLE,
+            order=order,
+            structure={"order": Integer(order)},
+            widths={"amplitude": Float(0.03)},
+            grown=False,
+        )
+        for order in ORDERS
+        if order not in orders
+    )
 
 
 def _multiple(order: int) -> tuple[Expr, Expr]:

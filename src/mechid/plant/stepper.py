@@ -191,10 +191,18 @@ def _imbalance(*more: tuple[str, str], unit: str) -> tuple[Declaration, ...]:
     """Half the difference of phase A and phase B over their mean, and the phases' offsets."""
     named = (*more, ("torque_constant", "r_k"))
     halves = tuple(
-        Declaration(key=f"stepper.imbalance.{key}", symbol=symbol, unit="1", lower=-0.9, upper=0.9, default=0.0,
-                    source=HUGHES, meaning=f"half the difference of {key.replace('_', ' ')}, A less B, over the mean")
+        Declaration(
+            key=f"stepper.imbalance.{key}",
+            symbol=symbol,
+            unit="1",
+            lower=-0.9,
+            upper=0.9,
+            default=0.0,
+            source=HUGHES,
+            meaning=f"half the difference of {key.replace('_', ' ')}, A less B, over the mean",
+        )
         for key, symbol in named
-    )  # fmt: skip
+    )
     quantity = "voltage" if unit == "V" else "current"
     offsets = tuple(
         Declaration(
@@ -235,11 +243,19 @@ def _apart_extensions(driven: str) -> tuple[Extension, ...]:
         "current": (("torque_constant",), "torque constant", "I_peak"),
     }[driven]
     return (
-        Extension(name=table, words=f"the two phases differ in {words}", table=table,
-                  widths=dict.fromkeys(halves, Float(0.03))),
-        Extension(name="stepper.phase_offset", words=f"a constant {driven} is added in each phase", table=table,
-                  widths={f"offset_{x.lower()}": Float(0.02) * Symbol(driven_by) for x in PHASES}),
-    )  # fmt: skip
+        Extension(
+            name=table,
+            words=f"the two phases differ in {words}",
+            table=table,
+            widths=dict.fromkeys(halves, Float(0.03)),
+        ),
+        Extension(
+            name="stepper.phase_offset",
+            words=f"a constant {driven} is added in each phase",
+            table=table,
+            widths={f"offset_{x.lower()}": Float(0.02) * Symbol(driven_by) for x in PHASES},
+        ),
+    )
 
 
 def _harmonics(orders: Sequence[int]) -> tuple[ListedHarmonic, ...]:

@@ -54,10 +54,18 @@ def transducer_gain(name: str = "sensor") -> Block:
 
 def transducer_resonance(name: str = "sensor") -> Block:
     """Transducer on its own resonance, y = g w^2/(s^2 + 2 zeta w s + w^2) T; w in rad/s."""
-    w, declaration = Symbol("omega_t"), Declaration(
-        key="frequency", symbol="omega_t", unit="rad/s", lower=0.0, source=GAUTSCHI, hertz_below=FAST,
-        meaning="resonance of the transducer with what stands on it",
-    )  # fmt: skip
+    w, declaration = (
+        Symbol("omega_t"),
+        Declaration(
+            key="frequency",
+            symbol="omega_t",
+            unit="rad/s",
+            lower=0.0,
+            source=GAUTSCHI,
+            hertz_below=FAST,
+            meaning="resonance of the transducer with what stands on it",
+        ),
+    )
     return _resonance(name, (declaration,), {}, w)
 
 

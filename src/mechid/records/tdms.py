@@ -16,8 +16,17 @@ from mechid.records.table import Clock, Column, Fact
 
 KIND = "a TDMS file"
 SCALES_KNOWN = (
-    "Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple", "Add", "Subtract", "AdvancedAPI",
-)  # fmt: skip
+    "Polynomial",
+    "Linear",
+    "RTD",
+    "Strain",
+    "Table",
+    "Thermistor",
+    "Thermocouple",
+    "Add",
+    "Subtract",
+    "AdvancedAPI",
+)
 """Scalings that npTDMS applies; with another one it would return raw counts without a word."""
 NO_DATE = np.datetime64("1904-01-02")
 """TDMS counts from 1904; a start before this is none."""

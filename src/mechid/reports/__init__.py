@@ -1,7 +1,7 @@
 """What is shown of a campaign or a fit: every number in one plain dict, then ink.
 
 `report_data` and `campaign_data` make the dict, `print_report` and `print_campaign` the ink of a terminal.
-`mechid.reports.writing` makes page and figures. The names here load what they need when they are first used: the
+`mechid.reports.fit.files` makes page and figures. The names here load what they need when they are first used: the
 processes that draw figures import this package for their drawings alone.
 
 Internal to mechid but for the names that docs/python.md lists.
@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from mechid.reports.channels import file_data, print_file
+    from mechid.reports.fit.numbers import report_data
+    from mechid.reports.fit.results import read_truth, write_results
+    from mechid.reports.fit.terminal import print_report
     from mechid.reports.overview import campaign_data, print_campaign
-    from mechid.reports.results import read_truth, write_results
-    from mechid.reports.tables import report_data
-    from mechid.reports.terminal import print_report
 
 __all__ = [
     "campaign_data",
@@ -35,10 +35,10 @@ _HOMES = {
     "file_data": "channels",
     "print_campaign": "overview",
     "print_file": "channels",
-    "print_report": "terminal",
-    "read_truth": "results",
-    "report_data": "tables",
-    "write_results": "results",
+    "print_report": "fit.terminal",
+    "read_truth": "fit.results",
+    "report_data": "fit.numbers",
+    "write_results": "fit.results",
 }
 
 

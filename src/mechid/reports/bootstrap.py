@@ -10,8 +10,8 @@ from rich.console import Console
 
 from mechid.identification.refit.bootstrap import Bootstrap, DrawOutcome, Spread
 from mechid.identification.result.estimate_file import json_text
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, like, with_sigma
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_tables
 from mechid.signal.autoregression import Autoregression
 from mechid.writing import write_together

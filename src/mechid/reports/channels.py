@@ -10,8 +10,8 @@ from typing import Any
 from rich.console import Console
 
 from mechid.records import Channel, Column, Record, Sampling, open_table, samplings
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, plain
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column as Shown
 from mechid.reports.text_table import print_tables
 from mechid.signal import noise_floor

@@ -14,8 +14,8 @@ from mechid.analysis.comparison import Comparison, ParameterComparison, RecordCo
 from mechid.analysis.criteria import Score
 from mechid.analysis.hypothesis import Hypothesis
 from mechid.identification.result.estimate_file import json_text
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, rounded, with_sigma
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_tables
 from mechid.writing import write_together
 

@@ -90,8 +90,16 @@ def spectrum(
     for at, label in marks:
         if at <= shown_hz:
             axes.axvline(at, color=MARK, linewidth=0.7, linestyle="--", zorder=0)
-            axes.annotate(label, (at, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2),
-                          textcoords="offset points", va="top", color=MARK, fontsize=7)  # fmt: skip
+            axes.annotate(
+                label,
+                (at, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -2),
+                textcoords="offset points",
+                va="top",
+                color=MARK,
+                fontsize=7,
+            )
     floor = _quantile(left[kept], 0.05) / 2.0
     if floor > 0.0:
         axes.set_ylim(bottom=floor)

@@ -23,10 +23,10 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import Grade
 from mechid.identification.result.journal_file import FILE_NAME, StageLines
-from mechid.reports.illustration import Illustration
+from mechid.reports.fit.illustration import Illustration
+from mechid.reports.fit.numbers import report_data
+from mechid.reports.fit.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
 from mechid.reports.pens import Pens
-from mechid.reports.results import MECHANISM_NAME, REPORT_NAME, estimated_text, write_results
-from mechid.reports.tables import report_data
 
 if TYPE_CHECKING:
     from mechid.identification.diagnosis.diagnosis import Diagnosis
@@ -152,7 +152,8 @@ def _completed(
     """Diagnose a fit, and identify again with the mechanism that is proposed; the steps stay with the fit."""
     from mechid.identification.diagnosis.completion import identified_with
     from mechid.identification.diagnosis.diagnosis import diagnose
-    from mechid.reports.diagnosis import PROPOSED, diagnosis_data, write_diagnosis
+    from mechid.reports.diagnosis.contents import diagnosis_data
+    from mechid.reports.diagnosis.files import PROPOSED, write_diagnosis
 
     with audience.followed() as listener:
         found = diagnose(campaign, fit, workers=workers, listener=listener)
@@ -184,7 +185,7 @@ def _report(
     """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
     told("making the report ...")
     try:
-        from mechid.reports.writing import write_report
+        from mechid.reports.fit.files import write_report
 
         files = write_report(data, campaign, fit, validation, folder, illustration)
         return [path for path in files if path.name != REPORT_NAME]

@@ -15,8 +15,8 @@ from mechid.parameter import Parameter
 from mechid.plant.mechanism import Mechanism
 from mechid.records import Record
 from mechid.reports.channels import channel_rows, print_channels
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import digits, plain
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_table
 from mechid.signal import noise_floor
 from mechid.signal.moments import extremes, root_mean_square

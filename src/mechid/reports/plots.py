@@ -67,8 +67,17 @@ def _spectrum() -> Any:
     for name in ("order", "resonance"):
         source = ColumnDataSource({"x": [], "y": [], "label": []}, name=f"{name} marks")
         plot.vspan(x="x", source=source, name=name, line_width=1, line_dash="dashed")
-        plot.text(x="x", y="y", text="label", source=source, name=f"{name} label", text_font={"value": FONT},
-                  text_font_size="11px", text_baseline="top", x_offset=3)  # fmt: skip
+        plot.text(
+            x="x",
+            y="y",
+            text="label",
+            source=source,
+            name=f"{name} label",
+            text_font={"value": FONT},
+            text_font_size="11px",
+            text_baseline="top",
+            x_offset=3,
+        )
     curves = [add_line(plot, name) for name in ("residual", "measured", "modelled")]
     add_legend(plot, [curves[1], curves[2], curves[0]])
     plot.add_tools(hover_on(curves, [("frequency", "@x{0.0} Hz"), ("amplitude", "@y{0.000000} N m")]))
@@ -182,8 +191,17 @@ def add_legend(plot: Any, renderers: Iterable[Any], words: dict[str, str] | None
     """Add a legend above a figure; a click hides a curve."""
     named = partial((words or {}).get)
     items = [(named(r.name) or r.name, [r]) for r in renderers]
-    legend = Legend(items=items, orientation="horizontal", click_policy="hide", label_text_font=FONT, ncols="auto",
-                    label_text_font_size="12px", border_line_color=None, spacing=14, margin=0)  # fmt: skip
+    legend = Legend(
+        items=items,
+        orientation="horizontal",
+        click_policy="hide",
+        label_text_font=FONT,
+        ncols="auto",
+        label_text_font_size="12px",
+        border_line_color=None,
+        spacing=14,
+        margin=0,
+    )
     plot.add_layout(legend, "above")
 
 

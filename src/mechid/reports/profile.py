@@ -11,8 +11,8 @@ from rich.console import Console
 
 from mechid.identification.refit.profile import Point, Profile
 from mechid.identification.result.estimate_file import json_text
+from mechid.reports.console import print_lines, say
 from mechid.reports.digits import like, with_sigma
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_tables
 from mechid.writing import write_together
 

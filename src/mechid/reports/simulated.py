@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.reports.console import print_lines
 from mechid.reports.digits import digits
-from mechid.reports.terminal import print_lines
 from mechid.reports.text_table import Column, print_table
 from mechid.signal.moments import extremes, root_mean_square
 from mechid.simulation.accuracy import PROMISE

@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 from rich.console import Console
 
+from mechid.reports.markdown_text import Strong
 from mechid.reports.markdown_text import table as markdown_table
-from mechid.reports.text_table import Column, Row, cell_of, print_table
+from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, Row, cell_of, print_tables
 
 GROUP = "table"
 """Key of the name under which a row stands."""
@@ -23,9 +24,14 @@ class Table:
     ----------
     columns : sequence of Column
     rows : sequence of mapping
-        A cell is ``row["text"][key]``, else ``row[key]``. Rows with a ``table`` stand under that name.
-    group : str
-        What that name is called where it has a column of its own, as in Markdown.
+        A cell is ``row["text"][key]``, else ``row[key]``. Rows with a ``table`` stand under that name, in documents
+        where `group` says so.
+    group : str or None
+        What that name is called where it has a column of its own, as in Markdown; empty: there it has none.
+    narrower : sequence of layouts
+        For a terminal too narrow for all columns, the first that fits: each one or more tables of the same rows.
+    tip : str
+        Key of what is told of a row under the pointer.
 
     Examples
     --------
@@ -46,50 +52,67 @@ class Table:
 
     columns: Sequence[Column]
     rows: Sequence[Row]
-    group: str = ""
+    group: str | None = None
+    narrower: Sequence[Sequence[Sequence[Column]]] = ()
+    tip: str = ""
 
     def print(self, console: Console) -> None:
         """Print it on a terminal; columns without any text are left out."""
-        print_table(console, [c for c in self.columns if not c.on_page], self.rows)
+        print_tables(console, ((self._shown(TERMINAL),), *self.narrower), self.rows)
 
     def markdown(self) -> str:
         """Return it as Markdown."""
-        shown = [c for c in self.columns if not c.on_page]
-        named = [self.group] if self._grouped else []
-        lines = ([*([row[GROUP]] if named else []), *(cell_of(row, c.key) for c in shown)] for row in self.rows)
-        return markdown_table([*named, *(c.said or c.header for c in shown)], lines)
+        shown = self._shown(MARKDOWN)
+        named = [self.group] if self.group and self._grouped else []
+        lines = ([*([row[GROUP]] if named else []), *(_in_markdown(row, c) for c in shown)] for row in self.rows)
+        return markdown_table([*named, *(c.label for c in shown)], lines)
 
     def html(self) -> Markup:
         """Return it for a page."""
-        heads = Markup("").join(
-            Markup("<th{}>{}</th>").format(_class("word" if c.words else ""), c.said or c.header) for c in self.columns
-        )
+        shown = self._shown(PAGE)
+        heads = Markup("").join(map(_head, shown))
         parts = [Markup('<div class="scroll"><table class="cards">\n<thead><tr>{}</tr></thead><tbody>').format(heads)]
         before = None
         for row in self.rows:
             if self._grouped and row[GROUP] != before:
                 before = row[GROUP]
-                parts.append(
-                    Markup('<tr class="group"><th colspan="{}">{}</th></tr>').format(len(self.columns), before)
-                )
-            parts.append(Markup("<tr>{}</tr>").format(Markup("").join(self._page_cells(row))))
+                parts.append(Markup('<tr class="group"><th colspan="{}">{}</th></tr>').format(len(shown), before))
+            tip = _attribute("title", row[self.tip] if self.tip else "")
+            cells = Markup("").join(_on_page(row, c, first=k == 0) for k, c in enumerate(shown))
+            parts.append(Markup("<tr{}>{}</tr>").format(tip, cells))
         return Markup("\n").join([*parts, Markup("</tbody></table></div>")])
 
-    def _page_cells(self, row: Row) -> list[Markup]:
-        cells = []
-        for k, c in enumerate(self.columns):
-            kind = ("word" if c.words else "number") + (" whole" if c.wide else "")
-            label = c.said or c.header
-            if k == 0 and c.words:
-                cells.append(Markup('<th class="word">{}</th>').format(cell_of(row, c.key)))
-            else:
-                cells.append(Markup('<td{} data-label="{}">{}</td>').format(_class(kind), label, cell_of(row, c.key)))
-        return cells
+    def _shown(self, where: str) -> list[Column]:
+        return [c for c in self.columns if where in c.where]
 
     @property
     def _grouped(self) -> bool:
-        return bool(self.group) and any(GROUP in row for row in self.rows)
+        return self.group is not None and any(GROUP in row for row in self.rows)
 
 
-def _class(name: str) -> Markup:
-    return Markup(' class="{}"').format(name) if name else Markup("")
+def _head(column: Column) -> Markup:
+    style = column.on_page.style
+    left = column.words or (isinstance(style, str) and "word" in style)
+    attributes = _attribute("class", "word" if left else "") + _attribute("aria-label", column.on_page.spoken)
+    return Markup("<th{}>{}</th>").format(attributes, column.on_page.header or column.label)
+
+
+def _in_markdown(row: Row, column: Column) -> str:
+    text = cell_of(row, column.key)
+    return Strong(text) if column.strong else text
+
+
+def _on_page(row: Row, column: Column, *, first: bool) -> Markup:
+    """Return a row's cell on a page; the first of a row that holds words is its head."""
+    own = column.on_page
+    text = own.ink(row) if own.ink else cell_of(row, column.key)
+    if first and column.words:
+        return Markup('<th class="word">{}</th>').format(text)
+    style = own.style(row) if callable(own.style) else own.style or ("word" if column.words else "number")
+    label = Markup("") if own.drops else Markup(' data-label="{}"').format(column.label)
+    tip = _attribute("title", own.tip(row) if own.tip else "")
+    return Markup("<td{}{}{}>{}</td>").format(_attribute("class", style + " whole" * own.wide), label, tip, text)
+
+
+def _attribute(name: str, value: str) -> Markup:
+    return Markup(' {}="{}"').format(name, value) if value else Markup("")

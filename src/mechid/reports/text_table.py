@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -12,8 +12,42 @@ from rich.text import Text
 GAP = "  "
 INDENT = "  "
 CELL_STYLE = {"at bound": "yellow", "frozen": "yellow", "tied": "dim", "known": "dim"}
+TERMINAL, MARKDOWN, PAGE = "terminal", "markdown", "page"
+"""Where a column is shown."""
+EVERYWHERE = (TERMINAL, MARKDOWN, PAGE)
 
 Row: TypeAlias = Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnPage:
+    """What a column's cells have on a page beside their text.
+
+    Parameters
+    ----------
+    ink : callable or None
+        What a row's cell shows there, where that is not its text; escaped unless it is markup.
+    style : str or callable
+        The class of its cells, or of a row's cell, where that is not ``word`` or ``number``.
+    tip : callable or None
+        What is told of a row's cell under the pointer.
+    wide : bool
+        Whether it takes a page's whole width where that is small.
+    drops : bool
+        Whether a small page leaves it out.
+    header : str
+        Its header above the cells, where the documents' is too wide.
+    spoken : str
+        Its header for who listens to the page, where the one that is seen says nothing.
+    """
+
+    ink: Callable[[Row], str] | None = None
+    style: str | Callable[[Row], str] = ""
+    tip: Callable[[Row], str] | None = None
+    wide: bool = False
+    drops: bool = False
+    header: str = ""
+    spoken: str = ""
 
 
 @dataclass(frozen=True)
@@ -29,21 +63,28 @@ class Column:
         Whether it holds words, or numbers.
     style : str
         Of its cells on a terminal.
-    said : str
-        Header in documents, where there is more room; empty takes `header`.
-    on_page : bool
-        Whether it is shown on pages alone.
-    wide : bool
-        Whether it takes a page's whole width where that is small.
+    said : str or None
+        Header in documents, where there is more room; None takes `header`.
+    where : tuple of str
+        Where it is shown, of `EVERYWHERE`.
+    strong : bool
+        Whether its cells stand out in Markdown.
+    on_page : OnPage
     """
 
     header: str
     key: str
     words: bool = False
     style: str = ""
-    said: str = ""
-    on_page: bool = False
-    wide: bool = False
+    said: str | None = None
+    where: tuple[str, ...] = EVERYWHERE
+    strong: bool = False
+    on_page: OnPage = OnPage()
+
+    @property
+    def label(self) -> str:
+        """Its header in documents."""
+        return self.header if self.said is None else self.said
 
 
 def print_tables(console: Console, layouts: Sequence[Sequence[Sequence[Column]]], rows: Sequence[Row]) -> None:
@@ -99,4 +140,5 @@ def _indented(row: Row, column: Column, first: Column) -> str:
 
 def cell_of(row: Row, key: str) -> str:
     """Return a row's text of a column."""
-    return str(row["text"][key] if key in row["text"] else row[key])
+    texts = row.get("text", {})
+    return str(texts[key] if key in texts else row[key])

@@ -15,12 +15,12 @@ from mechid.errors import InputFileError, did_you_mean
 from mechid.reading.process import UnreadableError, call
 from mechid.reading.whole import is_folder, is_there, refuse_special
 from mechid.structure.checks import LARGEST, refuse_no_numbers
+from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.mat import read_mat
 from mechid.structure.modal_csv import read_modal_csv
 from mechid.structure.modal_toml import read_modal_toml
 from mechid.structure.modes import Modes
 from mechid.structure.nastran import read_craig_bampton, read_nas2cam
-from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.response_csv import PAIRS, read_response_csv
 from mechid.structure.selection import Selection
 from mechid.structure.structure import Structure

@@ -13,8 +13,8 @@ import numpy as np
 
 from mechid.arrays import FloatArray
 from mechid.errors import InputFileError, did_you_mean
+from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.modes import Modes
-from mechid.structure.numbers_file import read_numbers, split_unit
 from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure
 from mechid.units import conversion_factor

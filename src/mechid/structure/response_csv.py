@@ -16,7 +16,7 @@ import numpy as np
 from mechid.arrays import ComplexArray, FloatArray
 from mechid.errors import InputFileError, did_you_mean
 from mechid.structure.checks import LARGEST, refuse_no_numbers, response_findings
-from mechid.structure.numbers_file import read_numbers, split_unit
+from mechid.structure.csv_table import read_numbers, split_unit
 from mechid.structure.response import KINDS, FrequencyResponse, to_receptance
 from mechid.structure.selection import ROTATIONS, Selection
 from mechid.structure.structure import Structure

@@ -14,8 +14,9 @@ from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.fit_file import read_fit
 from mechid.reports import report_data
-from mechid.reports.contents import report_contents
-from mechid.reports.noise import against_noise
+from mechid.reports.fit.contents import report_contents
+from mechid.reports.fit.noise import against_noise
+from mechid.units import angle_difference
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,9 +56,8 @@ class Estimate:
         """Return how many standard errors a value is from the estimate, an angle the short way; None without one."""
         if name not in self.sigmas:
             return None
-        off = value - self.values[name]
-        if name in self.angles:
-            off = (off + 180.0) % 360.0 - 180.0
+        here = self.values[name]
+        off = angle_difference(value, here) if name in self.angles else value - here
         return off / self.sigmas[name]
 
 

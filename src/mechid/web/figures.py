@@ -200,8 +200,16 @@ class RunFigures:
         curves = places.multi_line(
             "xs", "ys", source=self.places, name="places", line_width=1.6, line_color="colour", hover_line_width=3
         )
-        places.text("x", "y", text="symbol", source=self.ends, text_font_size="11px", text_color="colour",
-                    text_baseline="middle", x_offset=6)  # fmt: skip
+        places.text(
+            "x",
+            "y",
+            text="symbol",
+            source=self.ends,
+            text_font_size="11px",
+            text_color="colour",
+            text_baseline="middle",
+            x_offset=6,
+        )
         tips = [("parameter", "@name"), ("place", "$y{0.000}")]
         hover = hover_on([curves], tips)
         hover.tooltips = tips

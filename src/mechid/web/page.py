@@ -7,7 +7,7 @@ from importlib.resources import files
 
 from jinja2 import Template
 
-from mechid.reports.page import asset, environment
+from mechid.reports.template import asset, environment
 
 PACKAGE = "mechid.web"
 

@@ -11,8 +11,8 @@ from mechid.campaign import Campaign
 from mechid.identification.output_error.declaration import LEFT_OUT
 from mechid.parameter import Parameter
 from mechid.reports.digits import digits, plain, with_sigma
-from mechid.reports.noise import level_words
-from mechid.reports.payload import order_word
+from mechid.reports.fit.noise import level_words
+from mechid.reports.fit.payload import order_word
 from mechid.web.estimate import Estimate
 from mechid.web.fit_shown import run_data
 from mechid.web.knobs import FINE_SIGMAS, NOTCHES, Knob

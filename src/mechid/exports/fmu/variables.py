@@ -120,8 +120,16 @@ def _parameters(handover: Handover) -> Iterator[Variable]:
             continue
         value, error = own.value(name), handover.std_error(name)
         sure = "known" if error is None else f"standard error {error:.6g}"
-        yield Variable(name, PARAMETER + k, "parameter", "tunable", f"{declared.meaning}; {sure}",
-                       _unit(declared.unit), value, abs(value))  # fmt: skip
+        yield Variable(
+            name,
+            PARAMETER + k,
+            "parameter",
+            "tunable",
+            f"{declared.meaning}; {sure}",
+            _unit(declared.unit),
+            value,
+            abs(value),
+        )
 
 
 def _outputs(plant: Plant) -> Iterator[Variable]:

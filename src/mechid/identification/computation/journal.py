@@ -104,7 +104,7 @@ class Journal:
         """
         if self.path is None:
             return work()
-        key = digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
+        key = self._key(kind, inputs, rng)
         if found := self._recalled(key, rng):
             return found[0]
         began = time.perf_counter()
@@ -126,7 +126,7 @@ class Journal:
         What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
         `told` is told of each task and its result.
         """
-        keys = [digest([kind, task, None, self.inputs]) if self.path else "" for task in tasks]
+        keys = [self._key(kind, task) if self.path else "" for task in tasks]
         results = {i: found[0] for i, key in enumerate(keys) if (found := self._recalled(key))}
         for i, result in results.items():
             told(tasks[i], result)
@@ -141,6 +141,10 @@ class Journal:
 
         mapped(function, [tasks[i] for i in left], workers, ended)
         return [results[i] for i in range(len(tasks))]
+
+    def _key(self, kind: str, inputs: Any, rng: np.random.Generator | None = None) -> str:
+        """Return under what a step is noted: a digest of all that its result follows from."""
+        return digest([kind, inputs, rng.bit_generator.state if rng else None, self.inputs])
 
     def _recalled(self, key: str, rng: np.random.Generator | None = None) -> tuple[Any] | None:
         """Return the result of a step that is noted, its generator restored; None where no such value is there."""

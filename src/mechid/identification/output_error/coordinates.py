@@ -29,6 +29,7 @@ from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
 from mechid.simulation.block import Block
 from mechid.simulation.simulator import TimeBase
+from mechid.units import angle_difference
 
 ON_BOUND = 1e-6
 """Share of its range within which a coordinate counts as on its bound."""
@@ -200,7 +201,7 @@ class Coordinates:
             if name in around:
                 off, turn = off - (values[around[name]] - known[around[name]].value), turn - slope[around[name]]
             if name in known and known[name].is_periodic:
-                off = (off + 180.0) % 360.0 - 180.0
+                off = angle_difference(off)
             away.append(off / sigma)
             J.append(turn / sigma)
         for mean in self.means:

@@ -35,6 +35,7 @@ from mechid.identification.uncertainty.covariance import residual, uncertainty
 from mechid.kernel.batch.source import SETS
 from mechid.shown import Shown
 from mechid.signal.autoregression import Autoregression, fit_autoregression
+from mechid.units import angle_difference
 
 QUANTILES = (0.025, 0.975)
 WARM_UP = 20_000
@@ -257,7 +258,7 @@ def _spread(optimum: Optimum, name: str, draws: list[Draw]) -> Spread:
     own, value = optimum.one(name), optimum.values(optimum.q)[name]
     off = np.array([d.values[name] for d in draws]) - value
     if own["unit"] == "deg" and own["min"] is None:
-        off = (off + 180.0) % 360.0 - 180.0
+        off = angle_difference(off)
     low, high = np.quantile(off, QUANTILES)
     return Spread(
         name=name,

@@ -22,8 +22,18 @@ from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.identification.result.terms_beside import TermsBeside
 
-ESTIMATED = ("use", "samples", "fit_percent", "residual_rms", "noise_sigma", "offset", "drift", "horizon_s",
-             "prefilter_order", "rejected")  # fmt: skip
+ESTIMATED = (
+    "use",
+    "samples",
+    "fit_percent",
+    "residual_rms",
+    "noise_sigma",
+    "offset",
+    "drift",
+    "horizon_s",
+    "prefilter_order",
+    "rejected",
+)
 STAGE = ("name", "records", "cost", "evaluations", "seconds", "note")
 PARAMETER = (
     "symbol",

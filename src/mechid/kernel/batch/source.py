@@ -16,7 +16,7 @@ from mechid.kernel.source import text_of_loop
 
 SETS = 8
 """Sets of a batch: as many numbers as a register holds at most. Sixteen gain a twentieth more."""
-LOOP = ("numbers", "memory", "filter", "suspects", "sets", "plan", "advance")
+LOOP = ("sines", "memory", "filter", "suspects", "sets", "plan", "advance")
 """Modules that are the same for all plants. The plant's part stands behind the first."""
 OF_PLANT = ("rates_of", "rates", "step", "turn", "outputs")
 BY_MODE = ("margins", "slopes")

@@ -12,22 +12,6 @@ from mechid.reports.quantities import quantity_words
 
 Data = Mapping[str, Any]
 NO_NUMBER = "–"
-STEADY = (
-    "rate, steps/s",
-    "reached from",
-    "repeats",
-    "largest multiplier",
-    "decay, s",
-    "follows",
-    "torque RMS, N m",
-    "line of sight RMS, rad",
-    "",
-)
-"""Of the table of steady states."""
-EMISSION = ("Hz", "at, steps/s", "model, RMS N m", "lacking, RMS N m", "95 % bound, RMS N m")
-"""Of the table of the torque on the base."""
-SIDE = ("", "lines with a phase to the torque", "by magnitude", "line of sight RMS by itself, rad")
-"""Of the table of the forces and moments beside the torque."""
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")
 
@@ -50,9 +34,6 @@ def budget_contents(data: Data) -> dict[str, Any]:
         "modes": modes,
         "requirements": [{**r, "text": requirement_text(r)} for r in data["requirements"]],
         "verdict": budget_verdict(data),
-        "steady_columns": STEADY,
-        "emission_columns": EMISSION,
-        "side_columns": SIDE,
         "side_words": side_words(data),
     }
 
@@ -137,40 +118,41 @@ def _lacking_rms(mode: Data) -> Any:
     return rms if rms and any(rms) else None
 
 
-def emission_rows(mode: Data) -> list[tuple[str, ...]]:
-    """Return a row of texts for each third octave of the torque; see `EMISSION`."""
+def emission_rows(mode: Data) -> list[dict[str, str]]:
+    """Return a row of texts for each third octave of the torque."""
     bands = mode["emission"]["bands"] if mode["kind"] == "steady" else []
     return [
-        (
-            f"{plain(b['from_hz'], 3)} to {plain(b['to_hz'], 3)}",
-            plain(b["at_rate"], 4),
-            plain(b["modelled_rms_Nm"], 3),
-            plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER,
-            plain(b["bound_rms_Nm"], 3),
-        )
+        {
+            "hz": f"{plain(b['from_hz'], 3)} to {plain(b['to_hz'], 3)}",
+            "rate": plain(b["at_rate"], 4),
+            "modelled": plain(b["modelled_rms_Nm"], 3),
+            "residual": plain(b["residual_rms_Nm"], 3) if b["residual_rms_Nm"] else NO_NUMBER,
+            "bound": plain(b["bound_rms_Nm"], 3),
+        }
         for b in bands
     ]
 
 
-def side_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
-    """Return a row of texts for the torque, each component beside it, and all together; see `SIDE`."""
+def side_rows(data: Data, mode: Data) -> list[dict[str, str]]:
+    """Return a row of texts for the torque, each component beside it, and all together."""
     side = mode.get("side")
     if side is None:
         return []
-    rows: list[tuple[str, ...]] = [("torque", NO_NUMBER, NO_NUMBER, _per_axis(data, side["drive_rms_rad"]))]
+    rows = [_side_row(data, "torque", NO_NUMBER, NO_NUMBER, side["drive_rms_rad"])]
     rows += [
-        (
-            quantity_words(c["name"]),
-            str(c["coherent"]),
-            str(c["by_magnitude"]),
-            _per_axis(data, c["line_of_sight_rms_rad"]),
+        _side_row(
+            data, quantity_words(c["name"]), str(c["coherent"]), str(c["by_magnitude"]), c["line_of_sight_rms_rad"]
         )
         for c in side["components"]
     ]
-    rows.append(("together, on the torque's lines", "", "", _per_axis(data, side["together_rms_rad"])))
+    rows.append(_side_row(data, "together, on the torque's lines", "", "", side["together_rms_rad"]))
     if any(side["alone_rms_rad"]):
-        rows.append(("where the model has no line, on top", "", "", _per_axis(data, side["alone_rms_rad"])))
+        rows.append(_side_row(data, "where the model has no line, on top", "", "", side["alone_rms_rad"]))
     return rows
+
+
+def _side_row(data: Data, name: str, coherent: str, magnitude: str, rms: Any) -> dict[str, str]:
+    return {"name": name, "coherent": coherent, "magnitude": magnitude, "rms": _per_axis(data, rms)}
 
 
 def side_words(data: Data) -> str:
@@ -197,26 +179,28 @@ def _slowest(mode: Data) -> str:
     return f"{plain(slowest['decay_s'], 2)} s at {plain(slowest['rate'], 4)} steps/s"
 
 
-def steady_rows(data: Data, mode: Data) -> list[tuple[str, ...]]:
-    """Return a row of texts for each steady state at the rates that have several, or an odd one; see `STEADY`."""
+def steady_rows(data: Data, mode: Data) -> list[dict[str, str]]:
+    """Return a row of texts for each steady state at the rates that have several, or an odd one."""
     several = mode["steady_states"]["several"] if mode["kind"] == "steady" else []
-    rows: list[tuple[str, ...]] = [
-        (
-            plain(here["rate"], 5),
-            ", ".join(s["reached"]),
-            REPEATS[min(s["periods"], 2)].format(s["periods"]),
-            plain(s["largest_multiplier"], 3) if s["periods"] else NO_NUMBER,
-            plain(s["decay_s"], 2) if s["periods"] else NO_NUMBER,
-            "yes" if s["follows"] else "no",
-            plain(s["torque_rms_Nm"], 3),
-            _per_axis(data, s["rms_rad"]),
-            "counts" if s["worst"] else "",
-        )
+    rows = [
+        {
+            "rate": plain(here["rate"], 5),
+            "reached": ", ".join(s["reached"]),
+            "repeats": REPEATS[min(s["periods"], 2)].format(s["periods"]),
+            "multiplier": plain(s["largest_multiplier"], 3) if s["periods"] else NO_NUMBER,
+            "decay": plain(s["decay_s"], 2) if s["periods"] else NO_NUMBER,
+            "follows": "yes" if s["follows"] else "no",
+            "torque": plain(s["torque_rms_Nm"], 3),
+            "rms": _per_axis(data, s["rms_rad"]),
+            "counts": "counts" if s["worst"] else "",
+        }
         for here in several
         for s in here["states"]
     ]
-    more = (f"{len(rows) - SHOWN_STEADY} more", "in steady_states.csv", *[""] * (len(STEADY) - 2))
-    return rows if len(rows) <= SHOWN_STEADY else [*rows[:SHOWN_STEADY], more]
+    if len(rows) <= SHOWN_STEADY:
+        return rows
+    more = dict.fromkeys(rows[0], "") | {"rate": f"{len(rows) - SHOWN_STEADY} more", "reached": "in steady_states.csv"}
+    return [*rows[:SHOWN_STEADY], more]
 
 
 def _per_axis(data: Data, values: Any) -> str:

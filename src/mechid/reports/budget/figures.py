@@ -115,8 +115,16 @@ def _once(axes: Any, words: str) -> str | None:
 
 
 def _legend_above(figure: Any, axes: Any, columns: int) -> None:
-    figure.legend(*axes.get_legend_handles_labels(), ncols=columns, loc="upper right", bbox_to_anchor=(0.99, 1.0),
-                  borderaxespad=0.3, handlelength=1.4, columnspacing=1.2, fontsize=7.0)  # fmt: skip
+    figure.legend(
+        *axes.get_legend_handles_labels(),
+        ncols=columns,
+        loc="upper right",
+        bbox_to_anchor=(0.99, 1.0),
+        borderaxespad=0.3,
+        handlelength=1.4,
+        columnspacing=1.2,
+        fontsize=7.0,
+    )
 
 
 def _shares(data: Data, figure: Any) -> None:
@@ -135,8 +143,16 @@ def _shares(data: Data, figure: Any) -> None:
         others = sum(s for name, s in r["variance_shares"].items() if name not in shown)
         parts = [*((name, r["variance_shares"].get(name, 0.0)) for name in shown), ("all others", others)]
         for j, (name, share) in enumerate(parts):
-            axes.barh(k, 100.0 * share, left=ends[share >= 0.0], height=0.55, color=COLOURS[j % len(COLOURS)],
-                      label=name if k == 0 else None, edgecolor="white", linewidth=0.3)  # fmt: skip
+            axes.barh(
+                k,
+                100.0 * share,
+                left=ends[share >= 0.0],
+                height=0.55,
+                color=COLOURS[j % len(COLOURS)],
+                label=name if k == 0 else None,
+                edgecolor="white",
+                linewidth=0.3,
+            )
             ends[share >= 0.0] += 100.0 * share
     axes.use_sticky_edges = False
     axes.set_xlabel("share in the variance of the level, %")

@@ -121,8 +121,16 @@ def course(data: Data, mode: Data, figure: Any) -> None:
     above, below = figure.subplots(2, 1, sharex=True, gridspec_kw={"hspace": 0.22})
     course_, windowed = mode["course"], mode["windowed"]
     for k, axis in enumerate(data["line_of_sight"]):
-        above.fill_between(course_["time_s"], course_["least_rad"][k], course_["largest_rad"][k], step="post",
-                           color=COLOURS[k], linewidth=0.3, alpha=0.8, label=axis)  # fmt: skip
+        above.fill_between(
+            course_["time_s"],
+            course_["least_rad"][k],
+            course_["largest_rad"][k],
+            step="post",
+            color=COLOURS[k],
+            linewidth=0.3,
+            alpha=0.8,
+            label=axis,
+        )
         band = _numbers(windowed["rms_ci95_rad"][k])
         below.fill_between(windowed["time_s"], band[:, 0], band[:, 1], color=COLOURS[k], alpha=0.35, linewidth=0)
         below.plot(windowed["time_s"], windowed["rms_rad"][k], color=COLOURS[k], label=f"{axis}, 95 % band")

@@ -7,7 +7,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from mechid.reports.page import asset, environment
+from mechid.reports.budget import tables
+from mechid.reports.template import asset, environment
 from mechid.reports.themed import themed
 
 
@@ -22,4 +23,8 @@ def budget_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
         The figures as SVG, by name.
     """
     figures = {name.removeprefix("budget_"): Markup(themed(text)) for name, text in pictures.items()}
-    return environment().get_template("budget.html").render(data=data, figures=figures, style=asset("report.css"))
+    return (
+        environment()
+        .get_template("budget.html")
+        .render(data=data, figures=figures, tables=tables, style=asset("report.css"))
+    )

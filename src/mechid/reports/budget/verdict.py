@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.reports.digits import plain
-from mechid.reports.summary import BAD, CAUTION, GOOD
+from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
 Data = Mapping[str, Any]
 HEADLINE = {

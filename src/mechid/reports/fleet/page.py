@@ -8,7 +8,7 @@ from typing import Any
 from markupsafe import Markup
 
 from mechid.reports.fleet.verdict import SYNTHETIC
-from mechid.reports.page import asset, environment
+from mechid.reports.template import asset, environment
 from mechid.reports.themed import themed
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.reports.console import print_lines, say
+from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 from mechid.reports.fleet.contents import fleet_contents
 from mechid.reports.fleet.verdict import SYNTHETIC
-from mechid.reports.summary import BAD, CAUTION, GOOD
-from mechid.reports.terminal import print_lines, say
 from mechid.reports.text_table import Column, print_table, print_tables
 
 STYLES = {GOOD: "bold green", CAUTION: "bold yellow", BAD: "bold red"}

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from mechid.reports.digits import digits, plain, with_sigma
-from mechid.reports.summary import BAD, CAUTION, GOOD
+from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
 Data = Mapping[str, Any]
 SHOWN = 8

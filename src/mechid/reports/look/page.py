@@ -7,8 +7,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from mechid.reports.page import asset, environment
 from mechid.reports.quantities import quantity_words
+from mechid.reports.template import asset, environment
 from mechid.reports.themed import themed
 
 

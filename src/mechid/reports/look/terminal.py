@@ -8,8 +8,8 @@ from typing import Any
 
 from rich.console import Console
 
+from mechid.reports.console import print_lines, say
 from mechid.reports.quantities import quantity_words
-from mechid.reports.terminal import print_lines, say
 
 ABOUT = ("health", "noise", "lines", "mains", "resonances")
 

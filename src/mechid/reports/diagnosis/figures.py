@@ -107,8 +107,16 @@ def _mark(axes: Any, places: Sequence[tuple[float, str]]) -> None:
         row = next((k for k, free in enumerate(free_from) if free <= hz), None)
         if row is not None:
             free_from[row] = hz * room
-            axes.annotate(hertz(hz), (hz, 1.0), xycoords=("data", "axes fraction"), xytext=(2, -2 - 8 * row),
-                          textcoords="offset points", va="top", color="#000000", fontsize=7)  # fmt: skip
+            axes.annotate(
+                hertz(hz),
+                (hz, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, -2 - 8 * row),
+                textcoords="offset points",
+                va="top",
+                color="#000000",
+                fontsize=7,
+            )
 
 
 def _legend_above(figure: Any, axes: Any) -> None:

@@ -14,8 +14,8 @@ from mechid.campaign import Campaign
 from mechid.campaign.campaign import parameters_of
 from mechid.identification.result.fit import Fit
 from mechid.reports.digits import digits
+from mechid.reports.fit.use import use_word
 from mechid.reports.overview import command_words
-from mechid.reports.use import use_word
 from mechid.simulation.resonances import Resonance
 
 

@@ -1,76 +1,37 @@
-"""The ink of a terminal, plain where it is none."""
+"""The report of a fit on a terminal."""
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.text import Text
 
-from mechid.reports.lacking import LACKING
-from mechid.reports.path import COMPLETED_TITLE
+from mechid.reports.console import print_lines, say
+from mechid.reports.fit.lacking import LACKING
+from mechid.reports.fit.path import COMPLETED_TITLE
+from mechid.reports.fit.side import SIDE_TITLE
+from mechid.reports.fit.tables import (
+    beside_table,
+    followed_table,
+    order_table,
+    own_table,
+    parameter_table,
+    path_table,
+    prior_table,
+    side_table,
+    stage_table,
+    validation_table,
+)
+from mechid.reports.fit.use import held_out, left_out
 from mechid.reports.quantities import torque_alone
-from mechid.reports.shared_tables import beside_table, order_table, own_table, path_table, side_table, stage_table
-from mechid.reports.side import SIDE_TITLE
-from mechid.reports.text_table import Column, print_table, print_tables
-from mechid.reports.use import held_out, left_out
-from mechid.reports.validation import CHANNEL, VALIDATION_LAYOUTS
 
-LOG_WIDTH = 120
-"""Columns where the output is no terminal and COLUMNS says nothing."""
 GRADE_STYLE = {"A": "bold green", "B": "bold yellow", "C": "bold red", "failed": "bold red"}
 ABOUT_RECORDS = ("record ", "records ", "all records")
 """How a warning begins that says whom of the records it concerns."""
-PARAMETER = Column("parameter", "key", words=True)
-VALUES = (
-    Column("nominal", "nominal"),
-    Column("estimate", "estimate"),
-    Column("+- sigma", "std_error"),
-    Column("unit", "unit", words=True),
-)
-TRUTH = (Column("truth", "truth"), Column("off", "deviation_sigmas"))
-LIMITS = (Column("min", "min"), Column("max", "max"), Column("status", "status", words=True))
-PARAMETER_LAYOUTS = (
-    ((PARAMETER, *VALUES, *TRUTH, *LIMITS),),
-    ((PARAMETER, *VALUES, *TRUTH), (PARAMETER, *LIMITS)),
-    ((PARAMETER, *VALUES), (PARAMETER, *TRUTH, *LIMITS)),
-)
-PRIOR_COLUMNS = (
-    PARAMETER,
-    Column("prior", "prior"),
-    Column("+- sigma", "prior_sigma"),
-    Column("estimate", "estimate"),
-    Column("+- sigma", "std_error"),
-    Column("records alone", "without_prior"),
-)
-RECORD = Column("record", "name", words=True)
-FOLLOWED = (
-    Column("use", "use", words=True),
-    Column("samples", "samples"),
-    Column("fit %", "fit_percent"),
-    Column("residual", "residual_rms"),
-    Column("noise", "noise_sigma"),
-    Column("followed %", "followed_percent"),
-)
-LINEAR = (Column("offset", "offset"), Column("drift /s", "drift"))
-RECORD_LAYOUTS = (((RECORD, *FOLLOWED, *LINEAR),), ((RECORD, *FOLLOWED), (RECORD, *LINEAR)))
-CHANNEL_LAYOUTS = (
-    ((RECORD, *CHANNEL, *FOLLOWED, *LINEAR),),
-    ((RECORD, *CHANNEL, *FOLLOWED), (RECORD, *CHANNEL, *LINEAR)),
-)
 HELD_OUT_WORDS = "Prediction of the records held out"
 LEFT_OUT_WORDS = "Records to estimate from that were left out, because they contradict the others"
-
-
-def console_on(*, err: bool = False) -> Console:
-    """Return a console on stdout or stderr, as wide as it is."""
-    stream = sys.stderr if err else sys.stdout
-    wide = None if stream.isatty() or "COLUMNS" in os.environ else LOG_WIDTH
-    return Console(file=stream, width=wide, markup=False, highlight=False, emoji=False)
 
 
 def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path] = ()) -> None:
@@ -91,7 +52,7 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     console.print()
     legend = "; off: estimate minus truth, in sigmas" if data["has_truth"] else ""
     say(console, f"Parameters{legend}", "bold")
-    print_tables(console, PARAMETER_LAYOUTS, [row for row in data["parameters"] if row["estimated"]])
+    parameter_table(data).print(console)
     _print_priors(data, console)
     _print_lacking(data["lacking"], console)
     _print_completed(data["completed"], console)
@@ -99,10 +60,9 @@ def print_report(data: Mapping[str, Any], console: Console, files: Sequence[Path
     _print_beside(data["beside"], console)
     if torque_alone(data["channels"]):
         say(console, "Records; residual, noise and offset in N m, drift in N m/s", "bold")
-        print_tables(console, RECORD_LAYOUTS, data["records"])
     else:
         say(console, "Channels; residual, noise and offset in the unit, drift in the unit a second", "bold")
-        print_tables(console, CHANNEL_LAYOUTS, data["channels"])
+    followed_table(data).print(console)
     _print_held_out(data, console)
     if data["side"]:
         say(console, f"{SIDE_TITLE}: the largest lines of each component", "bold")
@@ -174,10 +134,10 @@ def _print_beside(beside: Mapping[str, Any] | None, console: Console) -> None:
 
 def _print_priors(data: Mapping[str, Any], console: Console) -> None:
     """Print the priors, and how sure the records alone would be, where there are any."""
-    rows = [row for row in data["parameters"] if row["prior"]]
-    if rows:
+    priors = prior_table(data)
+    if priors.rows:
         say(console, "Priors; records alone: sigma without any prior, empty where the last fit left them out", "bold")
-        print_table(console, PRIOR_COLUMNS, rows)
+        priors.print(console)
 
 
 def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
@@ -186,21 +146,10 @@ def _print_held_out(data: Mapping[str, Any], console: Console) -> None:
         if rows:
             unit = "N m" if torque_alone(rows) else "the unit"
             say(console, f"{words}; residual in {unit}", "bold")
-            print_tables(console, VALIDATION_LAYOUTS, rows)
+            validation_table(rows).print(console)
     orders = held_out(data["orders"])
     if orders:
         unit = "N m" if torque_alone(orders) else "the unit"
         said = f"At orders of the step rate (1: once a full step); amplitudes in {unit}, RMS over windows"
         say(console, said, "bold")
         order_table(orders).print(console)
-
-
-def print_lines(console: Console, word: str, lines: Iterable[str], style: str = "") -> None:
-    """Print lines that begin with a word."""
-    for line in lines:
-        say(console, f"{word}: {line}", style)
-
-
-def say(console: Console, line: str, style: str = "") -> None:
-    """Print a line, wrapped by words on a terminal alone: elsewhere a line stays a line."""
-    console.print(Text(line, style=style), soft_wrap=not console.is_terminal)

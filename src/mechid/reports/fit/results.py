@@ -20,7 +20,7 @@ from mechid.identification.result.estimated_mechanism import signed
 from mechid.identification.result.fit import Fit
 from mechid.identification.result.grade import GRADE_WORDS
 from mechid.reading.whole import read_result
-from mechid.reports.lacking import beside_comment
+from mechid.reports.fit.lacking import beside_comment
 from mechid.writing import write_together, write_whole
 
 REPORT_NAME = "report.json"

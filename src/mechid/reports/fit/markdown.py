@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from mechid.reports.markdown_text import Row, bullets, cell, table
-from mechid.reports.path import COMPLETED_TITLE
+from mechid.reports.fit.path import COMPLETED_TITLE
+from mechid.reports.fit.side import SIDE_SAID, SIDE_TITLE
+from mechid.reports.fit.tables import (
+    beside_table,
+    known_table,
+    order_table,
+    own_table,
+    parameter_table,
+    path_table,
+    record_table,
+    side_table,
+    stage_table,
+)
+from mechid.reports.markdown_text import bullets, cell, table
 from mechid.reports.quantities import quantity_words
-from mechid.reports.shared_tables import beside_table, order_table, own_table, path_table, side_table, stage_table
-from mechid.reports.side import SIDE_SAID, SIDE_TITLE
-
-PARAMETER = ("parameter", "symbol", "nominal", "estimate", "± σ", "unit", "min", "max", "status")
 
 
 def report_markdown(data: Mapping[str, Any]) -> str:
@@ -22,12 +30,12 @@ def report_markdown(data: Mapping[str, Any]) -> str:
         parts.append("**Synthetic**: the records were simulated; nothing of this was measured.")
     for each in summary["questions"]:
         parts += [f"## {each['question']}", bullets(each["answers"])]
-    parts += ["## Parameters", table(PARAMETER, map(_parameter, _estimated(data)))]
-    parts += ["## Known values", table((*PARAMETER[:2], "value", "unit"), map(_known, _known_rows(data)))]
+    parts += ["## Parameters", parameter_table(data).markdown()]
+    parts += ["## Known values", known_table(data).markdown()]
     parts += _completed(data["completed"])
     parts += [part for one in data["missing"] for part in _missing(one)]
     parts += _beside(data["beside"])
-    parts += ["## Records", _records(data["record_table"])]
+    parts += ["## Records", record_table(data).markdown()]
     if data["orders"]:
         parts += ["## Orders of the step rate", order_table(data["orders"]).markdown()]
     if data["side"]:
@@ -69,23 +77,6 @@ def _beside(beside: Mapping[str, Any] | None) -> list[str]:
     return parts
 
 
-def _estimated(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [row for row in data["parameters"] if row["estimated"]]
-
-
-def _known_rows(data: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    return [row for row in data["parameters"] if not row["estimated"]]
-
-
-def _parameter(row: Mapping[str, Any]) -> Row:
-    keys = ("nominal", "estimate", "std_error", "unit", "min", "max", "status")
-    return (row["name"], row["symbol"], *(row["text"][key] for key in keys))
-
-
-def _known(row: Mapping[str, Any]) -> Row:
-    return row["name"], row["symbol"], row["text"]["estimate"], row["text"]["unit"]
-
-
 def _channel_information(information: Mapping[str, Any] | None) -> list[str]:
     """Return what each channel adds, where there are several."""
     if not information or len(information["channels"]) < 2:
@@ -100,8 +91,3 @@ def _channel_information(information: Mapping[str, Any] | None) -> list[str]:
         rows = zip(information["parameters"], information["text"][key], strict=True)
         parts += [said, table(("parameter", *words), ([name, *cells] for name, cells in rows))]
     return parts
-
-
-def _records(rows: Sequence[Mapping[str, Any]]) -> str:
-    labels = [label for label, _ in rows[0]["cells"]] if rows else []
-    return table(["record", "use", *labels], ([r["name"], r["use"], *(text for _, text in r["cells"])] for r in rows))

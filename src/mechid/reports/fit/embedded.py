@@ -20,7 +20,7 @@ from mechid.kernel.compiled import version_folder
 from mechid.reports.packing import pack_text
 from mechid.writing import write_whole
 
-MAKERS = ("embedded.py", "plots.py", "quantities.py", "packing.py")
+MAKERS = ("fit/embedded.py", "plots.py", "quantities.py", "packing.py")
 
 
 @dataclass(frozen=True)

@@ -14,13 +14,13 @@ from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Reason
 from mechid.identification.result.parameter_estimate import ParameterEstimate, PriorShare
 from mechid.parameter import Status
 from mechid.reports.digits import digits, like, plain, with_sigma
-from mechid.reports.lacking import beside_data, lacking_lines, missing_data
-from mechid.reports.path import completed_data
+from mechid.reports.fit.lacking import beside_data, lacking_lines, missing_data
+from mechid.reports.fit.path import completed_data
+from mechid.reports.fit.side import side_rows
+from mechid.reports.fit.use import with_left_out, with_use
+from mechid.reports.fit.validation import order_rows, validation_rows
 from mechid.reports.quantities import quantity_words
-from mechid.reports.side import side_rows
-from mechid.reports.use import with_left_out, with_use
-from mechid.reports.validation import order_rows, validation_rows
-from mechid.units import unit_words
+from mechid.units import angle_difference, unit_words
 
 FORMAT = "mechid-report/1"
 
@@ -134,9 +134,7 @@ def _deviation(p: ParameterEstimate, truth: float | None) -> float | None:
     """Return (estimate - truth) / sigma, an angle the short way round; None where there is no sigma."""
     if truth is None or not p.std_error:
         return None
-    difference = p.value - truth
-    if p.unit == "deg":
-        difference = (difference + 180.0) % 360.0 - 180.0
+    difference = angle_difference(p.value, truth) if p.unit == "deg" else p.value - truth
     return difference / p.std_error
 
 

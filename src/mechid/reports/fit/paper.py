@@ -9,7 +9,7 @@ import numpy as np
 
 from mechid.analysis.order_tracking import ORDERS
 from mechid.reports.curves import Curves, Lines, Spectrogram
-from mechid.reports.payload import order_marks, shown_hz
+from mechid.reports.fit.payload import order_marks, shown_hz
 from mechid.reports.quantities import quantity_words
 from mechid.reports.sheet import Sheet
 

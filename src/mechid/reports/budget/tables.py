@@ -1,0 +1,184 @@
+"""The tables of a budget, each built once for terminal, Markdown and page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from markupsafe import Markup
+
+from mechid.reports.table import Table
+from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
+
+Data = Mapping[str, Any]
+TEXTS, DOCUMENTS = (TERMINAL, MARKDOWN), (MARKDOWN, PAGE)
+
+
+def _below(text: str, more: str) -> Markup:
+    """Return a text with more of it in small letters below."""
+    return Markup('<span>{} <span class="range">{}</span></span>').format(text, more)
+
+
+def _with_range(key: str) -> OnPage:
+    """Return how a cell is shown on a page whose text has a range in brackets."""
+
+    def ink(row: Row) -> Markup:
+        text, bracket, more = row["text"][key].partition(" (")
+        return _below(text, bracket.strip() + more) if bracket else Markup("<span>{}</span>").format(text)
+
+    return OnPage(ink=ink)
+
+
+def _sure(row: Row) -> Markup:
+    """Return a level with its error, and what of the error is that of the draws."""
+    text = row["text"]
+    level = f"{text['level']} ± {text['sigma']}" if text["sigma"] else text["level"]
+    if not row["sampling_sigma_rad"]:
+        return Markup("<span>{}</span>").format(level)
+    return _below(level, f"(± {text['sampling']} by draws)")
+
+
+def _index(row: Row) -> str:
+    return f"{row['text']['index']}, {row['axis']}; {row['text']['statistics']}"
+
+
+NAME, MODE = Column("requirement", "requirement", words=True), Column("mode", "mode", words=True)
+REQUIREMENTS = (
+    NAME,
+    MODE,
+    Column("index", "index", words=True, where=TEXTS),
+    Column("axis", "axis", words=True, where=TEXTS),
+    Column(
+        "index", "index", words=True, where=(PAGE,), on_page=OnPage(ink=_index, tip=lambda r: str(r["index_words"]))
+    ),
+    Column("statistics", "statistics", words=True, where=(MARKDOWN,)),
+    Column("at, steps/s", "rate", where=DOCUMENTS),
+    Column("level rad", "level", said="level, rad", where=TEXTS),
+    Column("+- sigma", "sigma", said="± σ", where=TEXTS),
+    Column("level ± σ, rad", "level", where=(PAGE,), on_page=OnPage(ink=_sure)),
+    Column("by draws", "sampling", said="of it by draws", where=TEXTS),
+    Column("lacking rad", "lacking", said="of it lacking in the model (of the limit)", where=TEXTS),
+    Column("two-way", "two_way", where=(MARKDOWN,)),
+    Column("by ECSS sum", "ecss", said="ECSS sum", where=TEXTS),
+    Column("limit rad", "limit", said="limit, rad"),
+    Column("one-way %", "one_way_margin", said="one-way margin, %", on_page=_with_range("one_way_margin")),
+    Column("two-way %", "two_way_margin", said="two-way margin, %", on_page=_with_range("two_way_margin")),
+    Column(
+        "decides %",
+        "deciding",
+        style="bold",
+        said="decides, %",
+        strong=True,
+        on_page=OnPage(ink=lambda r: _below(r["text"]["deciding"], r["text"]["coupling"]), style="estimate"),
+    ),
+    Column("of", "coupling", words=True, where=(MARKDOWN,)),
+    Column("", "met", words=True, on_page=OnPage(style=lambda r: "word " + r["text"]["met"].replace(" ", "-"))),
+)
+SHARES = (
+    NAME,
+    MODE,
+    Column("band", "shares", words=True),
+    Column(
+        "ensemble", "spread", words=True, on_page=OnPage(ink=lambda r: r["text"]["worst_member"] + r["text"]["spread"])
+    ),
+    Column("nominal unit, rad", "nominal"),
+    Column("two-way, rad", "two_way"),
+    Column("ECSS sum, rad", "ecss"),
+    Column("other sources, rad", "others"),
+    Column("lacking in the model, rad (of the limit)", "lacking", on_page=_with_range("lacking")),
+)
+MODES = (
+    Column("mode", "name", words=True),
+    Column("stepping", "stepping", words=True, where=(MARKDOWN,)),
+    Column("driven", "driven", words=True, where=(MARKDOWN,)),
+    Column("duty", "duty", where=(MARKDOWN,)),
+    Column("worst rate", "worst_rate", said="worst rate, steps/s"),
+    Column("torque RMS N m", "torque", said="torque RMS, N m"),
+    Column("line of sight RMS rad", "one_way", said="line of sight RMS, rad"),
+    Column("lacking", "lacking", said="lacking in the model"),
+    Column("two-way", "two_way"),
+    Column("|R K|", "gain", said="largest R K"),
+    Column("slowest transient, to 1/e", "slowest", where=(MARKDOWN,)),
+)
+OF_MODE = Column("mode", "mode", words=True, where=(MARKDOWN,))
+STEADY = (
+    OF_MODE,
+    Column("rate, steps/s", "rate"),
+    Column("reached from", "reached", words=True),
+    Column("repeats", "repeats", words=True),
+    Column("largest multiplier", "multiplier"),
+    Column("decay, s", "decay"),
+    Column("follows", "follows", words=True),
+    Column("torque RMS, N m", "torque"),
+    Column("line of sight RMS, rad", "rms"),
+    Column("", "counts", words=True),
+)
+EMISSION = (
+    OF_MODE,
+    Column("Hz", "hz"),
+    Column("at, steps/s", "rate"),
+    Column("model, RMS N m", "modelled"),
+    Column("lacking, RMS N m", "residual"),
+    Column("95 % bound, RMS N m", "bound"),
+)
+SIDE = (
+    OF_MODE,
+    Column("", "name", words=True),
+    Column("with phase", "coherent", said="lines with a phase to the torque"),
+    Column("by magnitude", "magnitude"),
+    Column("line of sight RMS rad", "rms", words=True, said="line of sight RMS by itself, rad"),
+)
+CROSSINGS = (
+    Column("rate, steps/s", "rate"),
+    Column("order", "order"),
+    Column("mode", "mode", words=True),
+    Column("frequency, Hz", "frequency"),
+)
+
+
+def requirement_table(data: Data) -> Table:
+    """Return each requirement's level, limit and margins at its worst rate."""
+    return Table(REQUIREMENTS, data["requirements"])
+
+
+def share_table(data: Data) -> Table:
+    """Return which parameters drive each margin, and the levels beside that which decides."""
+    return Table(SHARES, data["requirements"])
+
+
+def mode_table(data: Data) -> Table:
+    """Return the modes of operation, at the rate of the largest line-of-sight RMS."""
+    return Table(MODES, data["modes"])
+
+
+def steady_table(*modes: Data) -> Table:
+    """Return the steady states of modes at the rates that have several, or an odd one."""
+    return Table(STEADY, _rows("steady_rows", modes))
+
+
+def emission_table(*modes: Data) -> Table:
+    """Return the torque of modes on the base by third octave."""
+    return Table(EMISSION, _rows("emission_rows", modes))
+
+
+def side_table(*modes: Data) -> Table:
+    """Return what the torque and each component beside it make of the line of sight."""
+    return Table(SIDE, _rows("side_rows", modes))
+
+
+def crossing_table(data: Data) -> Table:
+    """Return where orders of the step rate meet modes."""
+    rows = [
+        {
+            "rate": f"{c['rate']:.4g}",
+            "order": f"{c['order']:g}",
+            "mode": c["mode"],
+            "frequency": f"{c['frequency_hz']:.4g}",
+        }
+        for c in data["crossings"]
+    ]
+    return Table(CROSSINGS, rows)
+
+
+def _rows(key: str, modes: tuple[Data, ...]) -> list[Row]:
+    return [{"mode": mode["name"], **row} for mode in modes for row in mode[key]]

@@ -1,0 +1,55 @@
+"""The templates of pages: where they are, and what they may do with a value."""
+
+from __future__ import annotations
+
+import json
+import math
+from importlib.resources import files
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+DARKEST = 0.75
+"""Opacity of a cell's colour at most, so that its number stays legible."""
+
+
+def environment(package: str = "mechid.reports") -> Environment:
+    """Return the environment of a package's templates; texts are escaped."""
+    environment = Environment(
+        loader=PackageLoader(package),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {"script_json": script_json, "opacity": opacity}
+    return environment
+
+
+def script_json(value: Any) -> Markup:
+    r"""Return JSON that may stand within a script element: no text of it can end the element.
+
+    Examples
+    --------
+    >>> print(script_json({"a": "</script>"}))
+    {"a": "\u003c/script>"}
+    """
+    text = json.dumps(value, separators=(", ", ": "), allow_nan=False)
+    return Markup(text.replace("<", "\\u003c"))
+
+
+def opacity(value: float, most: float) -> str:
+    """Return the opacity of a cell's colour for a value between -`most` and `most`.
+
+    Examples
+    --------
+    >>> opacity(-0.5, 1.0), opacity(200.0, 100.0)
+    ('0.38', '0.75')
+    """
+    return f"{DARKEST * min(abs(value) / most, 1.0) if math.isfinite(value) else 0.0:.2f}"
+
+
+def asset(name: str) -> str:
+    """Return the text of a file beside the templates."""
+    return files("mechid.reports").joinpath("templates", name).read_text(encoding="utf-8")
