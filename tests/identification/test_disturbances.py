@@ -90,18 +90,21 @@ def test_a_clock_is_found_with_its_rate(clock):
 
 def test_a_clock_of_one_record_is_found_there(tmp_path):
     """Truth: the recorder's 400 ppm in one of three records, and none in the others."""
-    one, truth = written(tmp_path, {}, sizes={"micro": {"clock_ppm": 400.0}})
+    sweep = {**MICRO, "rate_profile": [[0.0, 0.0], [4.0, 120.0]]}
+    del sweep["rate"]
+    runs = {"full": RUNS["full"], "half": RUNS["half"], "sweep": Run(sweep, 4.0)}
+    one, truth = written(tmp_path, {}, sizes={"sweep": {"clock_ppm": 400.0}}, runs=runs)
     fit = identify(one, workers=1, near=truth)
     (found,) = fit.missing
     assert found.name == "record.clock"
-    for record in RUNS:
+    for record in runs:
         rate = fit.parameters[f"record.{record}.clock_ppm"]
-        expected = 1e6 / 1.0004 - 1e6 if record == "micro" else 0.0
+        expected = 1e6 / 1.0004 - 1e6 if record == "sweep" else 0.0
         assert rate.value == pytest.approx(expected, abs=4.0 * rate.std_error)
-        assert 0.0 < rate.std_error < 10.0
+        assert 0.0 < rate.std_error < 3.0
     assert max(off(fit, truth)) < 4.0
     assert str(fit.grade) == "A"
-    assert any("record.clock" in line and "micro" in line for line in fit.warnings)
+    assert any("record.sweep.clock_ppm = -399" in line for line in fit.warnings)
 
 
 def test_what_is_switched_off_is_not_there(clock):
