@@ -18,10 +18,10 @@ from mechid.identification.uncertainty.noise import MISFIT
 
 NEAR_OPTIMUM = 0.1
 """Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in
-the errors; beyond it there is no optimum near; a choice, not measured; a choice, not measured."""
+the errors; beyond it there is no optimum near; a choice, not measured."""
 LEAST_OF_NOISE = 0.5
 """Residual over noise below which what is declared as noise is none: a residual holds all of it; a choice, not
-measured; a choice, not measured."""
+measured."""
 PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 

@@ -58,8 +58,7 @@ GIVEN_UP = 2.5
 """Times as far off as declared at the first point from which a reading is not looked at further. Saves time alone.
 A choice, not measured."""
 AS_WELL = 1.15
-"""Times as far off as by causes of their own, up to which two records are rather swapped; a choice, not measured; a
-choice, not measured."""
+"""Times as far off as by causes of their own, up to which two records are rather swapped; a choice, not measured."""
 
 
 @dataclass(frozen=True)

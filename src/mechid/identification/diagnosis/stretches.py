@@ -22,7 +22,7 @@ ESCAPES = 1
 """Of a growth before anything is asked for: what is missing stops it again."""
 PATIENT = 8
 """Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it; a
-choice, not measured; a choice, not measured."""
+choice, not measured."""
 ROUNDS = 12
 """Of growth and a further term at most. A choice, not measured."""
 QUIETER = 4
@@ -30,10 +30,9 @@ QUIETER = 4
 too high (docs/diagnosis.md)."""
 ENOUGH = 0.3
 """Share of the records from which on effects are named: in less of them many imitate one another; a choice, not
-measured; a choice, not measured."""
-FURTHER = 1.001
-"""Times as much of the records as before, from which a round has led further; a choice, not measured; a choice, not
 measured."""
+FURTHER = 1.001
+"""Times as much of the records as before, from which a round has led further; a choice, not measured."""
 
 
 def in_stretches(before: Model, told: Told) -> Model | None:

@@ -11,7 +11,7 @@ from mechid.identification.diagnosis.steps import Step, Told, counts, gain, grow
 from mechid.plant.superset import Law
 
 TRIES = 2
-"""Laws that are fitted with what may be beside them; a choice, not measured; a choice, not measured."""
+"""Laws that are fitted with what may be beside them; a choice, not measured."""
 MOSTLY = 0.5
 """Share of the misfit that an effect has to take to be named where more than noise is left, or that a law has to
 take to be tried with further effects where it alone is not the best. Six of the eight effects that a saturating

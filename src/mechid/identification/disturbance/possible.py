@@ -24,7 +24,7 @@ SHARES: Mapping[Role, float] = {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04
 """How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper. The
 others are choices, not measured."""
 REACH = 5.0
-"""Standard deviations to either bound; a choice, not measured; a choice, not measured."""
+"""Standard deviations to either bound; a choice, not measured."""
 
 
 def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:

@@ -28,7 +28,7 @@ WINDOW_S = 0.005
 LONGEST_S = 20.0
 """Of a record that is looked at. It bounds the time of a check. A choice, not measured."""
 SAFE = 0.5
-"""Of the time in which runs come apart, what a stretch may have; a choice, not measured; a choice, not measured."""
+"""Of the time in which runs come apart, what a stretch may have; a choice, not measured."""
 
 
 def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ...]:

@@ -44,7 +44,7 @@ WARM_UP = 20_000
 radius 0.999 have fallen to 2e-9 by then."""
 ELSEWHERE = 1e-6
 """Chance at which a distance from the estimate, in its own covariance, is no scatter any more; a choice, not
-measured; a choice, not measured."""
+measured."""
 REFUSED = 1.0
 """Sigmas squared that a fit may still promise where it stops; what moves no parameter by more than its standard
 error."""

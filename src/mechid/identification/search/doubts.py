@@ -9,7 +9,7 @@ from mechid.identification.output_error.reduction import Triangle
 
 SINGULAR = 1e-7
 """Below this share of the largest, a singular value of the column-scaled Jacobian is rounding; a choice, not
-measured; a choice, not measured."""
+measured."""
 
 
 WORTH_SAYING = 1.0

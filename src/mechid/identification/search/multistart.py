@@ -50,8 +50,7 @@ BATCH = 4
 STEPS, FURTHER_STEPS = 24, 48
 """Robust steps of a start, and of those that were not good enough."""
 GOOD = 2.0
-"""Robust cost a sample, in sigmas squared, at which the first window counts as explained; a choice, not measured; a
-choice, not measured."""
+"""Robust cost a sample, in sigmas squared, at which the first window counts as explained; a choice, not measured."""
 
 
 @dataclass(frozen=True)

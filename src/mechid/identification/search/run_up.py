@@ -29,7 +29,7 @@ varied."""
 ELECTRICAL = 4.0
 """Full steps after which the coils are as they were."""
 TRIES = 32
-"""States that are tried where a motion does not come to repeat; a choice, not measured; a choice, not measured."""
+"""States that are tried where a motion does not come to repeat; a choice, not measured."""
 
 
 def run_up(

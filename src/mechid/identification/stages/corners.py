@@ -16,8 +16,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.solve import Solution
 
 AT_LEAST = 1e-3
-"""Of what it never lies below: a parameter this little above is in the corner; a choice, not measured; a choice,
-not measured."""
+"""Of what it never lies below: a parameter this little above is in the corner; a choice, not measured."""
 LOWERED = 0.3
 """Of the upper one of the two: where the lower one begins again. From starts of 0.06 to 45 rad/s beside the corner
 2 of 7 came back without this rule, 7 of 7 with it."""

@@ -30,7 +30,7 @@ LEAST_DEVIATION = 4.0
 voltages were named for hysteresis in the gear (the same page)."""
 ROUGH = 1e-6
 """Relative fall of the cost at which a fit that shows whether a disturbance is there may stop; a choice, not
-measured; a choice, not measured."""
+measured."""
 
 
 def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:

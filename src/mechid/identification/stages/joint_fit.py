@@ -22,7 +22,7 @@ from mechid.identification.stages.watch import Watch
 MOST_CLIFFS = 3
 """Times that a fit goes on along a threshold: four of 100 random mechanisms end at one (make recovery); not varied."""
 BACK_FROM_EDGE = 4.0
-"""Sigmas squared that it may cost to stand clear of a cliff; a choice, not measured; a choice, not measured."""
+"""Sigmas squared that it may cost to stand clear of a cliff; a choice, not measured."""
 
 
 def joint_fit(

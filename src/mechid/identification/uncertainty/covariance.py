@@ -26,8 +26,7 @@ from mechid.signal.series import Series, blocks, stretch_of
 from mechid.signal.stored import Room, pieces_of, write_at
 
 MOSTLY_ROUNDING = 0.5
-"""Share of a noise's variance from which it is rounding, whose colour is no stationary one; a choice, not measured;
-a choice, not measured."""
+"""Share of a noise's variance from which it is rounding, whose colour is no stationary one; a choice, not measured."""
 
 
 @dataclass(frozen=True)

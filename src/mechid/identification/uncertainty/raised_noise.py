@@ -24,7 +24,7 @@ from mechid.signal.trend import fit_line
 from mechid.units import unit_words
 
 FACTOR = 4.0
-"""By which a level is raised at a time; a choice, not measured; a choice, not measured."""
+"""By which a level is raised at a time; a choice, not measured."""
 MOST_SHARE = 0.3
 """Of the standard deviation of what moves in a channel, up to which its level is raised. All six measured campaigns
 are followed below it (docs/real_data.md)."""
