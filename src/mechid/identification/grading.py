@@ -17,10 +17,11 @@ from mechid.identification.search.doubts import WORTH_SAYING
 from mechid.identification.uncertainty.noise import MISFIT
 
 NEAR_OPTIMUM = 0.1
-"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
-errors; beyond it there is no optimum near."""
+"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in
+the errors; beyond it there is no optimum near; a choice, not measured."""
 LEAST_OF_NOISE = 0.5
-"""Residual over noise below which what is declared as noise is none: a residual holds all of it."""
+"""Residual over noise below which what is declared as noise is none: a residual holds all of it; a choice, not
+measured."""
 PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 

@@ -38,7 +38,7 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
 ROUGH = 1e-6
-"""Relative fall of the cost at which the fit before the release of the noise may stop."""
+"""Relative fall of the cost at which the fit before the release of the noise may stop; a choice, not measured."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 

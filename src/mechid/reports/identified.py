@@ -100,8 +100,7 @@ def identified_into(
     diagnosed: list[Path] = []
     if complete and fit.grade is not Grade.FAILED:
         campaign, fit, diagnosed = _completed(campaign, fit, folder, audience, seed, workers)
-    with Pens() as pens:
-        illustration = Illustration(campaign, fit, folder, pens)
+    with Pens() as pens, Illustration(campaign, fit, folder, pens) as illustration:
         validation = validate(campaign, fit, illustration.begin)
         fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
         name = mechanism_name(campaign, folder)
@@ -195,6 +194,7 @@ def _report(
     except UnwritableError:
         raise
     except Exception as error:
+        illustration.give_up()
         what = " ".join(f"{type(error).__name__}: {error}".split())
         told(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
         return []

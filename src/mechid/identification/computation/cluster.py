@@ -12,7 +12,7 @@ from mechid.identification.computation.workforce import Told, warned, working_on
 
 QUIET = ("distributed.client", "distributed.core", "distributed.comm")
 PATIENCE_S = 10.0
-"""Within which a scheduler has to answer."""
+"""Within which a scheduler has to answer; a choice, not measured."""
 
 
 @contextmanager

@@ -37,9 +37,9 @@ what many workers wait for."""
 AHEAD = 2
 """Batches under way for each worker: one at work, one that waits."""
 RECENT = 64
-"""Tasks whose median time counts."""
+"""Tasks whose median time counts; a choice, not measured."""
 ASKED_S = 0.2
-"""Time between two questions whether to go on."""
+"""Time between two questions whether to go on; a choice, not measured."""
 Told = Callable[[str], None]
 
 

@@ -28,9 +28,9 @@ from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, 
 
 Tell = Callable[[str], None]
 BATCHES = 4
-"""Batches of starts refined before some records are believed not to agree either."""
+"""Batches of starts refined before some records are believed not to agree either; a choice, not measured."""
 TRIED = 3
-"""Readings of a record, besides the declared one, that are grown together with the others."""
+"""Readings of a record, besides the declared one, that are grown together with the others; a choice, not measured."""
 
 
 @dataclass(frozen=True)

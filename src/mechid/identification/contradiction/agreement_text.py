@@ -13,7 +13,8 @@ from mechid.identification.output_error.target import target_of
 from mechid.units import to_si_factor, unit_words
 
 SPELLED, SAME_UNIT = ("N*m", "mN*m", "N*cm"), 1e-6
-"""Units by which a torque is often wrong, and how near a factor is one."""
+"""Units by which a torque is often wrong, and how near a factor is one. Rounding of a sum of products of decimals
+is far below it."""
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:

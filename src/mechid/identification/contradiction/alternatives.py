@@ -27,14 +27,17 @@ from mechid.plant.mechanism import Mechanism
 from mechid.signal.trend import fit_line
 
 STEPS = 2.0
-"""Full steps of travel that a record's first moments hold."""
+"""Full steps of travel that a record's first moments hold; a choice, not measured."""
 AFTER_S = 0.06
-"""And how long they go on after these, s."""
+"""And how long they go on after these, s. The length of the multi-start's window."""
 NEAR = 2.0 * math.log(100.0)
-"""Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken."""
+"""Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken; a
+choice, not measured."""
 LEAST_GAIN, SAME_GAIN = 0.5, 0.02
-"""Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one."""
+"""Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one; a
+choice, not measured."""
 SAME = 1e-9
+"""Cycles that differ by no more are whole ones: rounding."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from mechid.identification.search.gates import Growth, grow
 from mechid.simulation.simulator import excitation_over
 
 FURTHER = 2.0
-"""Times as much of the records has to be followed to be told of."""
+"""Times as much of the records has to be followed to be told of; a choice, not measured."""
 SIGN = (
     "the torque of all records of the other sign: write gain = -1.0 for their torque channels, or the other sign of "
     "all rates"

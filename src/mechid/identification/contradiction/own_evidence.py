@@ -15,15 +15,16 @@ from mechid.signal.lines import Prominence, prominence
 from mechid.signal.mains import LOW_MULTIPLES, MainsLine, mains_lines
 
 MOST_OFF, LEAST_OFF, SURE = 0.05, 2e-3, 8.0
-"""Relative distances of a rate from the one declared that are looked for, and standard errors that make one sure."""
+"""Relative distances of a rate from the one declared that are looked for, and standard errors that make one sure.
+Without a false alarm in 60 campaigns of the recovery benchmark (benchmarks/first_sight.py); not varied."""
 ALIKE = 5e-4
-"""Relative distances that differ by no more have one cause, the recorder's clock."""
+"""Relative distances that differ by no more have one cause, the recorder's clock; a choice, not measured."""
 LEAST_HUM = 0.5
 """Of a channel's noise level: smaller lines of hum change little, and are left to `identify`."""
 SKIRT_BINS, NARROW = range(3, 7), 0.5
 """Bins beside a line of hum, and of its height what they stay below: benches' hum gave 0.23, resonances 0.8 to 1.1."""
 ORDER_PARTS, NEAR_BINS = 4, 1.0
-"""A line of hum this near to a quarter order of the step rate, in bins, may be one."""
+"""A line of hum this near to a quarter order of the step rate, in bins, may be one; a choice, not measured."""
 
 
 def own_evidence(targets: Sequence[Target], said: Mapping[str, object], *, hum: bool = True) -> list[str]:

@@ -20,18 +20,21 @@ from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spe
 from mechid.signal.lines import prominence, spectral_lines
 
 COARSE = 2
-"""Steps a full step, at most, that fill a spectrum."""
+"""Steps a full step, at most, that fill a spectrum; a choice, not measured."""
 STEPS, LEAST_S, MOST_S, PIECE_S = 8.0, 0.25, 2.0, 0.5
-"""Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move."""
+"""Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move. It
+keeps a look at a campaign at 0.3 s (docs/identification.md); not varied otherwise."""
 HIGHEST_HZ = 1000.0
+"""Of the spectra that are compared. A choice, not measured."""
 ORDER = 4
-"""Of the low-pass that a record may have passed; |H|^2 = 1/(1 + (f/f_c)^(2 n))."""
+"""Of the low-pass that a record may have passed; |H|^2 = 1/(1 + (f/f_c)^(2 n)); a choice, not measured."""
 OWN_LINES_S, OWN_RIDGE_S = 4.0, 8.0
-"""How much of a record is looked at for its own step rate, by its lines and over time."""
+"""How much of a record is looked at for its own step rate, by its lines and over time; a choice, not measured."""
 SAME_RATE, SAME_END = 0.01, 0.1
-"""Of a rate, and of a swept rate's end: what is off by no more is no other one."""
+"""Of a rate, and of a swept rate's end: what is off by no more is no other one; a choice, not measured."""
 REPEATS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Full steps at the rate declared after which a record may repeat itself."""
+"""Full steps at the rate declared after which a record may repeat itself. A motor may repeat itself after two or
+four steps, or twice in a step."""
 FULL_STEPS = (1.0, 2.0)
 """Times the rate declared that the lines of full steps may suggest."""
 PARTS = (1.0, 2.0, 4.0)

@@ -34,7 +34,8 @@ from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 
 FAR = 1.2
-"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch."""
+"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch. The limit
+from which a record counts as misfit, too."""
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
 """Causes of grade C that are of a record which the fit has not followed to its end."""
 

@@ -14,9 +14,10 @@ from mechid.identification.disturbance.scores import Score
 from mechid.identification.uncertainty.noise import MISFIT
 
 SMALL = 0.01
-"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part."""
+"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
+Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
 FEW = 4
-"""Effects that a mechanism file may well lack at once."""
+"""Effects that a mechanism file may well lack at once; a choice, not measured."""
 FEW_WEAK = 2
 """Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
 

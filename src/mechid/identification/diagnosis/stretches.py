@@ -21,14 +21,18 @@ from mechid.identification.search.multistart import candidates, multistart
 ESCAPES = 1
 """Of a growth before anything is asked for: what is missing stops it again."""
 PATIENT = 8
-"""Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it."""
+"""Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it; a
+choice, not measured."""
 ROUNDS = 12
+"""Of growth and a further term at most. A choice, not measured."""
 QUIETER = 4
-"""Times that noise levels are lowered by one growth at most."""
+"""Times that noise levels are lowered by one growth at most. Levels of benches with backlash stood 1.2 to 2 times
+too high (docs/diagnosis.md)."""
 ENOUGH = 0.3
-"""Share of the records from which on effects are named: in less of them many imitate one another."""
+"""Share of the records from which on effects are named: in less of them many imitate one another; a choice, not
+measured."""
 FURTHER = 1.001
-"""Times as much of the records as before, from which a round has led further."""
+"""Times as much of the records as before, from which a round has led further; a choice, not measured."""
 
 
 def in_stretches(before: Model, told: Told) -> Model | None:

@@ -19,10 +19,12 @@ from mechid.parameter import Declaration, Parameter, Role, Status
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
 DELAY_S = 1e-4
+"""How late a record's command may be, one standard deviation: a sample at 10 kHz. A choice, not measured."""
 SHARES: Mapping[Role, float] = {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.01}
-"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper."""
+"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper. The
+others are choices, not measured."""
 REACH = 5.0
-"""Standard deviations to either bound."""
+"""Standard deviations to either bound; a choice, not measured."""
 
 
 def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:

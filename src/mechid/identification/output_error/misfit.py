@@ -25,7 +25,8 @@ from mechid.simulation.trajectory import SimulationOutcome
 Window = tuple[int, int]
 """First and last-plus-one sample."""
 FEWEST = 3
-"""Points that are worth simulating side by side."""
+"""Points that are worth simulating side by side. A batch costs as much as 3 runs by themselves
+(benchmarks/batch_of_runs.py: 0.37 to 0.4 of 8)."""
 
 
 def residual(modelled: FloatArray, measured: FloatArray, out: FloatArray | None = None) -> FloatArray:
