@@ -104,6 +104,19 @@ def test_an_optimum_at_a_threshold_is_b_and_says_what_was_promised():
     assert "a fall of the cost by 12" in only(found).text
 
 
+@pytest.mark.parametrize(("value", "named"), [(1.9999, True), (1.99, False), (1e-5, False)])
+def test_a_bound_close_to_which_a_fit_stopped_short_is_named(value, named):
+    """Truth: a range from 0 to 2; at 0 most values have a limit of physics, not of the file."""
+    close = parameter("stepper.torque_constant", 1.0, value=value)
+    found = graded(
+        fit(outcome=FitOutcome.CLIFF, parameters=(close,)),
+        replace(EVIDENCE, promised_fall=12.0),
+    )
+    said = "stepper.torque_constant = 1.9999 stands at its bound 2" in only(found).text
+    assert said is named
+    assert ("stepper.torque_constant" in only(found).text) is named
+
+
 @pytest.mark.parametrize(
     ("fall", "grade", "causes"),
     [(0.5, Grade.A, []), (150.0, Grade.B, [Cause.NEAR_OPTIMUM]), (300.0, Grade.C, [Cause.NOT_CONVERGED])],
