@@ -75,12 +75,15 @@ class FirstSight:
         Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
     cut_off_hz : mapping of record to float
         From about where on records fall as behind a low-pass, where the mechanism has none.
+    failing : int
+        Of the points of the box, those at which a record cannot be simulated, where these are most of them; else 0.
     """
 
     common_scale: float = 1.0
     otherwise: Mapping[str, Reading] = field(default_factory=dict)
     doubtful: frozenset[str] = frozenset()
     cut_off_hz: Mapping[str, float] = field(default_factory=dict)
+    failing: int = 0
 
     @property
     def sure(self) -> dict[str, Reading]:
@@ -105,9 +108,20 @@ def first_sight(problem: Problem, seed: int = 0) -> FirstSight:
     cut_offs = () if problem.space.mechanism.plant.having(Role.CUT_OFF) else CUT_OFFS_HZ
     each = partial(_declared, problem, points, scales, cut_offs)
     of = dict(zip(sights, mapped(each, list(sights.values()), problem.workers), strict=True))
+    failing = int(np.sum(np.any([~np.isfinite(distances[:, 0]) for distances in of.values()], axis=0)))
     of = {name: distances for name, distances in of.items() if np.isfinite(distances[:, 0]).any()}
-    if not of:
-        return FirstSight()
+    seen = _seen(problem, sights, points, of) if of else FirstSight()
+    return replace(seen, failing=failing if failing > POINTS // 2 else 0)
+
+
+def _seen(
+    problem: Problem,
+    sights: Mapping[str, RecordSight],
+    points: Sequence[FloatArray],
+    of: Mapping[str, FloatArray],
+) -> FirstSight:
+    """Return what distances say, those of each record as declared and in other units, (points, scales + cut-offs)."""
+    scales = (1.0, *SCALES)
     coarse = {name: some for name, some in of.items() if sights[name].command.microsteps <= COARSE}
     low_passed = _behind_low_pass({name: np.min(some, axis=0) for name, some in coarse.items()}, len(scales))
     of = {name: some[:, : len(scales)] for name, some in of.items()}

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
-from mechid.identification.contradiction.first_sight import SCALES, FirstSight
+from mechid.identification.contradiction.first_sight import POINTS, SCALES, FirstSight
 from mechid.identification.output_error.declaration import Reading
 
 
@@ -21,6 +21,7 @@ def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> l
         Whether single records are read so in what follows.
     """
     lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
+    lines += [_failing(sight.failing)] if sight.failing else []
     lines += [_low_passed(sight.cut_off_hz)] if sight.cut_off_hz else []
     for name, taken in sight.otherwise.items():
         doubtful = name in sight.doubtful
@@ -37,6 +38,13 @@ def _common(campaign: Campaign, scale: float) -> str:
         f"all records: their torque is about {1.0 / scale:.3g} times what the mechanism at any of its starts gives; "
         f"mechid does not change all records by itself: write {unit_remedy(record, scale)}, or look for a wrong "
         "unit in the mechanism file"
+    )
+
+
+def _failing(points: int) -> str:
+    return (
+        f"all records: at {points} of {POINTS} starts within the bounds the model swings so fast that it cannot be "
+        "simulated: look for a wrong unit in the mechanism file, of a value or of its bounds"
     )
 
 
