@@ -27,7 +27,7 @@ from mechid.interface.progress import listening
 from mechid.shown import Shown
 
 AnyFit = Fit | FinishedFit | Mapping[str, Any]
-Told = Callable[[str, float | None], None]
+TellShare = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -176,7 +176,7 @@ def _reopened(
     workers: int,
     executor: Executor | None,
     listener: Listener | None,
-) -> Iterator[tuple[Optimum, Told]]:
+) -> Iterator[tuple[Optimum, TellShare]]:
     """Return a fit's optimum, and who is told of the refits."""
     began = time.perf_counter()
     with one_core_algebra(), working_on(executor), listening(listener) as tell:

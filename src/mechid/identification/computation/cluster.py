@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from mechid.errors import UsageError, WorkersError
-from mechid.identification.computation.workforce import Told, warned, working_on
+from mechid.identification.computation.progress import Tell
+from mechid.identification.computation.workforce import warned, working_on
 
 QUIET = ("distributed.client", "distributed.core", "distributed.comm")
 PATIENCE_S = 10.0
@@ -16,7 +17,7 @@ PATIENCE_S = 10.0
 
 
 @contextmanager
-def lent_by(address: str | None, told: Told = warned) -> Iterator[None]:
+def lent_by(address: str | None, told: Tell = warned) -> Iterator[None]:
     """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
 
     Parameters

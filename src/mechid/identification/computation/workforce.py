@@ -26,6 +26,7 @@ from typing import Any
 from mechid.errors import WorkersError
 from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import Done, Ended, mapped_by
+from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Answer, Batch, processor, work
 from mechid.simulation.interruption import ask
 
@@ -40,7 +41,6 @@ RECENT = 64
 """Tasks whose median time counts; a choice, not measured."""
 ASKED_S = 0.2
 """Time between two questions whether to go on; a choice, not measured."""
-Told = Callable[[str], None]
 
 
 def warned(line: str) -> None:
@@ -49,7 +49,7 @@ def warned(line: str) -> None:
 
 
 @contextmanager
-def working_on(executor: Executor | None, told: Told = warned) -> Iterator[None]:
+def working_on(executor: Executor | None, told: Tell = warned) -> Iterator[None]:
     """Let the workers of an executor do what is mapped within; None leaves it to the threads of this process.
 
     Parameters
@@ -93,7 +93,7 @@ class _Parcel:
 class Workforce:
     """The workers of an executor, and what they have been given."""
 
-    def __init__(self, executor: Executor, told: Told = warned) -> None:
+    def __init__(self, executor: Executor, told: Tell = warned) -> None:
         self.executor, self.told = executor, told
         self.seen: set[str] = set()
         self.said: set[str] = set()

@@ -30,7 +30,7 @@ from mechid.identification.contradiction.record_sight import (
     own_rates,
     sight_of,
 )
-from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
+from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.box import sample_box
@@ -69,7 +69,7 @@ class FirstSight:
     ----------
     common_scale : float
         What the torque of all records alike is plainly to be multiplied by; 1 where nothing is.
-    otherwise : mapping of record to Taken
+    otherwise : mapping of record to Reading
         What is plainly otherwise with single records.
     doubtful : frozenset of str
         Those of which it may as well be half or twice that rate, or a unit ten times as large or small.
@@ -80,13 +80,13 @@ class FirstSight:
     """
 
     common_scale: float = 1.0
-    otherwise: Mapping[str, Taken] = field(default_factory=dict)
+    otherwise: Mapping[str, Reading] = field(default_factory=dict)
     doubtful: frozenset[str] = frozenset()
     cut_off_hz: Mapping[str, float] = field(default_factory=dict)
     failing: int = 0
 
     @property
-    def sure(self) -> dict[str, Taken]:
+    def sure(self) -> dict[str, Reading]:
         """The readings that are no other ones as well."""
         return {name: taken for name, taken in self.otherwise.items() if name not in self.doubtful}
 
@@ -192,7 +192,7 @@ class _Comparison:
         partners = {name for name, taken in otherwise.items() if taken.swapped in doubtful}
         return FirstSight(1.0, otherwise, frozenset(doubtful | partners))
 
-    def _is_doubtful(self, name: str, taken: Taken, distances: FloatArray) -> bool:
+    def _is_doubtful(self, name: str, taken: Reading, distances: FloatArray) -> bool:
         """Tell whether another reading of the same kind is as good: another unit, or half or twice the rate."""
         if taken.scale == 1.0:
             return is_doubtful_rate(self.sights[name], taken)
@@ -200,7 +200,7 @@ class _Comparison:
         rivals = (k for k, scale in enumerate(SCALES) if scale != taken.scale and (scale > 1.0) == (taken.scale > 1.0))
         return any(least[k] < RIVAL * least[SCALES.index(taken.scale)] for k in rivals)
 
-    def _distance(self, sight: RecordSight, taken: Taken, declared: float) -> float:
+    def _distance(self, sight: RecordSight, taken: Reading, declared: float) -> float:
         """Return how far off a record is as read; at the first point alone where that is far from the declared one."""
         least, read = math.inf, sight.read_as(taken)
         for q in self.points:
@@ -209,19 +209,21 @@ class _Comparison:
                 break
         return least
 
-    def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Taken]:
+    def _swapped(self, declared: Mapping[str, float], singles: Mapping[str, float]) -> dict[str, Reading]:
         """Return the two records that are nearer by each other's command, the clearest such pair.
 
         None where each by itself is nearer still in another way, where its own lines are at another rate, or where no
         own line speaks against what is declared.
         """
-        found: list[tuple[float, dict[str, Taken]]] = []
+        found: list[tuple[float, dict[str, Reading]]] = []
         spoken = {name for name in declared if contradicts(self.sights[name])}
         for pair in combinations(declared, 2):
             if spoken.isdisjoint(pair):
                 continue
             taken = {name: _driven_as(self.sights[other].whole) for name, other in zip(pair, pair[::-1], strict=True)}
-            if all(taken_command(self.sights[name].command, taken[name]) == self.sights[name].command for name in pair):
+            if all(
+                command_as_read(self.sights[name].command, taken[name]) == self.sights[name].command for name in pair
+            ):
                 continue
             off = sum(self._distance(self.sights[name], taken[name], declared[name]) for name in pair)
             before = sum(declared[name] for name in pair)
@@ -231,19 +233,19 @@ class _Comparison:
         agreed = all(is_driven_so(self.sights[name], taken, FULL_STEPS) for name, taken in best.items())
         return best if agreed else {}
 
-    def _single(self, sight: RecordSight, distances: FloatArray) -> tuple[float, Taken]:
+    def _single(self, sight: RecordSight, distances: FloatArray) -> tuple[float, Reading]:
         """Return the likeliest reading of one record by itself, and how far off it is; the declared one mostly."""
         declared = float(distances[:, 0].min())
-        units = [(float(distances[:, k].min()), UNIT, Taken(scale=scale)) for k, scale in enumerate(SCALES, 1)]
+        units = [(float(distances[:, k].min()), UNIT, Reading(scale=scale)) for k, scale in enumerate(SCALES, 1)]
         others = _other_commands(sight)
         commands = [(self._distance(sight, taken, declared), limit, taken) for limit, taken in others]
         plain = [(off, taken) for off, limit, taken in (*units, *commands) if declared > limit * off]
         return min(plain, key=lambda one: one[0], default=(declared, DECLARED))
 
 
-def _driven_as(other: Target) -> Taken:
+def _driven_as(other: Target) -> Reading:
     command = other.command
-    return Taken(
+    return Reading(
         rate=command.rate,
         stepping=command.stepping,
         microsteps=command.microsteps,
@@ -252,16 +254,16 @@ def _driven_as(other: Target) -> Taken:
     )
 
 
-def _other_commands(sight: RecordSight) -> list[tuple[float, Taken]]:
+def _other_commands(sight: RecordSight) -> list[tuple[float, Reading]]:
     """Return what a record's command may be instead, each with how much nearer it has to be."""
     command, own = sight.command, sight.own
     full = own is not None and own.stepping == "full"
     steppings = []
     if command.microsteps <= COARSE and not full:
-        steppings = [Taken(stepping="micro", microsteps=USUAL_MICROSTEPS)]
+        steppings = [Reading(stepping="micro", microsteps=USUAL_MICROSTEPS)]
     elif command.microsteps > COARSE and full:
-        steppings = [Taken(stepping="full", microsteps=1), Taken(stepping="half", microsteps=2)]
+        steppings = [Reading(stepping="full", microsteps=1), Reading(stepping="half", microsteps=2)]
     return [
         *((STEPPING, taken) for taken in steppings),
-        *((RATE, Taken(rate=rate)) for rate in own_rates(sight)),
+        *((RATE, Reading(rate=rate)) for rate in own_rates(sight)),
     ]

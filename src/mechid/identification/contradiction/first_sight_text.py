@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
 from mechid.identification.contradiction.first_sight import POINTS, SCALES, FirstSight
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 
 
 def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> list[str]:
@@ -58,7 +58,7 @@ def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
     )
 
 
-def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool) -> str:
+def _single(record: CampaignRecord, taken: Reading, *, used: bool, doubtful: bool) -> str:
     said, remedy = reading_words(record, taken)
     then = ", and so used" if used else f", or of {_rival(taken)}" if doubtful else ""
     return (
@@ -67,7 +67,7 @@ def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool)
     )
 
 
-def _rival(taken: Taken) -> str:
+def _rival(taken: Reading) -> str:
     """Return what a record may be as well."""
     if taken.scale == 1.0:
         return "half or twice that rate"

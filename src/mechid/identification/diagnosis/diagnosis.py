@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 from mechid.campaign import Campaign
 from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.computation.progress import Listener, Progress, silent
+from mechid.identification.computation.progress import Listener, Progress, Tell, silent
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.held_out import HeldOut, held_out
@@ -24,7 +24,7 @@ from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
 from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
-from mechid.identification.diagnosis.steps import LEAST, Step, Told
+from mechid.identification.diagnosis.steps import LEAST, Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
@@ -142,7 +142,7 @@ def diagnose(
         return replace(concluded, held_out=predicted)
 
 
-def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Told) -> Found:
+def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Tell) -> Found:
     """Return the effects that are missing: from the fit, and from the first moments where that may be a wrong branch.
 
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
@@ -168,7 +168,7 @@ def _better(model: Model, other: Model | None) -> Model:
     return other if other.cost < model.at_levels(other.problem).cost else model
 
 
-def _searched(before: Model, start: Model, told: Told) -> Found:
+def _searched(before: Model, start: Model, told: Tell) -> Found:
     """Return the effects that the records ask for, at noise levels no higher than what is left with them."""
     start = start.lowered()
     while True:

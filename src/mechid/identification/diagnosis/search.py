@@ -6,9 +6,10 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import landscape_of
-from mechid.identification.diagnosis.steps import SHARE, Step, Told, beside, counts, gain, grown, pruned, step
+from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.uncertainty.noise import MISFIT
@@ -66,7 +67,7 @@ class Found:
         return beside(self.model, [step(self.before)])[0]
 
 
-def searched(before: Model, start: Model, told: Told = lambda words: None) -> Found:
+def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Found:
     """Return the effects that the records ask for.
 
     Parameters

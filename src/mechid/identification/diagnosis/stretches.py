@@ -12,8 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import Told, exchanges, grown, pruned
+from mechid.identification.diagnosis.steps import exchanges, grown, pruned
 from mechid.identification.diagnosis.with_laws import with_a_law
 from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
@@ -35,7 +36,7 @@ FURTHER = 1.001
 """Times as much of the records as before, from which a round has led further; a choice, not measured."""
 
 
-def in_stretches(before: Model, told: Told) -> Model | None:
+def in_stretches(before: Model, told: Tell) -> Model | None:
     """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
 
     None where no model follows enough of the records for effects to be told apart.
@@ -106,7 +107,7 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return whole, growth
 
 
-def _attempts(model: Model, before: Model, told: Told) -> Iterator[tuple[Model, Model, int]]:
+def _attempts(model: Model, before: Model, told: Tell) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with terms, then with laws.
 
     Laws come last, since each is a kernel and a fit of its own. A model that leaves no more than noise lacks nothing;

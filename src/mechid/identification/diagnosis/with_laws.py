@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.laws import promise
-from mechid.identification.diagnosis.steps import Step, Told, counts, gain, grown, pruned, step
+from mechid.identification.diagnosis.steps import Step, counts, gain, grown, pruned, step
 from mechid.plant.superset import Law
 
 TRIES = 2
@@ -22,7 +23,7 @@ took 135 s of CPU, 297 before (docs/diagnosis.md, with other savings)."""
 WORSE = "leaves more than the effects without it"
 
 
-def with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+def with_hidden(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
     """Return the model with the laws that it may lack although it leaves no more than noise."""
     steps: list[Step] = []
     for law in [law for law in model.other_laws if law.hides]:
@@ -39,7 +40,7 @@ def with_hidden(model: Model, tried: dict[str, str], told: Told) -> tuple[Model,
     return model, steps
 
 
-def in_place_of_imitators(model: Model, told: Told) -> tuple[Model, list[Step]]:
+def in_place_of_imitators(model: Model, told: Tell) -> tuple[Model, list[Step]]:
     """Return the model with laws in place of the disturbances that imitate them, where they do as well for less.
 
     A low-pass delays all records alike: the delays of the records imitate it down to the noise, with more parameters.
@@ -56,7 +57,7 @@ def in_place_of_imitators(model: Model, told: Told) -> tuple[Model, list[Step]]:
     return model, steps
 
 
-def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's.
 
     Laws are tried beside the terms that have been found, which may be right, and without them: they may imitate a law.
@@ -79,7 +80,7 @@ def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Told) 
     return best, steps
 
 
-def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Told) -> list[tuple[str, Model]]:
+def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Tell) -> list[tuple[str, Model]]:
     """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
     found: list[tuple[str, Model]] = []
     for law in [law for law in before.other_laws if law.name not in smooth.laws]:

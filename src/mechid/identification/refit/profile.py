@@ -117,7 +117,7 @@ class Profile:
         return -min(p.rise for p in self.points)
 
 
-Told = Callable[[str, Point], None]
+TellPoint = Callable[[str, Point], None]
 Refit = Callable[[tuple[str, float, Sequence[FloatArray]]], dict[str, Any]]
 
 
@@ -128,7 +128,7 @@ def profiles(
     workers: int = 1,
     executor: Executor | None = None,
     journal: Journal | None = None,
-    told: Told = lambda name, point: None,
+    told: TellPoint = lambda name, point: None,
 ) -> list[Profile]:
     """Return the profile of each parameter; both sides of all are worked on at once.
 
@@ -152,7 +152,9 @@ def profiles(
 class _Side:
     """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
 
-    def __init__(self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: Told) -> None:
+    def __init__(
+        self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: TellPoint
+    ) -> None:
         self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
         self.journal, self.told = journal, told
         self.own = optimum.one(name)

@@ -22,13 +22,11 @@ from mechid.identification.output_error.identity import identity
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target, TargetChannel
-from mechid.identification.search.moving_starts import Lifted, after_those_at_rest, begun_anew
+from mechid.identification.search.moving_starts import Horizons, Lifted, after_those_at_rest, begun_anew
 from mechid.identification.search.solve import Solution, solve
 from mechid.signal.series import stretch_of
 from mechid.signal.stored import Room, room_for
 from mechid.signal.trend import Line, fit_line
-
-Horizons = dict[str, int]
 
 FLOOR_S, WINDOW_S, DIVERGED_AT, BEYOND_S, ROUNDS = 0.015, 0.005, 4.0, 0.08, 80
 """Least horizon; window in which the mean squared residual stays below a limit, sigmas squared; how far past the
