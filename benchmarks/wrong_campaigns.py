@@ -35,7 +35,12 @@ from pathlib import Path
 from mechid import identify, load_campaign
 from mechid.campaign.bench import TRUTH
 from mechid.identification.result.estimate_file import write_estimate
-campaign = load_campaign(sys.argv[1])
+from mechid.errors import MechidError
+try:
+    campaign = load_campaign(sys.argv[1])
+except MechidError as error:
+    print(error)
+    sys.exit(error.exit_code)
 free = {p.name for p in campaign.mechanism.free}
 limits = campaign.mechanism.parameters
 near = {n: min(max(v, limits[n].min), limits[n].max) for n, v in TRUTH.items() if n in free}
