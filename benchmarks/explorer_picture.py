@@ -71,7 +71,7 @@ def photograph(address: str, picture: Path) -> None:
         idle(browser)
         browser.execute_script("document.querySelector('.effect-named [role=switch]').click()")
         idle(browser)
-        browser.execute_script("window.scrollTo(0, document.querySelector('#undo').offsetTop - 30)")
+        browser.execute_script("document.querySelector('#undo').scrollIntoView(); window.scrollBy(0, -30)")
         idle(browser)
         picture.write_bytes(browser.get_screenshot_as_png())
 

@@ -65,7 +65,7 @@ def identify(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
-        Told of progress.
+        Called with each report of progress.
     journal : Journal or None
         Where what is worked out is noted, and taken from if it is there already.
     near : mapping of str to float or None

@@ -71,7 +71,7 @@ def profile(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable or None
-        Told of progress; None shows a line in a notebook and nothing elsewhere.
+        Called with each report of progress; None shows a line in a notebook and nothing elsewhere.
     journal : Path or None
         File in which what is worked out is noted, so that a stopped run can go on.
     resume : bool

@@ -45,7 +45,7 @@ class Audience:
     followed : callable
         Gives a context for each search, which yields who listens to its progress.
     told : callable
-        Told of single lines.
+        Called with single lines.
     """
 
     followed: Callable[[], AbstractContextManager[Listener]]

@@ -25,7 +25,7 @@ def lent_by(address: str | None, told: Tell = warned) -> Iterator[None]:
     address : str or None
         As ``tcp://host:8786``, which a scheduler writes when it starts.
     told : callable
-        Told in a line what is odd about workers.
+        Called with a line on what is odd about workers.
 
     Raises
     ------

@@ -58,7 +58,7 @@ def working_on(executor: Executor | None, told: Tell = warned) -> Iterator[None]
         As ``ProcessPoolExecutor()``, ``distributed.Client(...).get_executor()``, ``mpi4py.futures.MPIPoolExecutor()``.
         It stays open.
     told : callable
-        Told in a line what is odd about a worker.
+        Called with a line on what is odd about a worker.
     """
     if executor is None:
         yield

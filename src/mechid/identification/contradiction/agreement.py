@@ -90,7 +90,7 @@ def agreement(
         Whether that start explains the first 60 ms of all records: then only those may contradict that it does not
         follow through their first moments.
     tell : callable
-        Told what is tried.
+        Called with a line on what is tried.
     journal : Journal or None
         Of the growths, where a run is to be resumed.
     """

@@ -33,7 +33,7 @@ EVENTS = 100_000
 def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return what happens where the model at `q` leaves a record, after so many samples, as a clause or more.
 
-    Told are the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
+    It names the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
     and the detents. It is a reading of what is left over near there, no test of a hypothesis.
     """
     base, timing = target.base, problem.coordinates.timing(target, q)

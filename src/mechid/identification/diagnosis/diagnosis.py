@@ -117,7 +117,7 @@ def diagnose(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
-        Told of progress.
+        Called with each report of progress.
 
     Raises
     ------

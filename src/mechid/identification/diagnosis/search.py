@@ -77,7 +77,7 @@ def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Fo
     start : Model
         Where to begin: with the effects that the fit has already, or `before` itself.
     told : callable
-        Told of progress.
+        Called with each report of progress.
     """
     tried: dict[str, str] = {}
     before = _at_its_best(before) if start.effects else start

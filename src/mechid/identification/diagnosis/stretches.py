@@ -46,7 +46,7 @@ def in_stretches(before: Model, told: Tell) -> Model | None:
     before : Model
         The mechanism as written; its values do not count, since a wrong branch may have drawn them away.
     told : callable
-        Told of progress.
+        Called with each report of progress.
     """
     begun = _from_best_start(before)
     if begun is None:
