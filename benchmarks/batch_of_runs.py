@@ -14,12 +14,12 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from mechid.cli.finished_fit import finished_fit
 
 from bench_sweep import RESULTS, machine
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.reopened import reopened
+from mechid.interface.finished_fit import finished_fit
 from mechid.simulation.batch import SETS, Batch
 from mechid.simulation.simulator import Simulator, TimeBase
 

@@ -13,7 +13,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from mechid.cli.finished_fit import finished_fit
 
 from mechid.command import Command, RateProfile
 from mechid.exports.c.compiler import compiled
@@ -24,6 +23,7 @@ from mechid.exports.handover import Trial, handover
 from mechid.exports.trials import sample_rate_hz, substeps
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.interface.finished_fit import finished_fit
 from mechid.simulation.simulator import Simulator, TimeBase
 
 SECONDS = 60.0

@@ -27,7 +27,7 @@ from mechid.command import Command, RateProfile
 from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.contradiction.first_sight import SCALES, FirstSight, first_sight
 from mechid.identification.contradiction.own_evidence import own_evidence
-from mechid.identification.output_error.declaration import Taken, taken_record
+from mechid.identification.output_error.declaration import Reading, record_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -156,7 +156,7 @@ def _faulty(campaign: Campaign) -> Iterator[tuple[str, tuple[str, ...], Campaign
     """Yield kind of fault, records, campaign, and what tells whether it was named rightly."""
     names = [record.name for record in campaign.records]
     for scale in SCALES:
-        wrong = {name: Taken(scale=1.0 / scale) for name in names}
+        wrong = {name: Reading(scale=1.0 / scale) for name in names}
         yield f"unit of all {scale:g}", (), _taken(campaign, wrong), lambda s, _, k=scale: s.common_scale == k
         for name in names:
             right = lambda s, n, k=scale: s.otherwise[n].scale == k  # noqa: E731
@@ -186,8 +186,8 @@ def _near(sight: FirstSight, name: str, rate: float) -> bool:
     return found is not None and abs(max(found.rates) / rate - 1.0) < 0.02
 
 
-def _taken(campaign: Campaign, taken: dict[str, Taken]) -> Campaign:
-    return _with(campaign, {name: taken_record(campaign.record(name), one) for name, one in taken.items()})
+def _taken(campaign: Campaign, taken: dict[str, Reading]) -> Campaign:
+    return _with(campaign, {name: record_as_read(campaign.record(name), one) for name, one in taken.items()})
 
 
 def _commanded(campaign: Campaign, name: str, **changes: Any) -> Campaign:

@@ -16,7 +16,8 @@ import numpy as np
 
 from mechid.campaign.bench import TRUTH, write_bench
 from mechid.fleets.files import write_fleet
-from mechid.fleets.fleet import Fleet, fleet
+from mechid.fleets.fleet import Fleet, make_fleet
+from mechid.fleets.fleet_file import read_fleet_file
 from mechid.fleets.numbers import fleet_data
 from mechid.reports.fleet.files import write_fleet_report
 
@@ -33,7 +34,7 @@ def main() -> None:
     file = make_benches(folder, units)
     began, spent = time.perf_counter(), time.process_time()
     out = folder / "fleet"
-    made = fleet(file, out=out, told=_clock())
+    made = make_fleet(read_fleet_file(file), out, told=_clock())
     print(f"identified: {time.perf_counter() - began:.1f} s, {time.process_time() - spent:.1f} s of one core's time")
     spent = time.process_time()
     data = fleet_data(made, out)

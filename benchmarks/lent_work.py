@@ -25,7 +25,6 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import psutil
-from mechid.cli.finished_fit import finished_fit
 
 from bench_sweep import RESULTS, machine
 from mechid.identification.computation import workforce
@@ -34,6 +33,7 @@ from mechid.identification.computation.parallel import mapped, one_core_algebra
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.refit.bootstrap import bootstrap
 from mechid.identification.refit.reopened import reopened
+from mechid.interface.finished_fit import finished_fit
 
 ALONE = 200
 """Batches sent alone, of which the shortest counts."""

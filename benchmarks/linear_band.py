@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from mechid.cli.finished_fit import finished_fit
 
 from mechid.exports.handover import handover
 from mechid.exports.linear.fraction import fraction
@@ -20,6 +19,7 @@ from mechid.exports.linear.options import Options
 from mechid.exports.linear.state_space import response_of
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.interface.finished_fit import finished_fit
 
 DRAWS = 500
 FREQUENCIES_HZ = np.geomspace(1.0, 400.0, 60)

@@ -11,7 +11,6 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from mechid.cli.finished_fit import finished_fit
 
 from mechid.exports.forcing import estimate_on_base, forcing
 from mechid.exports.handover import handover
@@ -19,6 +18,7 @@ from mechid.exports.stepping import steppings, usual_rates
 from mechid.exports.tables.bulk import order_loads
 from mechid.identification.result.estimate_file import FILE_NAME
 from mechid.identification.result.estimated_mechanism import read_estimated_mechanism
+from mechid.interface.finished_fit import finished_fit
 
 ORDERS = 4.0
 """Up to here a row each; all together below."""

@@ -1,13 +1,15 @@
 """What `mechid check` and `mechid identify` say of campaigns in which one thing is wrong.
 
     python benchmarks/wrong_campaigns.py [--command check|identify] [--only NAME ...] [--folder DIR] [--out FILE]
-                                         [--cpu-limit SECONDS] [--from-truth]
+                                         [--cpu-limit SECONDS] [--from-truth] [--short]
+                                         [--near-truth]
 
 Each campaign is a synthetic bench in which one thing is declared or recorded wrongly (`wrong.cases`). Counted is
 whether a line that names it is among the first three of the output, or anywhere in it. Of `identify`, from the
 catalogue, also how far its estimates are off. A confident wrong answer is a fit of grade A or B that has an estimate
 more than 5 of its standard errors and 2 % off, where no line names the cause; of an angle, 2 % are those of half a
-turn. What is in --out already is not run again; what reaches its limit ends as interrupted.
+turn. What is in --out already is not run again; what reaches its limit ends as interrupted. With --near-truth nothing
+is searched: all is fitted jointly from the true values, records as declared, to see what a fit says of itself there.
 """
 
 import argparse
@@ -23,10 +25,31 @@ from typing import Any
 
 from mechid.campaign.bench import TRUTH
 from mechid.writing import write_whole
-from wrong.bench import Files, right_files
+from wrong.bench import Files, right_files, shorten
 from wrong.cases import Case, cases
 
 FIRST = 3
+NEAR = """
+import sys
+from pathlib import Path
+from mechid import identify, load_campaign
+from mechid.campaign.bench import TRUTH
+from mechid.identification.result.estimate_file import write_estimate
+from mechid.errors import MechidError
+try:
+    campaign = load_campaign(sys.argv[1])
+except MechidError as error:
+    print(error)
+    sys.exit(error.exit_code)
+free = {p.name for p in campaign.mechanism.free}
+limits = campaign.mechanism.parameters
+near = {n: min(max(v, limits[n].min), limits[n].max) for n, v in TRUTH.items() if n in free}
+fit = identify(campaign, workers=1, near=near)
+Path(sys.argv[2]).mkdir(parents=True, exist_ok=True)
+write_estimate(fit, Path(sys.argv[2]) / "estimate.json")
+print(*(reason.text for reason in fit.reasons), *fit.warnings, sep="\\n")
+"""
+"""A fit without a search, of a campaign into a folder."""
 CONFIDENT, SHARE = 5.0, 0.02
 
 
@@ -37,9 +60,13 @@ def main() -> None:
     parser.add_argument("--only", nargs="*", default=[], metavar="NAME")
     parser.add_argument("--folder", type=Path, help="where the campaigns are kept; else a temporary one")
     parser.add_argument("--from-truth", action="store_true", help="identify from the true values, for less time")
+    parser.add_argument("--near-truth", action="store_true", help="one joint fit from the true values, no search")
+    parser.add_argument("--short", action="store_true", help="records of 6 s in all instead of 18")
     parser.add_argument("--cpu-limit", type=int, default=3600, help="CPU seconds of one run", metavar="SECONDS")
     parser.add_argument("--out", type=Path, help="JSON of all rows, taken up again")
     arguments = parser.parse_args()
+    if arguments.short:
+        shorten()
     resource.setrlimit(resource.RLIMIT_CPU, (arguments.cpu_limit, resource.RLIM_INFINITY))
     rows = json.loads(arguments.out.read_text()) if arguments.out and arguments.out.exists() else {}
     with tempfile.TemporaryDirectory() as temporary:
@@ -48,7 +75,8 @@ def main() -> None:
             if arguments.only and case.name not in arguments.only:
                 continue
             if case.name not in rows or arguments.only:
-                rows[case.name] = judged(case, folder, arguments.command, from_truth=arguments.from_truth)
+                command = "near" if arguments.near_truth else arguments.command
+                rows[case.name] = judged(case, folder, command, from_truth=arguments.from_truth)
                 if arguments.out:
                     write_whole(arguments.out, json.dumps(rows, indent=1) + "\n")
             _print(case, rows[case.name])
@@ -70,9 +98,13 @@ def judged(case: Case, folder: Path, command: str, *, from_truth: bool = False) 
     campaign = files.write(place, right, from_truth=from_truth)
     result = campaign / "result"
     (result / "estimate.json").unlink(missing_ok=True)
-    asked = [command, str(campaign), *(["--out", str(result)] if command == "identify" else [])]
+    asked = {
+        "near": ["-c", NEAR, str(campaign), str(result)],
+        "identify": ["-m", "mechid", "identify", str(campaign), "--out", str(result)],
+        "check": ["-m", "mechid", "check", str(campaign)],
+    }[command]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    done = subprocess.run([sys.executable, "-m", "mechid", *asked], capture_output=True, text=True, check=False,
+    done = subprocess.run([sys.executable, *asked], capture_output=True, text=True, check=False,
                           env={**os.environ, "COLUMNS": "100000"})  # fmt: skip
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     lines = [line for line in (done.stdout or done.stderr).splitlines() if line]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from mechid.command import Command, RateProfile
-from mechid.kernel.twin_state import TwinState
+from mechid.kernel.twin import TwinState
 from mechid.simulation.simulator import Simulator, TimeBase
 from paper import SENSITIVE
 

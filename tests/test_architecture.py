@@ -1,5 +1,8 @@
 """The house rules that a program can check: the order of the layers, the size and the names of files."""
 
+import ast
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
@@ -27,3 +30,25 @@ def test_a_file_holds_one_idea_and_is_named_for_it(path: Path) -> None:
     name = path.parent.name if path.stem == "__init__" else path.stem
     assert name.strip("_") not in NAMES_THAT_SAY_NOTHING
     assert len(path.read_text(encoding="utf-8").splitlines()) <= LONGEST_FILE
+
+
+@pytest.mark.parametrize("folder", ["benchmarks", "examples", "fuzz"])
+def test_what_scripts_import_of_mechid_is_there(folder: str) -> None:
+    """Truth: the modules themselves; no other test imports these scripts, so that a moved name would not be seen."""
+    scripts = sorted((ROOT / folder).rglob("*.py"))
+    asked = {
+        (node.module or "", alias.name, path.name)
+        for path in scripts
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "mechid"
+        for alias in node.names
+    }
+    assert asked
+    lost = [one for one in sorted(asked) if not _is_there(*one[:2])]
+    assert not lost
+
+
+def _is_there(module: str, name: str) -> bool:
+    return find_spec(module) is not None and (
+        hasattr(import_module(module), name) or find_spec(f"{module}.{name}") is not None
+    )

@@ -119,3 +119,25 @@ def test_a_file_that_fails_is_named(folder, case):
     with pytest.raises(InputFileError, match=re.escape(message)) as caught:
         read_mechanism(folder / "mechanism.toml")
     assert str(caught.value).startswith("mechanism.toml: ")
+
+
+ODD = {
+    "source=source)": ("source=None)", 'Declaration "dry": source: found None, no text'),
+    "lower=0.0, source=source": ("lower=None, source=source", "limits: found (None, inf)"),
+    'key="dry"': ('key="dr y"', 'key: found "dr y"; write a name'),
+    "sliding=T_c * sigma": ("sliding=T_c * zoo", "which is no number"),
+}
+
+
+@pytest.mark.parametrize("part", ODD)
+def test_a_part_that_is_none_is_named(folder, part):
+    """Truth: what was put in its place."""
+    other, said = ODD[part]
+    text = (folder / "grease.py").read_text(encoding="utf-8")
+    assert part in text
+    changed = text.replace(part, other, 1).replace("import sqrt", "import zoo, sqrt")
+    (folder / "grease.py").write_text(changed, encoding="utf-8")
+    with pytest.raises(InputFileError) as error:
+        read_mechanism(folder / "mechanism.toml")
+    assert said in str(error.value)
+    assert "friction.block: grease.py:grease" in str(error.value)

@@ -27,6 +27,7 @@ NOT_NUMBERS = {
     "folder",
     "source",
     "how",
+    "how_words",
     "words",
 }
 """Keys of result files that differ from run to run, or from folder to folder."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import os
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -62,6 +62,16 @@ RUNS = {
     "micro_92": Run(16, RateProfile.constant(92.0), 1.0),
     "sweep": Run(16, RateProfile.through([(0.0, 0.0), (SWEEP_S, SWEEP_TO)]), SWEEP_S),
 }
+
+
+SHORT_S = {"full_46": 0.6, "full_23": 0.6, "full_5": 0.7, "micro_46": 0.6, "micro_92": 0.6, "sweep": 3.0}
+
+
+def shorten() -> None:
+    """Make all runs of this process a third as long, for a fit of each case in a third of the time."""
+    for name, seconds in SHORT_S.items():
+        RUNS[name] = replace(RUNS[name], seconds=seconds)
+    RUNS["sweep"] = replace(RUNS["sweep"], rate=RateProfile.through([(0.0, 0.0), (SHORT_S["sweep"], SWEEP_TO)]))
 
 
 def time_of(name: str) -> FloatArray:

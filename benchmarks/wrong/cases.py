@@ -58,7 +58,7 @@ def _signs_and_times() -> Iterator[Case]:
 def _drives() -> Iterator[Case]:
     rate = "(rate|clock|steps/s)"
     yield Case("rate", "rate_1pc_full", f"full_46.*{rate}", partial(_commanded, name="full_46", rate="46.46"))
-    profile = "[[0.0, 0.0], [12.0, 121.2]]"
+    profile = f"[[0.0, 0.0], [{RUNS['sweep'].seconds}, 121.2]]"
     yield Case("rate", "rate_1pc_sweep", f"sweep.*{rate}", partial(_commanded, name="sweep", rate_profile=profile))
     yield Case("rate", "rate_10pc_micro", f"micro_46.*{rate}", partial(_commanded, name="micro_46", rate="50.6"))
     gain = "(gain|calibrat|torque times)"

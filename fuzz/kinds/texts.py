@@ -68,7 +68,7 @@ RESULTS = (np.array([[1.5, -2.0], [0.1, 1e-300]]), {"a": 3.0, "b": [1, "x", None
 
 
 def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
-    """Have a journal written with steps of every kind of result; change entries, whose digests then are wrong."""
+    """Have a journal written with steps of every kind of result; change entries, whose digests are right in half."""
     from mechid.identification.computation.journal import Journal
 
     path = folder / "journal.jsonl"
@@ -79,8 +79,18 @@ def write_journal(draw: Draw, folder: Path) -> dict[str, Any]:
     lines = [json.loads(line) for line in whole.splitlines()]
     changes = changed(draw, {"lines": lines}).get("lines", [])
     changes = changes if isinstance(changes, list) else [changes]
-    path.write_bytes(damaged(draw, "".join(json.dumps(plain(one)) + "\n" for one in changes), 0.2))
+    as_text = _sealed if draw.chance(0.5) else json.dumps
+    path.write_bytes(damaged(draw, "".join(as_text(plain(one)) + "\n" for one in changes), 0.2))
     return {"is_whole": path.read_text(errors="replace") == whole}
+
+
+def _sealed(entry: Any) -> str:
+    """Return a line as a journal writes it, whatever stands in it."""
+    from mechid.identification.computation.entries import sealed
+
+    if not isinstance(entry, dict):
+        return json.dumps(entry)
+    return sealed({key: value for key, value in entry.items() if key != "check"})
 
 
 def _given(result: Any) -> Any:

@@ -151,6 +151,17 @@ def test_names_of_records(files, names, tmp_path):
     assert [record["file"] for record in written["record"]] == files
 
 
+def test_the_column_that_is_called_a_torque_is_named(tmp_path, monkeypatch):
+    """And none where it stands in its place, where no column is called so, and where the file is not there yet."""
+    monkeypatch.chdir(tmp_path)
+    heads = {"third": "t,Trigger,Torque_Mz", "second": "t,Torque_Mz,Trigger", "unnamed": "t,a,b"}
+    for name, head in heads.items():
+        (tmp_path / f"{name}.csv").write_text(f"{head}\n0.0,1.0,2.0\n0.1,1.0,3.0\n")
+    new_campaign("bench", ["third.csv", "second.csv", "unnamed.csv", "later.csv"])
+    records = tomllib.loads((tmp_path / "bench" / "campaign.toml").read_text())["record"]
+    assert [one.get("channels") for one in records] == [[{"quantity": "torque", "column": "Torque_Mz"}], *3 * [None]]
+
+
 @pytest.mark.parametrize("name", ["mechanism.toml", "campaign.toml"])
 def test_nothing_is_overwritten(name, tmp_path):
     (tmp_path / name).write_text("mine")

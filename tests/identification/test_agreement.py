@@ -10,7 +10,7 @@ from mechid.analysis.validation import validate
 from mechid.command import RateProfile
 from mechid.identification.contradiction.alternatives import turns_deg
 from mechid.identification.identify import identify
-from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command
+from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read
 from mechid.identification.result.grade import Cause, Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.stages import growth
@@ -54,12 +54,12 @@ def within(fit, sigmas=5.0):
 
 
 CASES = {
-    "polarity": ("micro_46", {"polarity": -1.0}, Taken(polarity=-1)),
-    "polarity of the first": ("full_46", {"polarity": -1.0}, Taken(polarity=-1)),
-    "direction": ("full_23", {"driven": backward}, Taken(direction=-1)),
-    "quarter turn": ("full_46", {"driven": lambda c: turned(c, 90.0)}, Taken(start_angle_deg=135.0)),
-    "half step": ("full_23", {"driven": lambda c: turned(c, -45.0)}, Taken(start_angle_deg=0.0)),
-    "a microstep": ("micro_46", {"driven": lambda c: turned(c, 5.625)}, Taken(start_angle_deg=5.625)),
+    "polarity": ("micro_46", {"polarity": -1.0}, Reading(polarity=-1)),
+    "polarity of the first": ("full_46", {"polarity": -1.0}, Reading(polarity=-1)),
+    "direction": ("full_23", {"driven": backward}, Reading(direction=-1)),
+    "quarter turn": ("full_46", {"driven": lambda c: turned(c, 90.0)}, Reading(start_angle_deg=135.0)),
+    "half step": ("full_23", {"driven": lambda c: turned(c, -45.0)}, Reading(start_angle_deg=0.0)),
+    "a microstep": ("micro_46", {"driven": lambda c: turned(c, 5.625)}, Reading(start_angle_deg=5.625)),
 }
 
 
@@ -164,7 +164,7 @@ def test_a_record_of_another_mechanism_is_left_out():
     assert fit.grade is Grade.C
     assert (fit.reasons[0].cause, fit.reasons[0].record) == (Cause.LEFT_OUT, "full_23")
     assert fit.reasons[0].next_command.startswith("mechid check ")
-    assert (own.taken, own.use) == (Taken(left_out=True), "validate")
+    assert (own.taken, own.use) == (Reading(left_out=True), "validate")
     assert own.horizon_s < SECONDS
     within(fit)
     assert [w for w in fit.warnings if w.startswith("record full_23: left out")]
@@ -184,7 +184,7 @@ def test_turns_that_no_torque_shows_are_not_tried():
 def test_a_command_taken_backward_runs_backward():
     """Truth: the command's own edges, of which the other direction has the mirror image."""
     command = COMMANDS["full_46"]
-    there, back = command.excitation(0.1), taken_command(command, Taken(direction=-1)).excitation(0.1)
+    there, back = command.excitation(0.1), command_as_read(command, Reading(direction=-1)).excitation(0.1)
     np.testing.assert_array_equal(there.times, back.times)
     np.testing.assert_allclose(there.values[0], [1, 1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)
     np.testing.assert_allclose(back.values[0], [-1, -1] * np.sqrt(np.array([0.5, 0.5])), atol=1e-12)

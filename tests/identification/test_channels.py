@@ -15,7 +15,7 @@ from mechid.campaign.prediction import simulate_all
 from mechid.campaign.trajectory_file import write_trajectories
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.uncertainty.visits import Visits
+from mechid.identification.uncertainty.covariance import Visits
 from mechid.records import ChannelSpec, RecordSpec, read_record
 from paper import constant
 from runs import base, run_twin

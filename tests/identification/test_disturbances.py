@@ -31,8 +31,11 @@ HUM = {"mains_hz": 50.0, "mains_1": 3e-3, "mains_2": 1e-3, "mains_3": 1e-3}
 FREE = ("stepper.coil_resistance", "stepper.torque_constant", "friction.coulomb", "gear.stiffness", "gear.damping")
 
 
-def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=FREE):
-    """Write a campaign of three records with what the size adds; returns it and the truth of what is free."""
+def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=FREE, sizes=None):
+    """Write a campaign of three records with what the size adds; returns it and the truth of what is free.
+
+    `sizes` has what is added to single records instead.
+    """
     mechanism, _ = drawn("clock", 1)
     mechanism = mechanism.with_free(free)
     (folder / "mechanism.toml").write_text(mechanism_text(mechanism))
@@ -40,7 +43,7 @@ def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=F
     for (name, run), supply in zip(runs.items(), supplies, strict=True):
         true = recorded(
             mechanism.with_values({"stepper.peak_voltage": supply * mechanism.value("stepper.peak_voltage")}),
-            size, run, None,
+            (sizes or {}).get(name, size), run, None,
         )  # fmt: skip
         y = true.torque_Nm + NOISE_NM * rng.standard_normal(true.time_s.size) + 0.01
         np.savetxt(folder / f"{name}.csv", np.stack([true.time_s, y], axis=1), fmt="%.10g", delimiter=",",
@@ -83,6 +86,25 @@ def test_a_clock_is_found_with_its_rate(clock):
     assert max(r.residual_rms for r in fit.records.values()) < 1.05 * NOISE_NM
     assert any(line.startswith("clock: ") and 'disturbances = "none"' in line for line in fit.warnings)
     assert report_data(fit)["missing"][0]["rows"][0]["name"] == "campaign.clock_ppm"
+
+
+def test_a_clock_of_one_record_is_found_there(tmp_path):
+    """Truth: the recorder's 400 ppm in one of three records, and none in the others."""
+    sweep = {**MICRO, "rate_profile": [[0.0, 0.0], [4.0, 120.0]]}
+    del sweep["rate"]
+    runs = {"full": RUNS["full"], "half": RUNS["half"], "sweep": Run(sweep, 4.0)}
+    one, truth = written(tmp_path, {}, sizes={"sweep": {"clock_ppm": 400.0}}, runs=runs)
+    fit = identify(one, workers=1, near=truth)
+    (found,) = fit.missing
+    assert found.name == "record.clock"
+    for record in runs:
+        rate = fit.parameters[f"record.{record}.clock_ppm"]
+        expected = 1e6 / 1.0004 - 1e6 if record == "sweep" else 0.0
+        assert rate.value == pytest.approx(expected, abs=4.0 * rate.std_error)
+        assert 0.0 < rate.std_error < 3.0
+    assert max(off(fit, truth)) < 4.0
+    assert str(fit.grade) == "A"
+    assert any("record.sweep.clock_ppm = -399" in line for line in fit.warnings)
 
 
 def test_what_is_switched_off_is_not_there(clock):
@@ -204,7 +226,7 @@ def test_a_disturbance_is_put_in_and_taken_out(clock):
     assert {d.name for d in all_of_them} == set(DISTURBANCES) - {"mains", "record.gain"}
     q = plain.coordinates.point(truth)
     wide = with_disturbances(plain, all_of_them)
-    assert wide.size == plain.size + 1 + 3 + 3 + 3
+    assert wide.size == plain.size + 1 + 3 + 3 + 3 + 3
     here = carried(plain, q, wide)
     for target, own in zip(plain.targets, wide.targets, strict=True):
         np.testing.assert_array_equal(plain.model.predict(target, q, 2000)[0], wide.model.predict(own, here, 2000)[0])
@@ -222,7 +244,7 @@ def test_the_score_tells_which_it_is(clock):
     found = scores(plain, q, plain.whole(), possible(plain, one, q))
     assert max(found, key=lambda name: found[name].over) == "clock"
     assert {name: score.dof for name, score in found.items()} == {
-        "clock": 1, "record.delay": 3, "record.voltage": 2, "record.temperature": 2,
+        "clock": 1, "record.clock": 3, "record.delay": 3, "record.voltage": 2, "record.temperature": 2,
     }  # fmt: skip
     assert found["clock"].share > 0.5
 

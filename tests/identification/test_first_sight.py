@@ -12,7 +12,7 @@ from mechid.identification.contradiction.first_sight import FirstSight, first_si
 from mechid.identification.contradiction.first_sight_text import first_sight_lines
 from mechid.identification.contradiction.record_sight import sight_of
 from mechid.identification.identify import identify, make_problem
-from mechid.identification.output_error.declaration import DECLARED, Taken
+from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.stages.first_seen import declaration_warnings
 from paper import constant
@@ -57,7 +57,7 @@ def test_nothing_is_said_of_records_that_are_as_declared(seed):
 @pytest.mark.parametrize("scale", [1e-3, 1e-2, 1e2, 1e3])
 def test_a_unit_of_one_record_is_told(scale):
     """Truth: the factor by which one record's torque was divided."""
-    assert seen(made(data={"full_23": torque("full_23") / scale})).otherwise == {"full_23": Taken(scale=scale)}
+    assert seen(made(data={"full_23": torque("full_23") / scale})).otherwise == {"full_23": Reading(scale=scale)}
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e3])
@@ -103,7 +103,9 @@ def test_a_record_is_read_so_from_the_first_stage_on():
     fit = identify(bench, workers=1)
     assert fit.outcome is FitOutcome.CONVERGED
     assert fit.warnings[0].startswith("record micro_46: its spectrum")
-    assert {name: r.taken for name, r in fit.records.items() if r.taken != DECLARED} == {"micro_46": Taken(scale=1e-3)}
+    assert {name: r.taken for name, r in fit.records.items() if r.taken != DECLARED} == {
+        "micro_46": Reading(scale=1e-3)
+    }
     for name in FACTORS:
         p = fit.parameters[name]
         assert abs(p.value - truth().value(name)) < 5.0 * p.std_error, name
@@ -112,17 +114,17 @@ def test_a_record_is_read_so_from_the_first_stage_on():
 def test_what_is_taken_is_written_and_read_again():
     """Truth: the readings that were written down."""
     for taken in (
-        Taken(scale=1e-3, polarity=-1),
-        Taken(rate=RateProfile.constant(46.0), stepping="full", microsteps=1, swapped="a", start_angle_deg=45.0),
-        Taken(rate=RateProfile.through([(0.0, 0.0), (8.0, 110.0)])),
+        Reading(scale=1e-3, polarity=-1),
+        Reading(rate=RateProfile.constant(46.0), stepping="full", microsteps=1, swapped="a", start_angle_deg=45.0),
+        Reading(rate=RateProfile.through([(0.0, 0.0), (8.0, 110.0)])),
     ):
-        assert Taken.from_dict(taken.to_dict()) == taken
+        assert Reading.from_dict(taken.to_dict()) == taken
 
 
 def test_a_further_reading_is_beside_the_first():
     """Truth: two faults of one record, found one after the other."""
-    found = Taken(scale=1e-3, polarity=-1).beside(Taken(polarity=-1, start_angle_deg=45.0))
-    assert found == Taken(scale=1e-3, start_angle_deg=45.0)
+    found = Reading(scale=1e-3, polarity=-1).beside(Reading(polarity=-1, start_angle_deg=45.0))
+    assert found == Reading(scale=1e-3, start_angle_deg=45.0)
 
 
 def test_a_low_pass_far_above_a_record_changes_nothing():

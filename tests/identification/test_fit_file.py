@@ -10,7 +10,7 @@ from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
 from mechid.errors import InputFileError
 from mechid.identification.identify import identify
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.estimate_file import estimate_text, write_estimate
 from mechid.identification.result.fit_file import read_fit
 
@@ -75,7 +75,9 @@ def test_a_damaged_file_is_refused(made, tmp_path, key):
 
 def test_how_a_record_was_taken_reads_back(made, tmp_path):
     _, campaign, fit = made
-    taken = Taken(polarity=-1, direction=-1, start_angle_deg=12.5, time_offset_s=(0.001, -0.002, 0.002), left_out=True)
+    taken = Reading(
+        polarity=-1, direction=-1, start_angle_deg=12.5, time_offset_s=(0.001, -0.002, 0.002), left_out=True
+    )
     other = replace(fit, records=fit.records | {"full_46": replace(fit.records["full_46"], taken=taken)})
     write_estimate(other, tmp_path / "estimate.json")
     assert read_fit(tmp_path / "estimate.json", campaign).records["full_46"].taken == taken

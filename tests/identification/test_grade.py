@@ -8,7 +8,7 @@ import pytest
 
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.result.fit import ChannelFit, Fit, RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
@@ -35,7 +35,7 @@ def record(name, *, use="estimate", taken=None, **changes):
     )
     return RecordFit(
         name=name, use=use, samples=1001, fit_percent=99.0, residual_rms=2e-3, noise_sigma=2e-3, offset=0.0,
-        drift=0.0, horizon_s=1.0, channels={"torque": channel}, taken=taken or Taken(),
+        drift=0.0, horizon_s=1.0, channels={"torque": channel}, taken=taken or Reading(),
     )  # fmt: skip
 
 
@@ -104,6 +104,19 @@ def test_an_optimum_at_a_threshold_is_b_and_says_what_was_promised():
     assert "a fall of the cost by 12" in only(found).text
 
 
+@pytest.mark.parametrize(("value", "named"), [(1.9999, True), (1.99, False), (1e-5, False)])
+def test_a_bound_close_to_which_a_fit_stopped_short_is_named(value, named):
+    """Truth: a range from 0 to 2; at 0 most values have a limit of physics, not of the file."""
+    close = parameter("stepper.torque_constant", 1.0, value=value)
+    found = graded(
+        fit(outcome=FitOutcome.CLIFF, parameters=(close,)),
+        replace(EVIDENCE, promised_fall=12.0),
+    )
+    said = "stepper.torque_constant = 1.9999 stands at its bound 2" in only(found).text
+    assert said is named
+    assert ("stepper.torque_constant" in only(found).text) is named
+
+
 @pytest.mark.parametrize(
     ("fall", "grade", "causes"),
     [(0.5, Grade.A, []), (150.0, Grade.B, [Cause.NEAR_OPTIMUM]), (300.0, Grade.C, [Cause.NOT_CONVERGED])],
@@ -153,7 +166,7 @@ def test_a_record_used_in_part_is_c():
 
 
 def test_a_record_left_out_is_c():
-    left = record("sweep", use="validate", taken=Taken(left_out=True), lost_at_s=0.1)
+    left = record("sweep", use="validate", taken=Reading(left_out=True), lost_at_s=0.1)
     found = graded(fit(record("full"), left, outcome=FitOutcome.HORIZON), EVIDENCE)
     assert (found.grade, only(found).cause, only(found).record) == (Grade.C, Cause.LEFT_OUT, "sweep")
 

@@ -200,7 +200,8 @@ REFUSED = {
         (),
         None,
         'column "time_s": unit "s" does not measure torque; expected N*m or a multiple of it; '
-        "if that is no unit, name the right one in channels",
+        'if that is no unit, name the right one in channels; column "time_s" is taken for the torque by its place; '
+        'is it not torque? write channels = [{ quantity = "torque", column = "torque" }]',
     ),
     "unit of the campaign": (
         ("t", "Mz"),

@@ -1,5 +1,7 @@
 """What is odd about a channel: dead, clipped, or just at rest."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,24 @@ def test_a_dead_output_is_refused(tmp_path, value):
 def test_a_constant_input_is_only_said(tmp_path):
     record = read(tmp_path, np.full(TIME.size, 2.0), quantity="current_phase_a", role=Role.INPUT)
     assert record.warnings == ('run.csv: "x": current_phase_a is constant at 2 A',)
+
+
+OTHERS = {
+    "dead": ("Trigger", 5.0, "the channel is dead"),
+    "of another unit": ("Fx (N)", 1.0, 'unit "N" does not measure torque'),
+}
+
+
+@pytest.mark.parametrize("case", OTHERS)
+def test_a_refused_second_column_is_told_with_the_one_that_is_called_a_torque(case, tmp_path):
+    """Truth: the line that is to be written reads the file."""
+    name, value, said = OTHERS[case]
+    rows = [f"{t!r},{value},{y!r}" for t, y in zip(TIME.tolist(), SINE.tolist(), strict=True)]
+    path = tmp_path / "run.csv"
+    path.write_text(f"t,{name},Torque_Mz\n" + "\n".join(rows))
+    with pytest.raises(RecordError, match="is it not Torque_Mz") as refused:
+        read_record(path, RecordSpec(name="run", path="run.csv"))
+    assert said in str(refused.value)
+    (entry,) = tomllib.loads(str(refused.value).partition("write ")[2])["channels"]
+    read = read_record(path, RecordSpec(name="run", path="run.csv", channels=(ChannelSpec(**entry),)))
+    assert np.array_equal(read.channel("torque").data[:], SINE)

@@ -65,6 +65,25 @@ def test_a_process_that_ends_is_said(tmp_path):
             pens.draw([sheet()], tmp_path)["line"].result()
 
 
+@pytest.mark.parametrize("was_there", [False, True])
+def test_a_report_that_fails_leaves_no_folder_of_figures(reported, tmp_path, was_there):
+    """One that was there before stays, with what is in it."""
+    folder = tmp_path / "figures"
+    if was_there:
+        folder.mkdir()
+        (folder / "earlier.svg").write_text("<svg/>")
+
+    def fail():
+        with Pens() as pens, Illustration(reported.campaign, reported.fit, tmp_path, pens) as illustration:
+            illustration.begin(next(iter(reported.validation.values())))
+            raise RuntimeError("no page")
+
+    with pytest.raises(RuntimeError, match="no page"):
+        fail()
+    assert [path.name for path in tmp_path.iterdir()] == ["figures"] * was_there
+    assert not was_there or (folder / "earlier.svg").is_file()
+
+
 def test_figures_are_begun_before_validation_ends(reported, tmp_path):
     """The first record's are asked for before the second is validated; all that a report has come out of it."""
     asked = []

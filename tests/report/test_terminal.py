@@ -6,7 +6,7 @@ import pytest
 
 from mechid.campaign import load_campaign
 from mechid.campaign.bench import write_bench
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.grade import GRADE_WORDS, Cause, Grade, Reason
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import campaign_data, print_campaign, print_report, report_data
@@ -60,7 +60,7 @@ def test_without_records_held_out_there_is_no_such_table(make_fit, validation):
 def test_a_record_left_out_of_the_fit_is_said_so_and_not_called_held_out(make_fit, validation):
     """Truth: the record's entry says that the fit left it out; the campaign file gives it to estimate from."""
     fit = make_fit()
-    sweep = replace(fit.records["sweep"], taken=Taken(left_out=True))
+    sweep = replace(fit.records["sweep"], taken=Reading(left_out=True))
     data = report_data(replace(fit, records={**fit.records, "sweep": sweep}), validation=validation)
     text = printed(print_report, data, 160)
     assert "held out" not in text

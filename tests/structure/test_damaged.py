@@ -8,6 +8,7 @@ from scipy.io import savemat
 
 from mechid.errors import InputFileError
 from mechid.structure import Location, Selection, read_structure
+from mechid.structure.nastran import refuse_other_files
 from three_modes import DAMPING, FREQUENCY_HZ, INTERFACE, LINE_OF_SIGHT, NAMES
 
 DAMAGES = 60
@@ -78,3 +79,15 @@ def test_a_text_that_is_too_long_is_refused(suffix, tmp_path):
         file.truncate(2**40)
     with pytest.raises(InputFileError, match="it is longer than 64 MiB"):
         read_structure(path)
+
+
+@pytest.mark.parametrize("line", ["INCLUDE '/etc/hostname'", "  include 'other.asm'"])
+def test_bulk_data_that_name_another_file_are_refused(tmp_path, line):
+    """Truth: no number of another file comes in; pyYeti by itself follows such a line."""
+    path = tmp_path / "s.asm"
+    path.write_text(f"$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n{line}\n")
+    with pytest.raises(InputFileError, match=r"s\.asm: line 3: .*copy its lines here"):
+        refuse_other_files(path)
+    path.write_text("$ ASSEMBLY\nGRID,3,0,1.,2.,3.\n$ include no more\n")
+    refuse_other_files(path)
+    refuse_other_files(tmp_path / "no.pch")

@@ -137,7 +137,8 @@ def _look_at(record: Record, declared: Drive | None) -> RecordLook:
     spectra = [prominence(c.data, record.sample_rate_hz) for c in record.channels]
     lines = [spectral_lines(spectrum) for spectrum in spectra]
     each = list(zip(record.channels, spectra, lines, strict=True))
-    suggestions = (suggested_beside_hum(c.data, spectrum, found) for c, spectrum, found in each)
+    torque_first = sorted(each, key=lambda one: one[0].quantity != "torque")
+    suggestions = (suggested_beside_hum(c.data, spectrum, found) for c, spectrum, found in torque_first)
     suggested = next((one for one in suggestions if one), None)
     travel = _travel(declared, suggested, base)
     steps = _microsteps(declared, suggested)

@@ -14,7 +14,7 @@ from mechid.command import RateProfile, Timing
 from mechid.command.edges import steps_travelled
 from mechid.identification.disturbance.declared import Declared, recalled_record
 from mechid.identification.disturbance.disturbance import with_lines
-from mechid.identification.output_error.declaration import taken_record
+from mechid.identification.output_error.declaration import record_as_read
 from mechid.identification.output_error.target import Samples, TargetChannel, channel_of, target_of
 from mechid.identification.result.fit import Fit
 from mechid.signal.remainder import Remainder
@@ -94,7 +94,7 @@ def as_fitted(record: CampaignRecord, fit: Fit) -> CampaignRecord:
     own = fit.records.get(record.name)
     record = recalled_record(record, _found_by(fit), fit.mechanism.plant)
     record = with_lines(record, own.lines if own else ())
-    return taken_record(record, own.taken) if own else record
+    return record_as_read(record, own.taken) if own else record
 
 
 def _found_by(fit: Fit) -> dict[str, Declared]:

@@ -108,7 +108,7 @@ def make_budget(
     workers : int
         Threads.
     listener : callable or None
-        Told in a line what is at work.
+        Called with a line on what is at work.
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
 

@@ -16,7 +16,7 @@ Spikes: TypeAlias = Literal["keep", "reject"]
 Disturbances: TypeAlias = Literal["auto", "none"] | tuple[str, ...]
 CHOICES = {"priors": ("fit", "search", "none"), "colour": ("auto", "prefilter", "none"), "spikes": ("keep", "reject")}
 MAINS, WANDER = "mains", 0.01
-DISTURBANCES = (MAINS, "clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
+DISTURBANCES = (MAINS, "clock", "record.clock", "record.delay", "record.voltage", "record.gain", "record.temperature")
 """What records may have beside the mechanism, as estimate.json names it."""
 LIMITS = ("max_relative_error", "max_correlation")
 

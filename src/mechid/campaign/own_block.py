@@ -9,6 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from mechid.campaign.own_block_parts import refuse_odd_parts
 from mechid.campaign.place import Place, text
 from mechid.errors import InputFileError, did_you_mean
 from mechid.plant.block import Block
@@ -47,6 +48,7 @@ def read_own_block(entry: Any, place: Place, folder: Path) -> tuple[Block, str]:
         raise place.error(
             f"{path}:{name} gives {type(block).__name__}; it has to be a Block, or a function returning one"
         )
+    refuse_odd_parts(block, f"{path}:{name}", place)
     return block, f"{file.as_posix()}:{name}"
 
 
@@ -69,7 +71,7 @@ def _module(file: Path, path: str, place: Place) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise place.error(f"{path} fails: {_told(error)}") from error
     sys.modules[name] = module
     return module
@@ -82,10 +84,10 @@ def _made(thing: Any, called: str, place: Place) -> Any:
         return thing()
     except InputFileError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise place.error(f"{called} fails: {_told(error)}") from error
 
 
-def _told(error: Exception) -> str:
+def _told(error: BaseException) -> str:
     at = f" (line {error.lineno})" if isinstance(error, SyntaxError) and error.lineno else ""
     return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no message'}{at}"

@@ -22,13 +22,14 @@ from mechid.campaign.toml_file import toml_text
 from mechid.command.entry import quoted
 from mechid.command.stepping import STARTS, STEPPINGS
 from mechid.command.waveform import WAVEFORMS
-from mechid.errors import UsageError, did_you_mean
+from mechid.errors import MechidError, UsageError, did_you_mean
 from mechid.holding import held
 from mechid.parameter import Declaration
 from mechid.plant.drive import measured_quantities
 from mechid.plant.layout import STEPPER_GEAR_MASS
 from mechid.plant.mechanism import Mechanism
-from mechid.records import COMPONENTS
+from mechid.records import COMPONENTS, open_table
+from mechid.records.columns import torque_elsewhere
 from mechid.writing import writable, write_whole
 
 MECHANISM_NAME = "mechanism.toml"
@@ -73,6 +74,8 @@ class RecordDraft:
         One of `USES`.
     channels : str
         Where measured channels drive the record, in place of a command: as TOML writes them.
+    torque : str
+        Column of the torque, where another one would be taken for it by its place.
     """
 
     name: str
@@ -80,6 +83,7 @@ class RecordDraft:
     command: str = EMPTY
     use: str = "estimate"
     channels: str = ""
+    torque: str = ""
 
 
 def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly: str = STEPPER_GEAR_MASS) -> list[Path]:
@@ -140,7 +144,18 @@ def campaign_text(records: Iterable[RecordDraft], header_comment: str = "", *, m
 def drafts(folder: Path, files: Iterable[Path | str]) -> list[RecordDraft]:
     """Return a record for each file, named for it, each name once."""
     taken: set[str] = set()
-    return [RecordDraft(name=_name(Path(file), taken), file=_relative(Path(file), folder)) for file in files]
+    return [
+        RecordDraft(name=_name(file, taken), file=_relative(file, folder), torque=_torque(file))
+        for file in map(Path, files)
+    ]
+
+
+def _torque(file: Path) -> str:
+    """Return the column that a file calls its torque, where another stands in its place; nothing of no such file."""
+    try:
+        return torque_elsewhere(open_table(file, file.name)) or ""
+    except (MechidError, OSError):
+        return ""  # a file that is not there yet, or cannot be read: mechid check says why
 
 
 def _new_text(folder: Path, files: Sequence[Path | str], mechanism: Mechanism) -> str:
@@ -157,7 +172,7 @@ def _new_text(folder: Path, files: Sequence[Path | str], mechanism: Mechanism) -
 
 
 def _channel(quantity: str, **more: str) -> str:
-    """Return a channel as TOML writes it, its column to be filled in."""
+    """Return a channel as TOML writes it, its column to be filled in where none is given."""
     pairs = {"quantity": quantity, "column": "...", **more}
     return f"{{ {', '.join(f'{key} = {toml_text(value)}' for key, value in pairs.items())} }}"
 
@@ -216,6 +231,8 @@ def _record(record: RecordDraft) -> Iterator[str]:
     yield f"file = {toml_text(record.file)}"
     if record.use != USES[0]:
         yield f"use = {toml_text(record.use)}"
+    if record.torque and not record.channels:
+        yield f"channels = [{_channel('torque', column=record.torque)}]  # by its name; else the second column counts"
     yield f"channels = {record.channels}" if record.channels else f"command = {record.command}"
 
 

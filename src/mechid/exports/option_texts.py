@@ -39,3 +39,22 @@ def refuse_values(values: Mapping[str, float], plant: Plant) -> None:
         least, most = plant.declarations[name].lower, plant.declarations[name].upper
         if not (least <= value <= most and math.isfinite(value)):
             raise UsageError(f"values: {name}: found {value:g}; write a number from {least:g} to {most:g}")
+
+
+def read_rates(text: str) -> tuple[float, ...]:
+    """Return rates that a text gives with commas between, each once, in their order.
+
+    Raises
+    ------
+    UsageError
+        A part of it is no number.
+
+    Examples
+    --------
+    >>> read_rates("46,23,46")
+    (23.0, 46.0)
+    """
+    try:
+        return tuple(sorted({float(part) for part in text.split(",")}))
+    except ValueError as error:
+        raise UsageError(f'--option rates: found "{text}"; write numbers with commas between') from error

@@ -17,9 +17,10 @@ from mechid.fleets.outliers import Standing
 from mechid.fleets.significance import Tested, tested
 from mechid.fleets.spread import Spread, spread
 from mechid.fleets.trends import Trend, first_day, trend, without
-from mechid.fleets.unit_run import How, Told, UnitRun, run_unit, silent, task_of
+from mechid.fleets.unit_run import How, UnitRun, run_unit, silent, task_of
 from mechid.holding import held
 from mechid.identification.computation.parallel import Done, is_lent, mapped
+from mechid.identification.computation.progress import Tell
 from mechid.shown import Shown
 
 UNITS_NAME = "units"
@@ -106,7 +107,7 @@ def make_fleet(
     seed: int = 0,
     workers: int | None = None,
     complete: bool = False,
-    told: Told = silent,
+    told: Tell = silent,
 ) -> Fleet:
     """Identify the campaigns of a fleet, and say what they say together; see `mechid.fleet`."""
     with held(out) as hold:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
@@ -15,11 +15,9 @@ from mechid.errors import MechidError
 from mechid.fleets.finished import can_resume, changed_since
 from mechid.fleets.members import Member
 from mechid.holding import held
-from mechid.identification.computation.progress import Listener, Progress
+from mechid.identification.computation.progress import Listener, Progress, Tell
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports.identified import Audience, identified_into
-
-Told = Callable[[str], None]
 
 
 def silent(line: str) -> None:
@@ -113,7 +111,7 @@ def task_of(member: Member, out: Path, seed: int, workers: int | None, *, comple
     )
 
 
-def run_unit(task: UnitTask, told: Told = silent) -> UnitRun:
+def run_unit(task: UnitTask, told: Tell = silent) -> UnitRun:
     """Identify a campaign, or take up what is finished; what fails is said in the result.
 
     Raises
@@ -130,7 +128,7 @@ def run_unit(task: UnitTask, told: Told = silent) -> UnitRun:
     return UnitRun(how=how, folder=folder, said=said, seconds=time.perf_counter() - began)
 
 
-def _done(task: UnitTask, told: Told) -> tuple[How, str, str]:
+def _done(task: UnitTask, told: Tell) -> tuple[How, str, str]:
     """Return how an estimate came about, its folder, and what has changed."""
     source, folder = Path(task.source), Path(task.folder)
     if source.is_dir() and not (source / CAMPAIGN_NAME).is_file():
@@ -151,7 +149,7 @@ def _done(task: UnitTask, told: Told) -> tuple[How, str, str]:
     return How.RESUMED if resumed else How.IDENTIFIED, task.folder, ""
 
 
-def _identify(campaign: Campaign, task: UnitTask, told: Told, *, resume: bool) -> None:
+def _identify(campaign: Campaign, task: UnitTask, told: Tell, *, resume: bool) -> None:
     def said(line: str) -> None:
         told(f"{task.label}: {line}")
 
@@ -172,7 +170,7 @@ def _identify(campaign: Campaign, task: UnitTask, told: Told, *, resume: bool) -
         raise KeyboardInterrupt
 
 
-def _stages(said: Told) -> Listener:
+def _stages(said: Tell) -> Listener:
     """Return a listener that says each stage as it begins."""
     heard = [""]
 

@@ -18,7 +18,7 @@ from mechid.identification.result.terms_beside import TermBeside, TermsBeside
 from mechid.plant.superset import words_of
 
 NAMED = 3
-"""Terms that a sentence names, the clearest."""
+"""Terms that a sentence names, the clearest; a choice, not measured."""
 NONE_CLEAR = "none is clear by itself"
 
 

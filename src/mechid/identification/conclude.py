@@ -19,7 +19,7 @@ from mechid.identification.grading import Evidence, graded
 from mechid.identification.identifiability.ambiguity import ambiguity_notes
 from mechid.identification.identifiability.ignorance import not_known
 from mechid.identification.identifiability.verdict import Verdict, judge
-from mechid.identification.output_error.declaration import DECLARED, taken_campaign
+from mechid.identification.output_error.declaration import DECLARED, campaign_as_read
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
@@ -42,7 +42,7 @@ PACKAGES = ("mechid", "numpy", "scipy", "numba", "sympy")
 def conclude(campaign: Campaign, state: SearchState, seed: int, seconds: float) -> Fit:
     """Return the fit of a search that has ended, whatever its outcome; it took so many seconds."""
     problem, windows, taken = state.problem, state.windows, state.taken
-    written = disturbed_campaign(taken_campaign(campaign, taken), [found.disturbance for found in state.found])
+    written = disturbed_campaign(campaign_as_read(campaign, taken), [found.disturbance for found in state.found])
     hum = lines_of(problem)
     written = replace(written, records=tuple(with_lines(record, hum) for record in written.records))
     campaign = replace(written, mechanism=state.beside.mechanism) if state.beside else written

@@ -17,10 +17,13 @@ from mechid.identification.search.doubts import WORTH_SAYING
 from mechid.identification.uncertainty.noise import MISFIT
 
 NEAR_OPTIMUM = 0.1
-"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in the
-errors; beyond it there is no optimum near."""
+"""Share of the cost that may still be promised where a fit stopped at its limit of steps, for its step to count in
+the errors; beyond it there is no optimum near; a choice, not measured."""
+NEAR_BOUND = 1e-3
+"""Share of its range within which a parameter of a fit that stopped short may be held by a bound not quite reached."""
 LEAST_OF_NOISE = 0.5
-"""Residual over noise below which what is declared as noise is none: a residual holds all of it."""
+"""Residual over noise below which what is declared as noise is none: a residual holds all of it; a choice, not
+measured."""
 PART_WORDS = {"phase": "the phases of a step", "record": "records", "time": "stretches of 0.1 s"}
 
 
@@ -147,10 +150,23 @@ def _search_reasons(fit: Fit, evidence: Evidence) -> Iterator[Reason]:
     elif fit.outcome.stopped_short and fall > WORTH_SAYING:
         text = (
             f"{fit.outcome.value} The step that was promised and not reached (a fall of the cost by {fall:.3g}) "
-            "counts in the error bars."
+            f"counts in the error bars.{_near_bounds(fit)}"
         )
         at = Cause.THRESHOLD if fit.outcome is FitOutcome.CLIFF else Cause.NEAR_OPTIMUM
         yield Reason(cause=at, text=text, next_command=again)
+
+
+def _near_bounds(fit: Fit) -> str:
+    """Return which free parameters stand close to a bound of the file; 0 is mostly a limit of physics, and none."""
+    said = []
+    for p in fit.parameters.values():
+        limits = [limit for limit in (p.min, p.max) if limit is not None and math.isfinite(limit)]
+        if p.std_error is None or len(limits) < 2:
+            continue
+        reach = NEAR_BOUND * (limits[1] - limits[0])
+        near = [limit for limit in limits if limit != 0.0 and abs(p.value - limit) < reach]
+        said += [f"{p.name} = {p.value:.6g} stands at its bound {limit:g}" for limit in near]
+    return f" {'; '.join(said)}: the records may want it beyond, and give it a wider range then." if said else ""
 
 
 def _unexplained(fit: Fit, evidence: Evidence) -> Iterator[Reason]:

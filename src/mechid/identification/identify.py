@@ -38,7 +38,7 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import rejection_warnings, without_spikes
 
 ROUGH = 1e-6
-"""Relative fall of the cost at which the fit before the release of the noise may stop."""
+"""Relative fall of the cost at which the fit before the release of the noise may stop; a choice, not measured."""
 LONGEST_STEP_S = 2e-4
 """Integration steps at most this long are stable also where a start's viscous friction is far too large."""
 
@@ -66,7 +66,7 @@ def identify(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
-        Told of progress.
+        Called with each report of progress.
     journal : Journal or None
         Where what is worked out is noted, and taken from if it is there already.
     near : mapping of str to float or None

@@ -46,7 +46,7 @@ def budget(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable or None
-        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
+        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------

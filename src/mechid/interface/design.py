@@ -54,7 +54,7 @@ def design(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     told : callable or None
-        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
+        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------

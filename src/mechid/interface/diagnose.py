@@ -40,7 +40,7 @@ def diagnose(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable or None
-        Told of progress; None shows a line in a notebook and nothing elsewhere.
+        Called with each report of progress; None shows a line in a notebook and nothing elsewhere.
 
     Raises
     ------

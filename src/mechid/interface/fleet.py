@@ -40,7 +40,7 @@ def fleet(
     complete : bool
         Add to each mechanism what its records say it lacks.
     told : callable or None
-        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
+        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
     -------

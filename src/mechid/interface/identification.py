@@ -44,7 +44,7 @@ def identify(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable or None
-        Told of progress, a `Progress` at a time; None shows a line in a notebook and nothing elsewhere.
+        Called with each `Progress`; None shows a line in a notebook and nothing elsewhere.
     near : mapping of str to float or None
         Values by dotted name, in the file's units, that are close to the optimum, so that what they leave of the
         records is noise. Search and confirmation are left out; they have no effect where the campaign has stages.
@@ -102,7 +102,7 @@ def identify_into(
         Folder for the results; made where missing. Every other command goes on from there, if the campaign is one of
         files.
     told : callable or None
-        Told of single lines; None shows the last one in a notebook and nothing elsewhere.
+        Called with single lines; None shows the last one in a notebook and nothing elsewhere.
     resume : bool
         Go on where the last run in `out` was stopped.
     truth : mapping of str to float or None

@@ -27,7 +27,7 @@ from mechid.interface.progress import listening
 from mechid.shown import Shown
 
 AnyFit = Fit | FinishedFit | Mapping[str, Any]
-Told = Callable[[str, float | None], None]
+TellShare = Callable[[str, float | None], None]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -71,7 +71,7 @@ def profile(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable or None
-        Told of progress; None shows a line in a notebook and nothing elsewhere.
+        Called with each report of progress; None shows a line in a notebook and nothing elsewhere.
     journal : Path or None
         File in which what is worked out is noted, so that a stopped run can go on.
     resume : bool
@@ -176,7 +176,7 @@ def _reopened(
     workers: int,
     executor: Executor | None,
     listener: Listener | None,
-) -> Iterator[tuple[Optimum, Told]]:
+) -> Iterator[tuple[Optimum, TellShare]]:
     """Return a fit's optimum, and who is told of the refits."""
     began = time.perf_counter()
     with one_core_algebra(), working_on(executor), listening(listener) as tell:

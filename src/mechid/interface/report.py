@@ -59,11 +59,10 @@ def report(
     >>> mechid.report(mechid.load_fit("fit"), "again")  # doctest: +SKIP
     """
     own, folder = campaign_of(fit, campaign), Path(out)
-    with held(folder), Pens() as pens:
+    with held(folder), Pens() as pens, Illustration(own, fit, folder, pens) as illustration:
         again = _is_there(fit, folder)
         was, known = read_truth(folder) if again and truth is None else (False, truth)
         synthetic = synthetic or was or truth is not None
-        illustration = Illustration(own, fit, folder, pens)
         validation = validate(own, fit, illustration.begin)
         name = mechanism_name(own, folder)
         fit = fit if again else signed(fit, name, estimated_text(fit, synthetic=synthetic))

@@ -18,7 +18,6 @@ from mechid.arrays import FloatArray
 from mechid.command import Excitation
 from mechid.kernel.crossing import first_zero
 from mechid.kernel.equations import Equations, equations_of
-from mechid.kernel.twin_state import TwinRun, TwinState, TwinSwitch
 from mechid.plant.plant import Plant
 
 THROWN = 1e-9
@@ -28,6 +27,59 @@ ABSOLUTE = 1e-2
 
 Fired = tuple[int, int]
 """Switch and guard (in the order of its mode's guards) that reached zero."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwinState:
+    """Where a run stands.
+
+    Attributes
+    ----------
+    time : float
+        Command time in s.
+    s : (n,) array
+        States of the plant, then of its filter, SI units.
+    S : (n, m) array
+        Their derivatives to the sensitive parameters.
+    inputs : (i,) array
+        Excitation.
+    modes : tuple of int
+        Mode of each switch.
+    armed : tuple of tuple of bool
+        For each guard of those modes, whether it has stood above zero since the mode began.
+    """
+
+    time: float
+    s: FloatArray
+    S: FloatArray
+    inputs: FloatArray
+    modes: tuple[int, ...]
+    armed: tuple[tuple[bool, ...], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwinSwitch:
+    """One switch: its instant in s and that instant's derivatives (m,), modes before and after."""
+
+    time: float
+    switch: int
+    before: int
+    after: int
+    sensitivity: FloatArray
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwinRun:
+    """What a run returns: y (n, n_y), jacobian (n, n_y, m), the switches, and where it ended.
+
+    `rate` = dy/dt (n, n_y) is filled only where there are sensitive parameters.
+    """
+
+    y: FloatArray
+    rate: FloatArray
+    jacobian: FloatArray
+    switching: tuple[TwinSwitch, ...]
+    end: TwinState
 
 
 def simulate_twin(

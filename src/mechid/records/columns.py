@@ -52,9 +52,10 @@ def choose_columns(table: Table, spec: RecordSpec) -> Layout:
     asked = spec.channels or (_default_torque(table, spec),)
     indices = [find_column(table, channel) for channel in asked]
     _refuse_twice(table, asked, indices)
-    channels = tuple(map(_choose, [table] * len(asked), asked, indices))
-    if not spec.channels:
-        channels = (_with_doubt(table, channels[0]),)
+    if spec.channels:
+        channels = tuple(map(_choose, [table] * len(asked), asked, indices))
+    else:
+        channels = (_by_its_place(table, asked[0], indices[0]),)
     clock = None if spec.time else _own_clock(table, indices)
     time = None if clock else _choose_time(table, spec, indices)
     layout = Layout(time=time, channels=channels, clock=clock)
@@ -86,14 +87,34 @@ def _default_torque(table: Table, spec: RecordSpec) -> ChannelSpec:
     return ChannelSpec(quantity="torque", column=0)
 
 
-def _with_doubt(table: Table, torque: ChosenColumn) -> ChosenColumn:
-    """Return the column that nobody named as the torque, with a warning where another one is called so."""
-    called = [index for index, column in enumerate(table.columns) if TORQUE.search(column.bare_name)]
-    if not called or torque.index in called:
-        return torque
-    taken, name = column_label(table.columns, torque.index), table.columns[called[0]].bare_name
+def _by_its_place(table: Table, torque: ChannelSpec, index: int) -> ChosenColumn:
+    """Return the column that nobody named as the torque; where another one is called so, warning or error says it."""
+    name = _called_torque(table, index)
+    if name is None:
+        return _choose(table, torque, index)
+    taken = column_label(table.columns, index)
     remedy = f'channels = [{{ quantity = "torque", column = "{name}" }}]'
-    return replace(torque, warning=f"{taken} is taken for the torque by its place; is it not {name}? write {remedy}")
+    doubt = f"{taken} is taken for the torque by its place; is it not {name}? write {remedy}"
+    try:
+        return replace(_choose(table, torque, index), warning=doubt)
+    except RecordError as error:
+        raise RecordError(f"{error}; {doubt}") from None
+
+
+def torque_elsewhere(table: Table) -> str | None:
+    """Return the name of the column that is called a torque, where the one that is taken by its place is not.
+
+    Raises
+    ------
+    RecordError
+        Nothing is taken by its place.
+    """
+    return _called_torque(table, find_column(table, _default_torque(table, RecordSpec(name="", path=""))))
+
+
+def _called_torque(table: Table, index: int) -> str | None:
+    called = [number for number, column in enumerate(table.columns) if TORQUE.search(column.bare_name)]
+    return table.columns[called[0]].bare_name if called and index not in called else None
 
 
 def find_column(table: Table, channel: ChannelSpec) -> int:

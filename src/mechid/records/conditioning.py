@@ -12,11 +12,12 @@ import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
 from mechid.records.columns import Layout
-from mechid.records.gaps import bridge, missing_runs, missing_samples
 from mechid.records.spec import Conditioning
 from mechid.records.table import Clock, Table, column_label
 from mechid.signal.decimation import PASS, anti_alias_filter, decimate, spoilt_by
-from mechid.signal.stored import Room, change_in_place, pieces_of, stretch_in_place
+from mechid.signal.runs import runs_of
+from mechid.signal.series import Series
+from mechid.signal.stored import Room, change_in_place, pieces_of, samples_at, stretch_in_place, write_at
 
 Treatment = Mapping[str, Any]
 """One thing that was done to the samples: ``step``, ``text``, and its figures."""
@@ -118,6 +119,28 @@ def _cut(table: Table, samples: Samples, start_s: float, stop_s: float) -> Sampl
         for k, missing in samples.bridged.items()
     }
     return replace(samples, clock=replace(samples.clock, start_s=start), data=data, bridged=inside)
+
+
+def missing_samples(series: Series) -> IntArray:
+    """Return the samples that are not finite, as numbers, ascending."""
+    found = [part.start + np.flatnonzero(~np.isfinite(series[part])) for part in pieces_of(series)]
+    return np.concatenate([np.zeros(0, dtype=np.int64), *found])
+
+
+def missing_runs(missing: IntArray) -> IntArray:
+    """Return first and last-plus-one sample of each run of missing samples, shape (runs, 2)."""
+    return np.array(runs_of(missing), dtype=np.int64).reshape(-1, 2)
+
+
+def bridge(room: Room, missing: IntArray) -> None:
+    """Replace missing samples, (M,) ascending, by the straight line between their neighbours, in place.
+
+    At an end, where there is one neighbour only, its value is held.
+    """
+    runs = missing_runs(missing)
+    beside = np.unique(np.concatenate((runs[:, 0] - 1, runs[:, 1])))
+    beside = beside[(beside >= 0) & (beside < room.size)]
+    write_at(room, missing, np.interp(missing, beside, samples_at(room, beside)))
 
 
 def _bridged(table: Table, layout: Layout, how: Conditioning, samples: Samples) -> Samples:

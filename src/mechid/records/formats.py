@@ -199,7 +199,8 @@ def _channel(table: Table, chosen: ChosenColumn, data: Series, bridged: IntArray
 
 def _warnings(table: Table, layout: Layout, channels: tuple[Channel, ...]) -> tuple[str, ...]:
     units = [str(table.error(column.warning)) for column in layout.chosen if column.warning]
-    health = [line for channel in channels for line in channel_warnings(table, channel)]
+    pairs = zip(channels, layout.channels, strict=True)
+    health = [line for channel, chosen in pairs for line in channel_warnings(table, channel, chosen.warning)]
     return (*table.warnings, *units, *health)
 
 

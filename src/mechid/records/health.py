@@ -26,8 +26,8 @@ def refuse_not_finite(table: Table, data: Series, label: str, first: int = 0) ->
             raise table.error(f"{label}: {values[rows[0]]} is not a finite number", first + part.start + int(rows[0]))
 
 
-def channel_warnings(table: Table, channel: Channel) -> list[str]:
-    """Return what is odd about a channel, one line each.
+def channel_warnings(table: Table, channel: Channel, doubt: str | None = None) -> list[str]:
+    """Return what is odd about a channel, one line each; `doubt` says why another column may be meant.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def channel_warnings(table: Table, channel: Channel) -> list[str]:
     if low == high:
         message = f'"{channel.column}": {channel.quantity} is constant at {low:.9g} {channel.unit}'
         if channel.role is Role.OUTPUT:
-            raise table.error(f"{message}: the channel is dead")
+            raise table.error(f"{message}: the channel is dead{f'; {doubt}' if doubt else ''}")
         return [str(table.error(message))]
     if channel.role is Role.INPUT or channel.quantity.startswith("voltage") or channel.quantity in ENCODED:
         return []  # a driver's voltage stays at its limits by design, a mechanism where it was driven to

@@ -44,7 +44,7 @@ class Audience:
     followed : callable
         Gives a context for each search, which yields who listens to its progress.
     told : callable
-        Told of single lines.
+        Called with single lines.
     """
 
     followed: Callable[[], AbstractContextManager[Listener]]
@@ -99,8 +99,7 @@ def identified_into(
     diagnosed: list[Path] = []
     if found is not None:
         campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
-    with Pens() as pens:
-        illustration = Illustration(campaign, fit, folder, pens)
+    with Pens() as pens, Illustration(campaign, fit, folder, pens) as illustration:
         validation = validate(campaign, fit, illustration.begin)
         fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
         name = mechanism_name(campaign, folder)
@@ -199,6 +198,7 @@ def _report(
     except UnwritableError:
         raise
     except Exception as error:
+        illustration.give_up()
         what = " ".join(f"{type(error).__name__}: {error}".split())
         told(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
         return []

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from rich.console import Console
 from rich.text import Text
+
+from mechid.reports.data import Data
 
 GAP = "  "
 INDENT = "  "
@@ -16,7 +18,7 @@ TERMINAL, MARKDOWN, PAGE = "terminal", "markdown", "page"
 """Where a column is shown."""
 EVERYWHERE = (TERMINAL, MARKDOWN, PAGE)
 
-Row: TypeAlias = Mapping[str, Any]
+Row: TypeAlias = Data
 
 
 @dataclass(frozen=True, kw_only=True)

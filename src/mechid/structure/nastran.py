@@ -65,7 +65,10 @@ def read_craig_bampton(path: Path, selection: Selection) -> Structure:
     asm = _beside(path, ".asm", "the grids of the boundary")
     content = _read(path, lambda: nastran.op4.read(str(path)))
     stiffness, mass = (_matrix(content, name, path.name) for name in ("kxx", "mxx"))
-    uset = _read(asm, lambda: nastran.bulk.asm2uset(str(asm)))[0]
+    punched = asm.with_suffix(".pch")  # says which degrees of freedom are there, where not all six of each grid are
+    for cards in (asm, punched):
+        refuse_other_files(cards)
+    uset = _read(asm, lambda: nastran.bulk.asm2uset(str(asm), try_rdextrn=punched.is_file()))[0]
     if len(uset) != stiffness.shape[0]:
         raise InputFileError(f"{asm.name}: {len(uset)} degrees of freedom where kxx has {stiffness.shape[0]}")
     eigenvalues, shapes = solved_modes(stiffness, mass, path.name)
@@ -148,6 +151,17 @@ def _beside(path: Path, suffix: str, what: str) -> Path:
     if not other.is_file():
         raise InputFileError(f"{path.name}: no {other.name} beside it; it holds {what}")
     return other
+
+
+def refuse_other_files(path: Path) -> None:
+    """Refuse bulk data that name another file, which pyYeti would read, whatever it is."""
+    lines = path.read_text(encoding="utf-8", errors="replace").splitlines() if path.is_file() else []
+    for number, line in enumerate(lines, 1):
+        if line.lstrip().lower().startswith("include"):
+            raise InputFileError(
+                f"{path.name}: line {number}: {line.strip()[:80]}: numbers of another file are not read; copy its "
+                "lines here"
+            )
 
 
 def _pyyeti(label: str) -> Any:

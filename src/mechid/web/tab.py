@@ -4,25 +4,43 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping
+from functools import lru_cache
+from importlib.resources import files
 from typing import Any
 
 from bokeh.core.properties import String
 from bokeh.document import Document
 from bokeh.model import DataModel
 from bokeh.server.contexts import BokehSessionContext
+from jinja2 import Template
 
 from mechid.errors import MechidError, UsageError
+from mechid.reports.template import asset, environment
 from mechid.web.diagnosed_shown import diagnosed_data
 from mechid.web.equations import Equations
 from mechid.web.figures import RunFigures, Slot
 from mechid.web.fit_shown import course
-from mechid.web.page import page_template
 from mechid.web.session import MOST_SHOWN, Session, Source
 from mechid.web.shown import page_data, shown_data
 from mechid.web.sweep_figure import SweepFigure
 
 POLL_MS = 200
 Message = Mapping[str, Any]
+
+
+PACKAGE = "mechid.web"
+
+
+@lru_cache(maxsize=1)
+def page_template() -> Template:
+    """Return the template that Bokeh's server fills for each tab; what it inserts is escaped."""
+    templates = environment(PACKAGE)
+    own = files(PACKAGE).joinpath("templates")
+    templates.globals |= {
+        "style": asset("report.css") + own.joinpath("explorer.css").read_text(encoding="utf-8"),
+        "script": asset("painted.js") + own.joinpath("explorer.js").read_text(encoding="utf-8"),
+    }
+    return templates.get_template("explorer.html")
 
 
 class Wire(DataModel):

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 
 from mechid.errors import UsageError
-from mechid.exports.option_texts import refuse_unknown
+from mechid.exports.option_texts import read_rates, refuse_unknown
 from mechid.exports.tables.options import MOST_RATES
 
 NONE = "none"
@@ -78,8 +78,7 @@ class Options:
 
 def _value(name: str, text: str) -> tuple[float, ...] | float:
     if name == "rates":
-        parts = [] if text == NONE else text.split(",")
-        return tuple(sorted({_number(name, part) for part in parts}))
+        return () if text == NONE else read_rates(text)
     return _number(name, text, whole=name != "start_angle_deg")
 
 
@@ -87,5 +86,5 @@ def _number(name: str, text: str, *, whole: bool = False) -> float:
     try:
         return int(text) if whole else float(text)
     except ValueError as error:
-        what = "a whole number" if whole else "a number, of rates several with commas between"
+        what = "a whole number" if whole else "a number"
         raise UsageError(f'--option {name}: found "{text}"; write {what}') from error

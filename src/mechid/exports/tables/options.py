@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 from mechid.errors import UsageError
-from mechid.exports.option_texts import refuse_unknown
+from mechid.exports.option_texts import read_rates, refuse_unknown
 from mechid.exports.stepping import FASTEST, SLOWEST
 
 MOST_RATES = 2000
@@ -72,10 +72,10 @@ class Options:
 
 
 def _value(name: str, text: str) -> tuple[float, ...] | float | int:
+    if name == "rates":
+        return read_rates(text)
     try:
-        if name == "rates":
-            return tuple(sorted({float(part) for part in text.split(",")}))
         return float(text) if name == "scale" else int(text)
     except ValueError as error:
-        what = "numbers with commas between" if name == "rates" else "a number" if name == "scale" else "a whole number"
+        what = "a number" if name == "scale" else "a whole number"
         raise UsageError(f'--option {name}: found "{text}"; write {what}') from error

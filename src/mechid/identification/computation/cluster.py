@@ -8,15 +8,16 @@ from contextlib import contextmanager
 from typing import Any
 
 from mechid.errors import UsageError, WorkersError
-from mechid.identification.computation.workforce import Told, warned, working_on
+from mechid.identification.computation.progress import Tell
+from mechid.identification.computation.workforce import warned, working_on
 
 QUIET = ("distributed.client", "distributed.core", "distributed.comm")
 PATIENCE_S = 10.0
-"""Within which a scheduler has to answer."""
+"""Within which a scheduler has to answer; a choice, not measured."""
 
 
 @contextmanager
-def lent_by(address: str | None, told: Told = warned) -> Iterator[None]:
+def lent_by(address: str | None, told: Tell = warned) -> Iterator[None]:
     """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
 
     Parameters
@@ -24,7 +25,7 @@ def lent_by(address: str | None, told: Told = warned) -> Iterator[None]:
     address : str or None
         As ``tcp://host:8786``, which a scheduler writes when it starts.
     told : callable
-        Told in a line what is odd about workers.
+        Called with a line on what is odd about workers.
 
     Raises
     ------

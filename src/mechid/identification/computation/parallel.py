@@ -73,7 +73,7 @@ def mapped(
     workers : int
         Threads, where the work stays in this process.
     ended : callable
-        Told in this process of the tasks that have ended, in any order; by several threads where these do the work.
+        Called in this process with the tasks that have ended, in any order; by several threads where these do the work.
 
     Raises
     ------

@@ -26,6 +26,8 @@ class Progress:
 
 
 Listener = Callable[[Progress], None]
+Tell = Callable[[str], None]
+"""Is told single lines."""
 
 
 def silent(progress: Progress) -> None:

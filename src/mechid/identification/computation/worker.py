@@ -29,7 +29,7 @@ from mechid.writing import CACHE, cache_folder
 
 DONE, LACKING, REFUSED = "done", "lacking", "refused"
 KEPT = 4
-"""Problems that a worker keeps."""
+"""Problems that a worker keeps; a choice, not measured."""
 
 Answer = tuple[str, str, bytes]
 """How it went, the worker's name, and a pickled `Batch`, or what is installed on a worker that is refused."""

@@ -26,6 +26,7 @@ from typing import Any
 from mechid.errors import WorkersError
 from mechid.identification.computation.installation import installation
 from mechid.identification.computation.parallel import Done, Ended, mapped_by
+from mechid.identification.computation.progress import Tell
 from mechid.identification.computation.worker import DONE, LACKING, REFUSED, Answer, Batch, processor, work
 from mechid.simulation.interruption import ask
 
@@ -37,10 +38,9 @@ what many workers wait for."""
 AHEAD = 2
 """Batches under way for each worker: one at work, one that waits."""
 RECENT = 64
-"""Tasks whose median time counts."""
+"""Tasks whose median time counts; a choice, not measured."""
 ASKED_S = 0.2
-"""Time between two questions whether to go on."""
-Told = Callable[[str], None]
+"""Time between two questions whether to go on; a choice, not measured."""
 
 
 def warned(line: str) -> None:
@@ -49,7 +49,7 @@ def warned(line: str) -> None:
 
 
 @contextmanager
-def working_on(executor: Executor | None, told: Told = warned) -> Iterator[None]:
+def working_on(executor: Executor | None, told: Tell = warned) -> Iterator[None]:
     """Let the workers of an executor do what is mapped within; None leaves it to the threads of this process.
 
     Parameters
@@ -58,7 +58,7 @@ def working_on(executor: Executor | None, told: Told = warned) -> Iterator[None]
         As ``ProcessPoolExecutor()``, ``distributed.Client(...).get_executor()``, ``mpi4py.futures.MPIPoolExecutor()``.
         It stays open.
     told : callable
-        Told in a line what is odd about a worker.
+        Called with a line on what is odd about a worker.
     """
     if executor is None:
         yield
@@ -93,7 +93,7 @@ class _Parcel:
 class Workforce:
     """The workers of an executor, and what they have been given."""
 
-    def __init__(self, executor: Executor, told: Told = warned) -> None:
+    def __init__(self, executor: Executor, told: Tell = warned) -> None:
         self.executor, self.told = executor, told
         self.seen: set[str] = set()
         self.said: set[str] = set()

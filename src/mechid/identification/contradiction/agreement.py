@@ -18,8 +18,8 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.identification.computation.journal import Journal
 from mechid.identification.computation.parallel import mapped
-from mechid.identification.contradiction.alternatives import Judged, first_moments, judge
-from mechid.identification.output_error.declaration import DECLARED, Taken, taken_problem, taken_target
+from mechid.identification.contradiction.alternatives import ReadingScore, first_moments, judge
+from mechid.identification.output_error.declaration import DECLARED, Reading, problem_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.box import sample_box
 from mechid.identification.search.first_moments import WINDOW_S, first_residual, robust_cost
@@ -28,9 +28,9 @@ from mechid.identification.search.multistart import BATCH, GOOD, POINTS, STEPS, 
 
 Tell = Callable[[str], None]
 BATCHES = 4
-"""Batches of starts refined before some records are believed not to agree either."""
+"""Batches of starts refined before some records are believed not to agree either; a choice, not measured."""
 TRIED = 3
-"""Readings of a record, besides the declared one, that are grown together with the others."""
+"""Readings of a record, besides the declared one, that are grown together with the others; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,14 @@ class Agreement:
 
     problem: Problem
     growth: Growth
-    judged: Mapping[str, tuple[Judged, Judged]] = field(default_factory=dict)
+    judged: Mapping[str, tuple[ReadingScore, ReadingScore]] = field(default_factory=dict)
     left_out: tuple[str, ...] = ()
 
     @property
-    def taken(self) -> dict[str, Taken]:
+    def taken(self) -> dict[str, Reading]:
         """How the records were taken, those that are not as declared."""
         own = {name: after.taken for name, (_, after) in self.judged.items()}
-        return {**own, **{name: Taken(left_out=True) for name in self.left_out}}
+        return {**own, **{name: Reading(left_out=True) for name in self.left_out}}
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def agreement(
         Whether that start explains the first 60 ms of all records: then only those may contradict that it does not
         follow through their first moments.
     tell : callable
-        Told what is tried.
+        Called with a line on what is tried.
     journal : Journal or None
         Of the growths, where a run is to be resumed.
     """
@@ -101,7 +101,7 @@ def agreement(
     rest = _rest(problem, suspects, looks, seed, tell, journal)
     if rest is None:
         return None
-    judged: dict[str, tuple[Judged, Judged]] = {}
+    judged: dict[str, tuple[ReadingScore, ReadingScore]] = {}
     lost: list[str] = []
     for name in rest.others:
         tell(f"record {name} against the others")
@@ -111,7 +111,7 @@ def agreement(
         elif found.taken != DECLARED:
             judged[name] = declared, found
     made = Agreement(problem, rest.growth, judged, tuple(lost))
-    whole = taken_problem(problem, made.taken)
+    whole = problem_as_read(problem, made.taken)
     grown = grow(
         whole, carried(rest.problem, rest.growth.q, whole), np.random.default_rng((seed, 1, 0)), journal=journal
     )
@@ -204,7 +204,7 @@ def _explaining(problem: Problem, rest: Problem, points: list[FloatArray], costs
 
 def _reading(
     problem: Problem, rest: _Rest, name: str, look: int, seed: int, journal: Journal | None
-) -> tuple[Judged, Judged | None]:
+) -> tuple[ReadingScore, ReadingScore | None]:
     """Return the declared reading of a record, and the one to be taken; None where none is followed.
 
     Mostly the others' model follows one reading at once. Where it does not, the others may not tell all that this
@@ -216,7 +216,7 @@ def _reading(
         if found.follows:
             return declared, found
     for number, option in enumerate((declared, *others[:TRIED]), 2):
-        own = target if option.taken == DECLARED else taken_target(target, option.taken)
+        own = target if option.taken == DECLARED else target_as_read(target, option.taken)
         more = replace(rest.problem, targets=(*rest.problem.targets, own))
         start = carried(rest.problem, rest.growth.q, more)
         if grow(more, start, np.random.default_rng((seed, 1, number)), journal=journal).horizons[name] >= look:

@@ -7,24 +7,25 @@ import math
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.command import Command
 from mechid.identification.contradiction.agreement import Agreement
-from mechid.identification.contradiction.alternatives import Judged, first_moments
-from mechid.identification.output_error.declaration import Taken, rate_entry
+from mechid.identification.contradiction.alternatives import ReadingScore, first_moments
+from mechid.identification.output_error.declaration import Reading, rate_entry
 from mechid.identification.output_error.target import target_of
 from mechid.units import to_si_factor, unit_words
 
 SPELLED, SAME_UNIT = ("N*m", "mN*m", "N*cm"), 1e-6
-"""Units by which a torque is often wrong, and how near a factor is one."""
+"""Units by which a torque is often wrong, and how near a factor is one. Rounding of a sum of products of decimals
+is far below it."""
 
 
 def agreement_warnings(campaign: Campaign, agreement: Agreement) -> list[str]:
     """Return a line for each record that is not as declared: what was declared, what is taken, how sure, the remedy."""
     taken = [
-        _taken_line(campaign.record(name), declared, found) for name, (declared, found) in agreement.judged.items()
+        _reading_line(campaign.record(name), declared, found) for name, (declared, found) in agreement.judged.items()
     ]
     return taken + [_left_out_line(name) for name in agreement.left_out]
 
 
-def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
+def _reading_line(record: CampaignRecord, declared: ReadingScore, found: ReadingScore) -> str:
     """Put one reading in words; the costs are over the record's first moments, under the others' model."""
     target = target_of(record)
     samples = first_moments(target)
@@ -41,7 +42,7 @@ def _taken_line(record: CampaignRecord, declared: Judged, found: Judged) -> str:
     )
 
 
-def reading_words(record: CampaignRecord, taken: Taken) -> tuple[str, str]:
+def reading_words(record: CampaignRecord, taken: Reading) -> tuple[str, str]:
     """Return what is taken and declared, and what to write."""
     said, remedies = [], []
     if taken.polarity < 0:

@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 from mechid.arrays import FloatArray
 from mechid.command import Command, MeasuredCommand
 from mechid.command.edges import steps_travelled
-from mechid.identification.output_error.declaration import Taken, taken_target
+from mechid.identification.output_error.declaration import Reading, target_as_read
 from mechid.identification.output_error.misfit import residual
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
@@ -27,21 +27,24 @@ from mechid.plant.mechanism import Mechanism
 from mechid.signal.trend import fit_line
 
 STEPS = 2.0
-"""Full steps of travel that a record's first moments hold."""
+"""Full steps of travel that a record's first moments hold; a choice, not measured."""
 AFTER_S = 0.06
-"""And how long they go on after these, s."""
+"""And how long they go on after these, s. The length of the multi-start's window."""
 NEAR = 2.0 * math.log(100.0)
-"""Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken."""
+"""Sigmas squared; of what is at most a hundred times less likely than the best, the least change is taken; a
+choice, not measured."""
 LEAST_GAIN, SAME_GAIN = 0.5, 0.02
-"""Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one."""
+"""Least factor of a gain that is tried (the largest is its inverse), and how near to 1 it is the declared one; a
+choice, not measured."""
 SAME = 1e-9
+"""Cycles that differ by no more are whole ones: rounding."""
 
 
 @dataclass(frozen=True)
-class Judged:
+class ReadingScore:
     """What a record was taken for, its cost over the first moments (sigmas squared), whether it is followed there."""
 
-    taken: Taken
+    taken: Reading
     cost: float
     follows: bool
 
@@ -93,15 +96,15 @@ def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:
     return all(abs(c - round(c)) < SAME for c in cycles)
 
 
-def variants(command: Command, orders: Sequence[float]) -> tuple[Taken, ...]:
+def variants(command: Command, orders: Sequence[float]) -> tuple[Reading, ...]:
     """Return all that a record may be by sign, direction and start angle; the declared comes first.
 
     One that measured channels drive has no direction or start of its own.
     """
     if isinstance(command, MeasuredCommand):
-        return Taken(), Taken(polarity=-1)
+        return Reading(), Reading(polarity=-1)
     return tuple(
-        Taken(
+        Reading(
             polarity=polarity,
             direction=direction,
             start_angle_deg=None if turn == 0.0 else _wrapped(command.start_angle_deg + turn),
@@ -117,7 +120,7 @@ def _wrapped(angle_deg: float) -> float:
     return 180.0 - (180.0 - angle_deg) % 360.0
 
 
-def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
+def judge(problem: Problem, q: FloatArray, target: Target) -> list[ReadingScore]:
     """Return the declared reading of a record, then the others that may be it, the likeliest first.
 
     Parameters
@@ -145,33 +148,33 @@ def judge(problem: Problem, q: FloatArray, target: Target) -> list[Judged]:
     return [declared, *_likeliest(found)]
 
 
-def _likeliest(found: list[Judged]) -> list[Judged]:
+def _likeliest(found: list[ReadingScore]) -> list[ReadingScore]:
     """Return by likelihood, of those as likely as the best the least change first."""
     least = min((j.cost for j in found), default=math.inf)
 
-    def place(j: Judged) -> tuple[bool, bool, float, float]:
+    def place(j: ReadingScore) -> tuple[bool, bool, float, float]:
         near = j.cost <= least + NEAR
         return not j.follows, not near, j.taken.changes if near else 0.0, j.cost
 
     return sorted(found, key=place)
 
 
-def _costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Taken]) -> list[float]:
+def _costs(problem: Problem, q: FloatArray, target: Target, options: Sequence[Reading]) -> list[float]:
     """Return ||r||^2 of a target under each reading, in sigmas squared; inf where the simulation fails."""
-    targets = tuple(replace(taken_target(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
+    targets = tuple(replace(target_as_read(target, o), name=f"{target.name} {i}") for i, o in enumerate(options))
     many = replace(problem, targets=targets)
     return [norm**2 for norm in many.norms(q, many.whole())]
 
 
-def _judged(problem: Problem, q: FloatArray, target: Target, taken: Taken, cost: float) -> Judged:
-    own = taken_target(target, replace(taken, time_offset_s=None))
+def _judged(problem: Problem, q: FloatArray, target: Target, taken: Reading, cost: float) -> ReadingScore:
+    own = target_as_read(target, replace(taken, time_offset_s=None))
     if taken.time_offset_s is not None:
         own = own.with_time_offset(replace(own.time_offset, value=taken.time_offset_s[0]))
     alone = replace(problem, targets=(own,))
-    return Judged(taken, cost, followed(alone, own, q) >= own.samples)
+    return ReadingScore(taken, cost, followed(alone, own, q) >= own.samples)
 
 
-def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
+def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
     """Return a record of which the gain is off by no unit: the factor by which it is nearest to the model."""
     alone = replace(problem, targets=(target,))  # without the coordinates that only other records have
     modelled = np.array(alone.model.predict(target, q, target.samples)[0])
@@ -184,10 +187,10 @@ def _of_other_gain(problem: Problem, q: FloatArray, target: Target) -> Judged | 
     scale = float(modelled @ modelled) / common if common > 0.0 else 0.0
     if not LEAST_GAIN < scale < 1.0 / LEAST_GAIN or abs(scale - 1.0) < SAME_GAIN:
         return None
-    return _judged(problem, q, target, taken := Taken(scale=scale), _costs(problem, q, target, [taken])[0])
+    return _judged(problem, q, target, taken := Reading(scale=scale), _costs(problem, q, target, [taken])[0])
 
 
-def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
+def _latest(problem: Problem, q: FloatArray, target: Target) -> ReadingScore | None:
     """Return the likeliest time offset, up to half the time of the first full step either way."""
     reach = _reach(target)
     if reach < 1 or isinstance(target.command, MeasuredCommand):
@@ -196,7 +199,7 @@ def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
     tick = target.base.interval_s
 
     def cost(offset_s: float) -> float:
-        moved = taken_target(target, Taken(time_offset_s=(offset_s, offset_s, offset_s)))
+        moved = target_as_read(target, Reading(time_offset_s=(offset_s, offset_s, offset_s)))
         alone = replace(problem, targets=(moved.settled,))
         return float(min(alone.norm(alone.targets[0], q, (0, target.samples)) ** 2, 1e300))
 
@@ -205,7 +208,7 @@ def _latest(problem: Problem, q: FloatArray, target: Target) -> Judged | None:
     limits = target.time_offset.value - reach * tick, target.time_offset.value + reach * tick
     if not limits[0] < fine.x < limits[1]:
         return None
-    return _judged(problem, q, target, Taken(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
+    return _judged(problem, q, target, Reading(time_offset_s=(float(fine.x), *limits)), float(fine.fun))
 
 
 def _reach(target: Target) -> int:

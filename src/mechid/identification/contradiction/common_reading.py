@@ -14,14 +14,14 @@ from mechid.command import MeasuredCommand
 from mechid.command.waveform import WAVEFORMS
 from mechid.identification.computation.journal import Journal
 from mechid.identification.contradiction.agreement import explaining_start
-from mechid.identification.output_error.declaration import Taken, taken_target
+from mechid.identification.output_error.declaration import Reading, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.identification.search.gates import Growth, grow
 from mechid.simulation.simulator import excitation_over
 
 FURTHER = 2.0
-"""Times as much of the records has to be followed to be told of."""
+"""Times as much of the records has to be followed to be told of; a choice, not measured."""
 SIGN = (
     "the torque of all records of the other sign: write gain = -1.0 for their torque channels, or the other sign of "
     "all rates"
@@ -59,7 +59,7 @@ def common_readings(problem: Problem, growth: Growth, seed: int, journal: Journa
 
 
 def _readings(problem: Problem) -> list[tuple[str, Problem]]:
-    signs = replace(problem, targets=tuple(taken_target(t, Taken(polarity=-1)) for t in problem.targets))
+    signs = replace(problem, targets=tuple(target_as_read(t, Reading(polarity=-1)) for t in problem.targets))
     if any(isinstance(t.command, MeasuredCommand) for t in problem.targets):
         return [(SIGN, signs)]
     waves = replace(problem, targets=tuple(map(_of_other_waveform, problem.targets)))

@@ -18,19 +18,22 @@ from mechid.simulation.resonances import resonances
 FULL_STEPS_A_CYCLE = 4.0
 """Full steps in one electrical turn, in which a detent has as many periods as its order."""
 STRETCH_STEPS = 16.0
-"""Full steps before and after the instant over which the misfit's frequency is read: four electrical turns each."""
+"""Full steps before and after the instant over which the misfit's frequency is read: four electrical turns each; a
+choice, not measured."""
 STANDS_OUT = 3.0
-"""A line this many times the median of the amplitudes around is one."""
+"""A line this many times the median of the amplitudes around is one; a choice, not measured."""
 SHARE = 0.2
-"""And at least this share of the largest, or it may be that one's side lobe."""
+"""And at least this share of the largest, or it may be that one's side lobe; a choice, not measured."""
 PADDED = 8
+"""Times the samples of the stretch, so that a line between two bins stands out as one on a bin does."""
 EVENTS = 100_000
+"""Switches that are logged at most; the paper's sweep of 60 s has 142."""
 
 
 def departure(problem: Problem, q: FloatArray, target: Target, horizon: int) -> str:
     """Return what happens where the model at `q` leaves a record, after so many samples, as a clause or more.
 
-    Told are the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
+    It names the commanded rate, a stick/slip of the model nearby, and the misfit's frequency against the step rate
     and the detents. It is a reading of what is left over near there, no test of a hypothesis.
     """
     base, timing = target.base, problem.coordinates.timing(target, q)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from mechid.campaign import Campaign, CampaignRecord
 from mechid.identification.contradiction.agreement_text import reading_words, unit_remedy
-from mechid.identification.contradiction.first_sight import SCALES, FirstSight
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.contradiction.first_sight import POINTS, SCALES, FirstSight
+from mechid.identification.output_error.declaration import Reading
 
 
 def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> list[str]:
@@ -21,6 +21,7 @@ def first_sight_lines(campaign: Campaign, sight: FirstSight, *, used: bool) -> l
         Whether single records are read so in what follows.
     """
     lines = [_common(campaign, sight.common_scale)] if sight.common_scale != 1.0 else []
+    lines += [_failing(sight.failing)] if sight.failing else []
     lines += [_low_passed(sight.cut_off_hz)] if sight.cut_off_hz else []
     for name, taken in sight.otherwise.items():
         doubtful = name in sight.doubtful
@@ -40,6 +41,13 @@ def _common(campaign: Campaign, scale: float) -> str:
     )
 
 
+def _failing(points: int) -> str:
+    return (
+        f"all records: at {points} of {POINTS} starts within the bounds the model swings so fast that it cannot be "
+        "simulated: look for a wrong unit in the mechanism file, of a value or of its bounds"
+    )
+
+
 def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
     """Say from where on records fall; the frequency is that of a coarse grid, and mostly above the filter's own."""
     names, hz = ", ".join(cut_off_hz), max(cut_off_hz.values())
@@ -50,7 +58,7 @@ def _low_passed(cut_off_hz: Mapping[str, float]) -> str:
     )
 
 
-def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool) -> str:
+def _single(record: CampaignRecord, taken: Reading, *, used: bool, doubtful: bool) -> str:
     said, remedy = reading_words(record, taken)
     then = ", and so used" if used else f", or of {_rival(taken)}" if doubtful else ""
     return (
@@ -59,7 +67,7 @@ def _single(record: CampaignRecord, taken: Taken, *, used: bool, doubtful: bool)
     )
 
 
-def _rival(taken: Taken) -> str:
+def _rival(taken: Reading) -> str:
     """Return what a record may be as well."""
     if taken.scale == 1.0:
         return "half or twice that rate"

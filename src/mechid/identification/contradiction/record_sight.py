@@ -12,7 +12,7 @@ import numpy as np
 from mechid.arrays import FloatArray
 from mechid.command import Command, RateProfile
 from mechid.identification.contradiction.alternatives import samples_of
-from mechid.identification.output_error.declaration import DECLARED, Taken, taken_command, taken_target
+from mechid.identification.output_error.declaration import DECLARED, Reading, command_as_read, target_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 from mechid.records.step_rate import SuggestedRate, suggested_beside_hum
@@ -20,18 +20,21 @@ from mechid.signal.likeness import LOWEST_BIN, noise_power, power_over_time, spe
 from mechid.signal.lines import prominence, spectral_lines
 
 COARSE = 2
-"""Steps a full step, at most, that fill a spectrum."""
+"""Steps a full step, at most, that fill a spectrum; a choice, not measured."""
 STEPS, LEAST_S, MOST_S, PIECE_S = 8.0, 0.25, 2.0, 0.5
-"""Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move."""
+"""Full steps of a record that are run, within these times; of a rate that varies in pieces, as its lines move. It
+keeps a look at a campaign at 0.3 s (docs/identification.md); not varied otherwise."""
 HIGHEST_HZ = 1000.0
+"""Of the spectra that are compared. A choice, not measured."""
 ORDER = 4
-"""Of the low-pass that a record may have passed; |H|^2 = 1/(1 + (f/f_c)^(2 n))."""
+"""Of the low-pass that a record may have passed; |H|^2 = 1/(1 + (f/f_c)^(2 n)); a choice, not measured."""
 OWN_LINES_S, OWN_RIDGE_S = 4.0, 8.0
-"""How much of a record is looked at for its own step rate, by its lines and over time."""
+"""How much of a record is looked at for its own step rate, by its lines and over time; a choice, not measured."""
 SAME_RATE, SAME_END = 0.01, 0.1
-"""Of a rate, and of a swept rate's end: what is off by no more is no other one."""
+"""Of a rate, and of a swept rate's end: what is off by no more is no other one; a choice, not measured."""
 REPEATS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-"""Full steps at the rate declared after which a record may repeat itself."""
+"""Full steps at the rate declared after which a record may repeat itself. A motor may repeat itself after two or
+four steps, or twice in a step."""
 FULL_STEPS = (1.0, 2.0)
 """Times the rate declared that the lines of full steps may suggest."""
 PARTS = (1.0, 2.0, 4.0)
@@ -96,9 +99,9 @@ class RecordSight:
         """As declared."""
         return self.whole.command
 
-    def read_as(self, taken: Taken) -> Target:
+    def read_as(self, taken: Reading) -> Target:
         """Return what is looked at under another command."""
-        return self.target if taken == DECLARED else taken_target(self.target, replace(taken, scale=1.0))
+        return self.target if taken == DECLARED else target_as_read(self.target, replace(taken, scale=1.0))
 
     def modelled(self, problem: Problem, own: Target, q: FloatArray) -> FloatArray | None:
         """Return the model's power under the command of a target, or None where it cannot be run."""
@@ -166,23 +169,23 @@ def contradicts(sight: RecordSight) -> bool:
     return not is_part(own, sight) or (own.stepping != "" and (own.stepping == "full") != coarse)
 
 
-def is_driven_so(sight: RecordSight, taken: Taken, multiples: Sequence[float]) -> bool:
+def is_driven_so(sight: RecordSight, taken: Reading, multiples: Sequence[float]) -> bool:
     """Tell whether a record whose own lines are those of full steps has them at such multiples of the rate read."""
-    own, command = sight.own, taken_command(sight.command, taken)
+    own, command = sight.own, command_as_read(sight.command, taken)
     if own is None or own.stepping != "full" or command.microsteps > COARSE:
         return True
     rate = max(abs(rate) for rate in command.rate.rates) * command.microsteps
     return own.is_constant and any(abs(own.rate / rate / one - 1.0) < SAME_RATE for one in multiples)
 
 
-def is_doubtful_rate(sight: RecordSight, taken: Taken) -> bool:
+def is_doubtful_rate(sight: RecordSight, taken: Reading) -> bool:
     """Tell whether half or twice the rate that is read would explain the record's lines as well."""
     if taken.rate is None:
         return False
     if taken.swapped is None:
         return len(own_rates(sight)) > 1
     declared, read = (max(abs(rate) for rate in rate.rates) for rate in (sight.command.rate, taken.rate))
-    same = taken_command(sight.command, taken).microsteps == sight.command.microsteps
+    same = command_as_read(sight.command, taken).microsteps == sight.command.microsteps
     related = any(abs(declared / read / one - 1.0) < SAME_RATE for one in REPEATS)
     return same and related and not is_driven_so(sight, taken, FULL_STEPS[:1])
 

@@ -23,14 +23,15 @@ from mechid.plant.mechanism import Mechanism
 from mechid.plant.superset import Law, Superset, rivals_of, superset_of, words_of
 
 ESCAPES = 1
-"""Of a growth of what a joint fit leaves beyond noise."""
+"""Of a growth of what a joint fit leaves beyond noise; a choice, not measured."""
 FOLLOWED = 1.01
 """What a model leaves over the noise from which it is grown anew: more than a level known to 1 % explains."""
 STEPS = 30
+"""Of a fit at most. A choice, not measured."""
 TOLERANCE = 0.1
 """Chi-square by which a step has to better a fit for another one to follow: no effect is judged by so little."""
 FINER = 3.0
-"""Times as many effective samples after a fit as it was stopped by, from which it goes on."""
+"""Times as many effective samples after a fit as it was stopped by, from which it goes on; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from scipy.special import chdtrc
 from mechid.campaign import Campaign
 from mechid.errors import FitError
 from mechid.identification.computation.parallel import one_core_algebra
-from mechid.identification.computation.progress import Listener, Progress, silent
+from mechid.identification.computation.progress import Listener, Progress, Tell, silent
 from mechid.identification.computation.workforce import working_on
 from mechid.identification.diagnosis.candidate import Model
 from mechid.identification.diagnosis.held_out import HeldOut, held_out
@@ -24,7 +24,7 @@ from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
 from mechid.identification.diagnosis.search import Found, searched
 from mechid.identification.diagnosis.start import begun
-from mechid.identification.diagnosis.steps import LEAST, Step, Told
+from mechid.identification.diagnosis.steps import LEAST, Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
 from mechid.identification.refit.reopened import refuse_other_files
 from mechid.identification.result.fit import Fit
@@ -34,7 +34,8 @@ from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 
 FAR = 1.2
-"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch."""
+"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch. The limit
+from which a record counts as misfit, too."""
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
 """Causes of grade C that are of a record which the fit has not followed to its end."""
 
@@ -116,7 +117,7 @@ def diagnose(
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
     listener : callable
-        Told of progress.
+        Called with each report of progress.
 
     Raises
     ------
@@ -141,7 +142,7 @@ def diagnose(
         return replace(concluded, held_out=predicted)
 
 
-def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Told) -> Found:
+def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Tell) -> Found:
     """Return the effects that are missing: from the fit, and from the first moments where that may be a wrong branch.
 
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
@@ -167,7 +168,7 @@ def _better(model: Model, other: Model | None) -> Model:
     return other if other.cost < model.at_levels(other.problem).cost else model
 
 
-def _searched(before: Model, start: Model, told: Told) -> Found:
+def _searched(before: Model, start: Model, told: Tell) -> Found:
     """Return the effects that the records ask for, at noise levels no higher than what is left with them."""
     start = start.lowered()
     while True:

@@ -21,11 +21,11 @@ from mechid.signal.lines import Line, prominence, spectral_lines
 from mechid.signal.orders import order_amplitudes, order_signal
 
 MOST = 3
-"""Lines that are named."""
+"""Lines that are named; a choice, not measured."""
 MOST_REMOVED = 20
-"""Lines that are removed before what is left is looked at again."""
+"""Lines that are removed before what is left is looked at again; a choice, not measured."""
 LEAST_SHARE = 0.05
-"""Of the residual's power, from which lines are worth a word."""
+"""Of the residual's power, from which lines are worth a word; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -27,12 +27,13 @@ from mechid.signal.strongest import Strongest, strongest
 from mechid.signal.trend import Line
 
 MOST_DRAWN = 3
-"""Records whose spectra are drawn: those of which the mechanism as written misses most."""
+"""Records whose spectra are drawn: those of which the mechanism as written misses most; a choice, not measured."""
 GROUPS = 400
-"""Of a spectrum."""
+"""Of a spectrum; a choice, not measured."""
 PERIODS = 8.0
-"""Of the strongest line of what it misses, that the stretch is long."""
+"""Of the strongest line of what it misses, that the stretch is long; a choice, not measured."""
 SHORTEST_S, LONGEST_S = 0.05, 0.3
+"""Within which that stretch stays. A choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

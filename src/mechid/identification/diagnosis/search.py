@@ -6,17 +6,19 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import landscape_of
-from mechid.identification.diagnosis.steps import SHARE, Step, Told, beside, counts, gain, grown, pruned, step
+from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.uncertainty.noise import MISFIT
 
 SMALL = 0.01
-"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part."""
+"""Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
+Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
 FEW = 4
-"""Effects that a mechanism file may well lack at once."""
+"""Effects that a mechanism file may well lack at once; a choice, not measured."""
 FEW_WEAK = 2
 """Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
 
@@ -65,7 +67,7 @@ class Found:
         return beside(self.model, [step(self.before)])[0]
 
 
-def searched(before: Model, start: Model, told: Told = lambda words: None) -> Found:
+def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Found:
     """Return the effects that the records ask for.
 
     Parameters
@@ -75,7 +77,7 @@ def searched(before: Model, start: Model, told: Told = lambda words: None) -> Fo
     start : Model
         Where to begin: with the effects that the fit has already, or `before` itself.
     told : callable
-        Told of progress.
+        Called with each report of progress.
     """
     tried: dict[str, str] = {}
     before = _at_its_best(before) if start.effects else start

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from scipy.special import chdtrc
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
 from mechid.identification.diagnosis.landscape import Landscape, landscape_of, needed_effects
 from mechid.identification.diagnosis.periods import with_periods_seen
@@ -16,13 +17,15 @@ from mechid.identification.disturbance.scores import Score
 LEAST = 30.0
 """Chi-square from which an effect counts, whatever its freedom: by chance, one in 2e7 of one degree."""
 SHARE = 0.1
-"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain."""
+"""Of what the records hold beyond noise and effects named so far, that a further effect has to explain; a choice,
+not measured."""
 FALSE_DISCOVERIES = 0.05
+"""The usual rate; 40 of 40 complete benches were left without a name (docs/diagnosis.md)."""
 TRIES = 2
-"""Effects that are fitted where the likeliest does not keep in a fit what its score promised."""
+"""Effects that are fitted where the likeliest does not keep in a fit what its score promised; a choice, not
+measured."""
 MOST = 16
-"""Effects of a model."""
-Told = Callable[[str], None]
+"""Effects of a model; a choice, not measured."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +82,7 @@ def beside(end: Model, steps: Sequence[Step]) -> list[Step]:
     return [replace(one, bic=end.worth * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
-def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[Step]]:
+def grown(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
     while len(model.effects) < MOST:
@@ -98,7 +101,7 @@ def grown(model: Model, tried: dict[str, str], told: Told) -> tuple[Model, list[
     return model, steps
 
 
-def _exchanged(model: Model, told: Told) -> Model | None:
+def _exchanged(model: Model, told: Tell) -> Model | None:
     """Return the model with another effect in place of a term, where that leaves clearly less; None where none does.
 
     What came first may have imitated another effect, as far as that was to be seen then.
@@ -107,7 +110,7 @@ def _exchanged(model: Model, told: Told) -> Model | None:
     return better.regrown() if better else None
 
 
-def exchanges(model: Model, told: Told) -> Iterator[Model]:
+def exchanges(model: Model, told: Tell) -> Iterator[Model]:
     """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
     for name in model.terms:
         less = model.without(name)
@@ -116,7 +119,7 @@ def exchanges(model: Model, told: Told) -> Iterator[Model]:
             yield model.exchanged(name, other)
 
 
-def one_more(model: Model, tried: dict[str, str], told: Told) -> Model | None:
+def one_more(model: Model, tried: dict[str, str], told: Tell) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
     for name in asked(model, landscape_of(model))[:TRIES]:
         if name in tried:
@@ -143,7 +146,7 @@ def asked(model: Model, landscape: Landscape) -> list[str]:
     return sorted(likely, key=lambda name: -likely[name].over)
 
 
-def pruned(model: Model, told: Told) -> tuple[Model, list[Step]]:
+def pruned(model: Model, told: Tell) -> tuple[Model, list[Step]]:
     """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
     model, steps = _pruned_at_once(model, told)
     order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
@@ -163,7 +166,7 @@ def _is_needed(model: Model, name: str) -> bool:
     return counts(replace(gain(model.without(name), model), share=1.0))
 
 
-def _pruned_at_once(model: Model, told: Told) -> tuple[Model, list[Step]]:
+def _pruned_at_once(model: Model, told: Tell) -> tuple[Model, list[Step]]:
     """Return the model without what its derivatives say is not needed, where a fit says so too."""
     kept = needed_effects(model)
     lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]

@@ -13,8 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
+from mechid.identification.computation.progress import Tell
 from mechid.identification.diagnosis.candidate import FOLLOWED, Model
-from mechid.identification.diagnosis.steps import Told, exchanges, grown, one_more, pruned
+from mechid.identification.diagnosis.steps import exchanges, grown, one_more, pruned
 from mechid.identification.diagnosis.with_laws import with_a_law
 from mechid.identification.search.gates import Growth, floors, followed, grow
 from mechid.identification.search.multistart import candidates, multistart
@@ -24,17 +25,22 @@ from mechid.plant.superset import rivals_of
 ESCAPES = 1
 """Of a growth before anything is asked for: what is missing stops it again."""
 PATIENT = 8
-"""Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it."""
+"""Of a growth of a model that leaves no more than noise as far as it follows: then it is a branch that stops it; a
+choice, not measured."""
 ROUNDS = 12
+"""Of growth and a further term at most. A choice, not measured."""
 QUIETER = 4
-"""Times that noise levels are lowered by one growth at most."""
+"""Times that noise levels are lowered by one growth at most. Levels of benches with backlash stood 1.2 to 2 times
+too high (docs/diagnosis.md)."""
 ENOUGH = 0.3
-"""Share of the records from which on effects are named: in less of them many imitate one another."""
+"""Share of the records from which on effects are named: in less of them many imitate one another; a choice, not
+measured."""
 FURTHER = 1.05
-"""Times as much of the records as before, from which a round has led further, unless it has led to their ends."""
+"""Times as much of the records as before, from which a round has led further, unless it has led to their ends; a
+choice, not measured."""
 
 
-def in_stretches(before: Model, told: Told) -> Model | None:
+def in_stretches(before: Model, told: Tell) -> Model | None:
     """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
 
     None where no model follows enough of the records for effects to be told apart.
@@ -44,7 +50,7 @@ def in_stretches(before: Model, told: Told) -> Model | None:
     before : Model
         The mechanism as written; its values do not count, since a wrong branch may have drawn them away.
     told : callable
-        Told of progress.
+        Called with each report of progress.
     """
     begun = _from_best_start(before)
     if begun is None:
@@ -86,7 +92,7 @@ def reach(model: Model) -> float:
 class _Rivals:
     """Models with a law each, at the best of its own starts: with another law of friction that is another one."""
 
-    def __init__(self, before: Model, told: Told) -> None:
+    def __init__(self, before: Model, told: Tell) -> None:
         self.before, self.told = before, told
 
     @cached_property
@@ -126,7 +132,7 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return whole, growth
 
 
-def _attempts(model: Model, before: Model, rivals: _Rivals, told: Told) -> Iterator[tuple[Model, Model, int]]:
+def _attempts(model: Model, before: Model, rivals: _Rivals, told: Tell) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with one term after another, then with laws.
 
     Each term may be the last one that is missing: further ones would explain what a branch that it leads away from

@@ -18,7 +18,7 @@ from mechid.identification.result.grade import Grade
 from mechid.identification.result.missing import Suggested
 
 MOST = 3
-"""Effects that are suggested."""
+"""Effects that are suggested; a choice, not measured."""
 
 
 def with_suggestions(

@@ -16,6 +16,7 @@ from mechid.identification.output_error.target import Target, is_time_offset
 from mechid.parameter import Parameter
 
 SAME_LINE_HZ = 1e-6
+"""Frequencies that differ by no more are one line: rounding."""
 MAINS_PREFIX = "mains:"
 
 

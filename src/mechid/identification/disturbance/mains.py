@@ -17,7 +17,7 @@ from mechid.signal.mains import BINS, HIGHEST_HZ, MAINS_HZ, MainsLine, mains_lin
 from mechid.signal.series import is_finite
 
 FEWEST = 64
-"""Samples in which lines are looked for."""
+"""Samples in which lines are looked for; a choice, not measured."""
 USUAL = (1, 2, 3)
 """Multiples of a grid that is declared, whether they stand out or not."""
 WORDS = "mains hum is in the records"

@@ -19,10 +19,12 @@ from mechid.parameter import Declaration, Parameter, Role, Status
 CLOCK_PPM = 300.0
 """Quartz oscillators are within 100 ppm, a driver's ceramic resonator within 5000; of two ordinary clocks."""
 DELAY_S = 1e-4
+"""How late a record's command may be, one standard deviation: a sample at 10 kHz. A choice, not measured."""
 SHARES: Mapping[Role, float] = {Role.SUPPLY: 0.02, Role.WINDING_RESISTANCE: 0.04, Role.TRANSDUCER_GAIN: 0.01}
-"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper."""
+"""How far values of single records are from the mechanism's, relative: 4 % of resistance are 10 K of copper. The
+others are choices, not measured."""
 REACH = 5.0
-"""Standard deviations to either bound."""
+"""Standard deviations to either bound; a choice, not measured."""
 
 
 def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) -> tuple[Disturbance, ...]:
@@ -44,6 +46,16 @@ def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
     own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, CLOCK_PPM)
     words = "the driver's clock and the recorder's do not run at the same rate"
     yield Disturbance("clock", words, {t.name: (own,) for t in stepped})
+
+
+def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
+    if any(t.clock for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
+        return
+    names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
+    own = {record: (_free(name, CLOCK, 0.0, CLOCK_PPM),) for record, name in names.items()}
+    yield Disturbance(
+        "record.clock", "the driver's clock, or the recorder's, runs at another rate in some records", own
+    )
 
 
 def _delay(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
@@ -82,6 +94,7 @@ def _free(name: str, declaration: Declaration, value: float, sigma: float) -> Pa
 
 _MADE: Mapping[str, Callable[[Problem, tuple[Target, ...]], Iterator[Disturbance]]] = {
     "clock": _clock,
+    "record.clock": _own_clocks,
     "record.delay": _delay,
     "record.voltage": _of_role(Role.SUPPLY, "record.voltage", "the supply differs from record to record"),
     "record.gain": _of_role(Role.TRANSDUCER_GAIN, "record.gain", "the transducer's gain differs from record to record"),

@@ -23,8 +23,9 @@ from mechid.signal.stored import Room, write_at
 from mechid.signal.whiteness import effective_samples
 
 SMALLEST = 1e-300
+"""No residual is as small: it stands in for zero in a quotient."""
 COLLINEAR = 1e-9
-"""Relative size of a direction that others hold already."""
+"""Relative size of a direction that others hold already. A choice well above rounding."""
 
 
 @dataclass(frozen=True)

@@ -23,11 +23,11 @@ from mechid.identification.search.solve import covariance
 from mechid.parameter import Parameter
 
 PARTNER = 0.9
-"""Magnitude of the correlation from which another parameter has part in a ruined estimate."""
+"""Magnitude of the correlation from which another parameter has part in a ruined estimate; a choice, not measured."""
 INVOLVED = 0.2
-"""Share of the largest component of a direction from which a parameter is named."""
+"""Share of the largest component of a direction from which a parameter is named; a choice, not measured."""
 EQUAL = 0.2
-"""Relative difference of two components that count as the same."""
+"""Relative difference of two components that count as the same; a choice, not measured."""
 
 
 @dataclass(frozen=True)

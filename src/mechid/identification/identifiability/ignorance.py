@@ -7,7 +7,8 @@ import math
 from mechid.parameter import Parameter
 
 MOST_RELATIVE = 100.0
-"""Standard error over value, in magnitude, from which a parameter without two bounds is not known."""
+"""Standard error over value, in magnitude, from which a parameter without two bounds is not known; a choice, not
+measured."""
 REMEDY = "its value is where the search left it; add a record that shows it, or give it as a known number"
 
 

@@ -21,12 +21,14 @@ from mechid.identification.search.box import sample_box
 DISPLACED = 1e-9
 """By so much of its value, or its range, each parameter is displaced: a thousandth of what the best record tells."""
 POINTS = 8
-"""Points of the box that are looked at, the file's own values first; a power of two."""
+"""Points of the box that are looked at, the file's own values first; a power of two. Of a record that is chaotic at
+some only, two of the eight speak."""
 WINDOW_S = 0.005
+"""Over which runs are compared: that in which growth looks whether a record is followed."""
 LONGEST_S = 20.0
-"""Of a record that is looked at."""
+"""Of a record that is looked at. It bounds the time of a check. A choice, not measured."""
 SAFE = 0.5
-"""Of the time in which runs come apart, what a stretch may have."""
+"""Of the time in which runs come apart, what a stretch may have; a choice, not measured."""
 
 
 def chaos_warnings(campaign: Campaign, *, points: int = POINTS) -> tuple[str, ...]:

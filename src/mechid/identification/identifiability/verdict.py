@@ -16,9 +16,11 @@ from mechid.parameter import Status
 Reason = tuple[Status, str]
 
 LEAST_EXCESS = 1e-7
-"""In SI units; a parameter this little above the one it never lies below is at its least, as static friction."""
+"""In SI units; a parameter this little above the one it never lies below is at its least, as static friction; a
+choice, not measured."""
 NOTHING = 1e-3
-"""What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing."""
+"""What the whole range of a coordinate changes of all samples together, in sigmas, and yet is nothing; a choice,
+not measured."""
 IN_NO_STAGE = "in no stage of the campaign file that was worked on"
 FAILED = "the simulation fails here"
 ON_BOUND = "the optimum lies on or beyond the bound of the mechanism file"

@@ -19,9 +19,10 @@ from mechid.identification.search.box import sample_box
 from mechid.simulation.trajectory import SimulationOutcome
 
 LOOK_S = 1.0
-"""How much of each record is looked at."""
+"""How much of each record is looked at; a choice, not measured."""
 POINTS = 8
-"""Points of the multi-start's box that are looked at, the file's own values first; a power of two."""
+"""Points of the multi-start's box that are looked at, the file's own values first; a power of two; a choice, not
+measured."""
 NOTHING = 1e-6
 """What the whole range of a coordinate changes of a sample, in sigmas of its noise, and yet is rounding."""
 REMEDY = "no record sees it; add a record that does, or give it as a known number"

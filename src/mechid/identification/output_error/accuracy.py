@@ -12,7 +12,10 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 
 PROMISE = 1e-5
+"""Of the record's RMS torque: what is promised of the integration (docs/numerics.md)."""
 MOST_DOUBLINGS = 3
+"""Of the steps a sample. One step keeps the promise on every record of the paper's mechanism (docs/numerics.md);
+how many doublings are tried is a choice."""
 
 
 def enough_substeps(problem: Problem, q: FloatArray, windows: Windows) -> int:

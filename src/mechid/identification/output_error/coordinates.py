@@ -32,7 +32,7 @@ from mechid.simulation.simulator import TimeBase
 from mechid.units import angle_difference
 
 ON_BOUND = 1e-6
-"""Share of its range within which a coordinate counts as on its bound."""
+"""Share of its range within which a coordinate counts as on its bound; a choice, not measured."""
 
 
 @dataclass(frozen=True)

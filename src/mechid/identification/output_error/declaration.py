@@ -17,14 +17,14 @@ from mechid.signal.stored import changed
 from mechid.simulation.simulator import excitation_over
 
 PLAIN = ("stepping", "microsteps", "swapped")
-"""What `Taken` holds of a command and estimate.json writes as it is."""
+"""What `Reading` holds of a command and estimate.json writes as it is."""
 LEFT_OUT = "left out"
 """The use of a record that the campaign file gives to estimate from, and that contradicted the others."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Taken:
-    """What of a record is taken otherwise than declared; nothing by default.
+class Reading:
+    """How a record is read where that is not as declared; as declared by default.
 
     Attributes
     ----------
@@ -80,7 +80,7 @@ class Taken:
         return own
 
     @classmethod
-    def from_dict(cls, own: Mapping[str, Any]) -> Taken:
+    def from_dict(cls, own: Mapping[str, Any]) -> Reading:
         """Return what `to_dict` wrote down."""
         delay = own.get("time_offset_s")
         return cls(
@@ -104,14 +104,14 @@ class Taken:
         """What the samples of the leading channel are multiplied by."""
         return self.polarity * self.scale
 
-    def beside(self, further: Taken) -> Taken:
+    def beside(self, further: Reading) -> Reading:
         """Return it with what was found further, of a record that is taken so already."""
-        new = {f.name: getattr(further, f.name) for f in fields(Taken) if getattr(further, f.name) != f.default}
+        new = {f.name: getattr(further, f.name) for f in fields(Reading) if getattr(further, f.name) != f.default}
         both = {"polarity": self.polarity * further.polarity, "direction": self.direction * further.direction}
         return replace(self, **(new | both))
 
 
-DECLARED = Taken()
+DECLARED = Reading()
 
 
 def rate_entry(rate: RateProfile) -> dict[str, object]:
@@ -127,7 +127,7 @@ def _rate(own: Mapping[str, Any]) -> RateProfile | None:
     return RateProfile.through(own["rate_profile"]) if "rate_profile" in own else None
 
 
-def taken_command(command: Command, taken: Taken) -> Command:
+def command_as_read(command: Command, taken: Reading) -> Command:
     """Return a command at the rate, in the steps and direction, and from the start angle that were taken."""
     if taken.rate is not None:
         command = replace(command, rate=taken.rate)
@@ -141,7 +141,7 @@ def taken_command(command: Command, taken: Taken) -> Command:
     return command
 
 
-def taken_offset(declared: Parameter, taken: Taken) -> Parameter:
+def offset_as_read(declared: Parameter, taken: Reading) -> Parameter:
     """Return a time offset as it was taken: to be estimated where that is so."""
     if taken.time_offset_s is None:
         return declared
@@ -149,10 +149,10 @@ def taken_offset(declared: Parameter, taken: Taken) -> Parameter:
     return replace(declared, value=value, min=least, max=most, status=Status.FREE)
 
 
-def taken_target(target: Target, taken: Taken) -> Target:
+def target_as_read(target: Target, taken: Reading) -> Target:
     """Return what is to be matched as it was taken."""
-    command = taken_command(target.command, taken)
-    own = target.with_time_offset(taken_offset(target.time_offset, taken)) if taken.time_offset_s else target
+    command = command_as_read(target.command, taken)
+    own = target.with_time_offset(offset_as_read(target.time_offset, taken)) if taken.time_offset_s else target
     return replace(
         own,
         channels=(_multiplied(target.leading, taken.factor), *target.channels[1:]),
@@ -174,12 +174,12 @@ def _times(factor: float, series: Series) -> Series:
     return changed(series, lambda values, part: factor * values)
 
 
-def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
+def record_as_read(record: CampaignRecord, taken: Reading) -> CampaignRecord:
     """Return a record of the campaign as it was taken."""
     if taken == DECLARED:
         return record
     if taken.time_offset_s is not None:
-        own = taken_offset(record.time_offset, taken)
+        own = offset_as_read(record.time_offset, taken)
         record = replace(record, parameters=tuple(own if q.name == own.name else q for q in record.parameters))
     if taken.factor != 1.0 and record.data is not None:
         channels = tuple(
@@ -190,19 +190,19 @@ def taken_record(record: CampaignRecord, taken: Taken) -> CampaignRecord:
         )
         record = replace(record, data=replace(record.data, channels=channels))
     use = "validate" if taken.left_out else record.use
-    return replace(record, command=taken_command(record.command, taken), use=use)
+    return replace(record, command=command_as_read(record.command, taken), use=use)
 
 
-def taken_campaign(campaign: Campaign, taken: Mapping[str, Taken]) -> Campaign:
+def campaign_as_read(campaign: Campaign, taken: Mapping[str, Reading]) -> Campaign:
     """Return a campaign with its records as they were taken."""
-    records = tuple(taken_record(record, taken.get(record.name, DECLARED)) for record in campaign.records)
+    records = tuple(record_as_read(record, taken.get(record.name, DECLARED)) for record in campaign.records)
     return replace(campaign, records=records) if taken else campaign
 
 
-def taken_problem(problem: Problem, taken: Mapping[str, Taken]) -> Problem:
+def problem_as_read(problem: Problem, taken: Mapping[str, Reading]) -> Problem:
     """Return a problem with its targets as they were taken, those left out dropped."""
     targets = tuple(
-        taken_target(t, taken[t.name]) if t.name in taken else t
+        target_as_read(t, taken[t.name]) if t.name in taken else t
         for t in problem.targets
         if not taken.get(t.name, DECLARED).left_out
     )

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from mechid.arrays import FloatArray
 
 REMEMBERED = 256
-"""Results that are held at most."""
+"""Results that are held at most; a choice, not measured."""
 
 
 class Latest(dict[tuple[str, bytes], FloatArray]):

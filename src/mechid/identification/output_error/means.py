@@ -12,7 +12,7 @@ from mechid.identification.output_error.target import Target
 from mechid.parameter import Parameter
 
 MEAN_WITHIN = 1e-3
-"""Of the records' own prior, that the mean of their values is held to."""
+"""Of the records' own prior, that the mean of their values is held to; a choice, not measured."""
 
 
 @dataclass(frozen=True)

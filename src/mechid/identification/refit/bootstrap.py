@@ -38,11 +38,16 @@ from mechid.signal.autoregression import Autoregression, fit_autoregression
 from mechid.units import angle_difference
 
 QUANTILES = (0.025, 0.975)
+"""Of an interval of 95 %."""
 WARM_UP = 20_000
-"""Samples drawn and dropped before those of a coloured record, until it has forgotten where it began."""
+"""Samples drawn and dropped before those of a coloured record, until it has forgotten where it began. Poles of
+radius 0.999 have fallen to 2e-9 by then."""
 ELSEWHERE = 1e-6
-"""Chance at which a distance from the estimate, in its own covariance, is no scatter any more."""
+"""Chance at which a distance from the estimate, in its own covariance, is no scatter any more; a choice, not
+measured."""
 REFUSED = 1.0
+"""Sigmas squared that a fit may still promise where it stops; what moves no parameter by more than its standard
+error."""
 
 
 class DrawOutcome(Enum):

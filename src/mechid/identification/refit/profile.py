@@ -32,16 +32,20 @@ from mechid.identification.search.solve import solve
 from mechid.identification.stages.freeze import without
 
 QUANTILE = float(chdtri(1, 0.05))
+"""Of chi-square of one degree: an interval of 95 %."""
 STEP = 0.4
-"""What the root of the cost's rise is to grow by from point to point."""
+"""What the root of the cost's rise is to grow by from point to point; a choice, not measured."""
 JUMP = 1.2
-"""Growth of that root between neighbours that is looked into."""
+"""Growth of that root between neighbours that is looked into. Three steps in one."""
 HALVINGS = 10
+"""Of the gap between two points where the cost jumps: to a thousandth of it."""
 MOST = 60
-"""Steps on each side."""
+"""Steps on each side; a choice, not measured."""
 COLOURED = 1.1
-"""Robust over white variance from which colour counts."""
+"""Robust over white variance from which colour counts; a choice, not measured."""
 REFUSED = 1.0
+"""Sigmas squared that a fit may still promise where it stops; what moves no parameter by more than its standard
+error."""
 
 
 class SideEnd(Enum):
@@ -113,7 +117,7 @@ class Profile:
         return -min(p.rise for p in self.points)
 
 
-Told = Callable[[str, Point], None]
+TellPoint = Callable[[str, Point], None]
 Refit = Callable[[tuple[str, float, Sequence[FloatArray]]], dict[str, Any]]
 
 
@@ -124,7 +128,7 @@ def profiles(
     workers: int = 1,
     executor: Executor | None = None,
     journal: Journal | None = None,
-    told: Told = lambda name, point: None,
+    told: TellPoint = lambda name, point: None,
 ) -> list[Profile]:
     """Return the profile of each parameter; both sides of all are worked on at once.
 
@@ -148,7 +152,9 @@ def profiles(
 class _Side:
     """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
 
-    def __init__(self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: Told) -> None:
+    def __init__(
+        self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: TellPoint
+    ) -> None:
         self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
         self.journal, self.told = journal, told
         self.own = optimum.one(name)

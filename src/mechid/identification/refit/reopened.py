@@ -15,7 +15,7 @@ from mechid.identification.beside.beside import beside_again
 from mechid.identification.disturbance.declared import Declared, recalled
 from mechid.identification.disturbance.disturbance import with_lines
 from mechid.identification.identify import make_problem
-from mechid.identification.output_error.declaration import Taken, taken_campaign
+from mechid.identification.output_error.declaration import Reading, campaign_as_read
 from mechid.identification.output_error.inputs import file_digests
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.reduction import Triangle
@@ -110,9 +110,9 @@ def as_fitted(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
 
 def as_recorded(campaign: Campaign, estimate: Mapping[str, Any]) -> Campaign:
     """Return a campaign as its fit read it: records otherwise than declared, hum removed."""
-    taken = {name: Taken.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
+    taken = {name: Reading.from_dict(r["taken"]) for name, r in estimate["records"].items() if r.get("taken")}
     hum = {line[0] for r in estimate["records"].values() for c in r["channels"].values() for line in c.get("lines", ())}
-    campaign = taken_campaign(campaign, taken)
+    campaign = campaign_as_read(campaign, taken)
     return replace(campaign, records=tuple(with_lines(record, hum) for record in campaign.records))
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from mechid.arrays import FloatArray
 from mechid.campaign import Campaign
-from mechid.identification.output_error.declaration import DECLARED, Taken
+from mechid.identification.output_error.declaration import DECLARED, Reading
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.grade import Grade, Reason
 from mechid.identification.result.missing import Missing, OwnValue, Suggested
@@ -124,7 +124,7 @@ class RecordFit:
         Samples that do not count.
     channels : mapping of quantity to ChannelFit
         Each of its channels, the leading one first.
-    taken : Taken
+    taken : Reading
         How it was taken, where that is not as the campaign file declares it.
     """
 
@@ -140,7 +140,7 @@ class RecordFit:
     prefilter_order: int = 0
     rejected: int = 0
     channels: Mapping[str, ChannelFit] = field(default_factory=dict)
-    taken: Taken = DECLARED
+    taken: Reading = DECLARED
 
     @property
     def followed_percent(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from mechid.campaign import Campaign
 from mechid.errors import InputFileError
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.inputs import file_digest
 from mechid.identification.result.consistency import Consistency
 from mechid.identification.result.estimate_file import read_estimate
@@ -95,7 +95,7 @@ def _fit(content: Mapping[str, Any], campaign: Campaign) -> Fit:
     names, matrix = content["correlation"]["names"], content["correlation"]["matrix"]
     records = {
         name: RecordFit(
-            name=name, channels=_channels(r["channels"]), taken=Taken.from_dict(r["taken"]), **_kept(r, ESTIMATED)
+            name=name, channels=_channels(r["channels"]), taken=Reading.from_dict(r["taken"]), **_kept(r, ESTIMATED)
         )
         for name, r in content["records"].items()
     }

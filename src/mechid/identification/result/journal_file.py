@@ -18,7 +18,7 @@ FILE_NAME = "journal.jsonl"
 FINISHED = "finished"
 """The event with which the search ends."""
 EVERY_S = 1.0
-"""At most so often it is noted where the search stands."""
+"""At most so often it is noted where the search stands; a choice, not measured."""
 
 
 def identified_campaign(folder: Path) -> Path:

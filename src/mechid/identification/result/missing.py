@@ -15,7 +15,7 @@ from mechid.identification.disturbance.declared import declared_toml
 from mechid.identification.disturbance.disturbance import Disturbance, Found
 
 MOST_NAMED = 8
-"""Values that a warning names."""
+"""Values that a warning names; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)

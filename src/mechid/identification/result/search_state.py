@@ -9,7 +9,7 @@ from typing import Self
 from mechid.arrays import FloatArray
 from mechid.identification.beside.beside import Beside
 from mechid.identification.disturbance.disturbance import Found
-from mechid.identification.output_error.declaration import Taken
+from mechid.identification.output_error.declaration import Reading
 from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.result.fit import StageReport
 from mechid.identification.result.outcome import FitOutcome
@@ -40,7 +40,7 @@ class SearchState:
         What of the records counts.
     outcome : FitOutcome
         How the fit would end if nothing came after.
-    taken : mapping of record to Taken
+    taken : mapping of record to Reading
         Records that are taken otherwise than declared.
     stages : tuple of StageReport
         Those finished.
@@ -63,7 +63,7 @@ class SearchState:
     q: FloatArray
     windows: Windows
     outcome: FitOutcome = FitOutcome.FAILED
-    taken: Mapping[str, Taken] = field(default_factory=dict)
+    taken: Mapping[str, Reading] = field(default_factory=dict)
     stages: tuple[StageReport, ...] = ()
     warnings: tuple[str, ...] = ()
     frozen: tuple[Frozen, ...] = ()

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 CLEAR = 3.0
-"""Standard errors from nothing beyond which a term is clear."""
+"""Standard errors from nothing beyond which a term is clear; a choice, not measured."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,8 @@ from mechid.arrays import BoolArray, FloatArray
 from mechid.identification.output_error.reduction import Triangle
 
 SINGULAR = 1e-7
-"""Below this share of the largest, a singular value of the column-scaled Jacobian is rounding."""
+"""Below this share of the largest, a singular value of the column-scaled Jacobian is rounding; a choice, not
+measured."""
 
 
 WORTH_SAYING = 1.0

@@ -20,7 +20,7 @@ from mechid.arrays import FloatArray
 
 Words = NDArray[np.uint32]
 BITS = 30
-"""Of a coordinate."""
+"""Of a coordinate. As SciPy's own sequence has."""
 
 
 def sobol_points(dimensions: int, points: int, seed: int) -> FloatArray:

@@ -32,11 +32,12 @@ from mechid.plant.superset import Superset, rivals_of, superset_of
 ESCAPES = 3
 """Of a growth with terms beside: what stalls more often lacks something that none of them holds."""
 NARROWER = 20.0
-"""By which the small prior of a term is narrower once it is not needed inside the gates."""
+"""By which the small prior of a term is narrower once it is not needed inside the gates; a choice, not measured."""
 RIVALS = 3
-"""Laws beside that do not explain the first moments and are grown all the same: those with the best starts."""
+"""Laws beside that do not explain the first moments and are grown all the same: those with the best starts; a
+choice, not measured."""
 STEPS = 30
-"""Of the joint fit that shows which disturbances are needed."""
+"""Of the joint fit that shows which disturbances are needed; a choice, not measured."""
 
 
 @dataclass(frozen=True, eq=False)

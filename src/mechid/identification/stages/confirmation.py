@@ -18,6 +18,7 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import by_own_residuals
 
 CONFIRMATIONS = 2
+"""Times that growth in finer steps is tried. A choice, not measured."""
 
 
 def confirmed(watch: Watch, state: SearchState, names: tuple[str, ...], seed: int) -> SearchState:

@@ -16,13 +16,15 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.search.solve import Solution
 
 AT_LEAST = 1e-3
-"""Of what it never lies below: a parameter this little above is in the corner."""
+"""Of what it never lies below: a parameter this little above is in the corner; a choice, not measured."""
 LOWERED = 0.3
-"""Of the upper one of the two: where the lower one begins again."""
+"""Of the upper one of the two: where the lower one begins again. From starts of 0.06 to 45 rad/s beside the corner
+2 of 7 came back without this rule, 7 of 7 with it."""
 SPREAD = (1.0, 4.0, 0.25)
-"""Times the file's value: where what no record sees begins again."""
+"""Times the file's value: where what no record sees begins again. As `LOWERED`."""
 WORTH_LEAVING = 1.0
-"""Sigmas squared by which the cost has to fall below that of the corner."""
+"""Sigmas squared by which the cost has to fall below that of the corner. What moves a parameter by its standard
+error."""
 
 
 def out_of_corner(problem: Problem, stopped: Solution, solved: Callable[[FloatArray], Solution]) -> Solution:

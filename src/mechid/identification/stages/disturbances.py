@@ -22,12 +22,15 @@ from mechid.identification.uncertainty.noise import MISFIT
 LEAST = 30.0
 """Chi-square from which a disturbance counts, whatever its freedom: by chance, one in 2e7 of one degree."""
 SHARE = 0.5
-"""Of what records hold beyond their noise, that a disturbance has to explain: with less, the mechanism lacks something
-that it imitates."""
+"""Of what records hold beyond their noise, that a disturbance has to explain: with less, the mechanism lacks
+something that it imitates. Without it voltages were named for phases apart and temperatures for a torque
+harmonic (docs/identification.md)."""
 LEAST_DEVIATION = 4.0
-"""Standard errors, widened by what the model lacks, by which one of its parameters has to be off none."""
+"""Standard errors, widened by what the model lacks, by which one of its parameters has to be off none. Without it
+voltages were named for hysteresis in the gear (the same page)."""
 ROUGH = 1e-6
-"""Relative fall of the cost at which a fit that shows whether a disturbance is there may stop."""
+"""Relative fall of the cost at which a fit that shows whether a disturbance is there may stop; a choice, not
+measured."""
 
 
 def fit_with_disturbances(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
@@ -60,8 +63,14 @@ def _with_all_asked_for(
         if better is None:
             break
         at = _each_needed(watch, better, names)
-        some = tuple(one for one in some if one.name not in {found.disturbance.name for found in at.found})
+        some = tuple(one for one in some if not any(_is_instead(one, found.disturbance) for found in at.found))
     return at
+
+
+def _is_instead(one: Disturbance, found: Disturbance) -> bool:
+    """Tell whether a disturbance is the one that was found, or frees the same: a clock of all or one of each record."""
+    frees = {p.declaration for p in one.parameters}
+    return one.name == found.name or not frees.isdisjoint(p.declaration for p in found.parameters)
 
 
 def fit_released_anew(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:

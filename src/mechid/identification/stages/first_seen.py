@@ -10,7 +10,7 @@ from mechid.identification.computation.parallel import one_core_algebra
 from mechid.identification.contradiction.first_sight import first_sight
 from mechid.identification.contradiction.first_sight_text import first_sight_lines
 from mechid.identification.contradiction.own_evidence import own_evidence
-from mechid.identification.output_error.declaration import taken_problem
+from mechid.identification.output_error.declaration import problem_as_read
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -28,7 +28,7 @@ def first_seen(campaign: Campaign, state: SearchState, seed: int) -> tuple[Campa
     lines += own_evidence(state.problem.targets, sight.otherwise, hum=False)
     if not lines:
         return campaign, state
-    problem = taken_problem(state.problem, taken)
+    problem = problem_as_read(state.problem, taken)
     state = replace(state, problem=problem, q=problem.start, windows=problem.whole(), taken=taken)
     return replace(campaign, warnings=(*lines, *campaign.warnings)), state
 

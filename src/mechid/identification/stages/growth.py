@@ -34,14 +34,17 @@ from mechid.identification.uncertainty.noise import at_least_their_residuals
 from mechid.identification.uncertainty.raised_noise import raised, raised_words
 
 TRIED_CANDIDATES = 12
+"""Starts that are grown at most. A choice, not measured."""
 TOGETHER = 4
-"""Candidates that are grown at once where others do the work; the first of them that follows all records counts."""
+"""Candidates that are grown at once where others do the work; the first of them that follows all records counts; a
+choice, not measured."""
 FIRST_ESCAPES = 8
 """Of the best start: 35 of 36 complete campaigns need one at most, the other four."""
 FURTHER_ESCAPES = 2
-"""From where the records that it follows have their values by themselves."""
+"""From where the records that it follows have their values by themselves; a choice, not measured."""
 MUCH_FURTHER = 2.0
-"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends."""
+"""Times as much of the records has to be followed at a raised noise level that does not follow them to their ends;
+a choice, not measured."""
 
 
 def searched(

@@ -20,8 +20,9 @@ from mechid.identification.stages.corners import out_of_corner
 from mechid.identification.stages.watch import Watch
 
 MOST_CLIFFS = 3
+"""Times that a fit goes on along a threshold: four of 100 random mechanisms end at one (make recovery); not varied."""
 BACK_FROM_EDGE = 4.0
-"""Sigmas squared that it may cost to stand clear of a cliff."""
+"""Sigmas squared that it may cost to stand clear of a cliff; a choice, not measured."""
 
 
 def joint_fit(

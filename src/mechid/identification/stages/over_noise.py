@@ -18,7 +18,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.target import Target
 
 SHARE = 0.05
-"""Of the search's time that this may take."""
+"""Of the search's time that this may take; a choice, not measured."""
 
 
 class OverNoise:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from mechid.campaign import Campaign, Stage
 from mechid.campaign.campaign import is_of_start
 from mechid.identification.output_error.accuracy import enough_substeps
+from mechid.identification.output_error.misfit import Window
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import Target
 from mechid.identification.result.outcome import FitOutcome
@@ -18,8 +19,6 @@ from mechid.identification.stages.joint_fit import joint_fit, threshold_warnings
 from mechid.identification.stages.release import with_noise_released, without_priors
 from mechid.identification.stages.watch import Watch
 from mechid.parameter import Status
-
-Window = tuple[int, int]
 
 
 def follow_stages(watch: Watch, state: SearchState, campaign: Campaign) -> SearchState:

@@ -13,6 +13,7 @@ from mechid.identification.stages.watch import Watch
 from mechid.identification.uncertainty.noise import released, whitened_again, without_outliers
 
 REPETITIONS = 2
+"""Of filter and fit: a resonance in the noise with poles of radius 0.99 needs it."""
 
 
 def fit_with_noise_released(

@@ -23,7 +23,7 @@ class Watch:
     state : SearchState
         Where the search begins.
     listener : callable
-        Told of progress.
+        Called with each report of progress.
     total : int
         How many stages are told of.
     journal : Journal or None

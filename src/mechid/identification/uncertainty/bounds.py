@@ -18,7 +18,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.reduction import Triangle
 
 CONTRADICTED = 3.0
-"""Standard errors beyond its bound from which a parameter is there by no chance."""
+"""Standard errors beyond its bound from which a parameter is there by no chance; a choice, not measured."""
 
 
 @dataclass(frozen=True)

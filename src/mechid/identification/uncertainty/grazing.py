@@ -16,6 +16,8 @@ from mechid.identification.output_error.problem import Problem, Windows
 from mechid.identification.output_error.target import Target
 
 SHARE_OF_GAP = 0.1
+"""Standard deviation of an instant over its gap to the next switch, beyond which their order is not certain. A
+choice, not measured."""
 MOST_LOGGED = 20_000
 """Switches of a record that are looked at, some 120 bytes each."""
 

@@ -20,9 +20,10 @@ from mechid.signal.noise import FLOOR_ERROR
 from mechid.signal.series import Series
 
 LEAST = 300
-"""Samples from which a stretch is worth more than the parameters that are fitted to it."""
+"""Samples from which a stretch is worth more than the parameters that are fitted to it; a choice, not measured."""
 SURE = 4.0
-"""Standard errors, of the level and of the residual's RMS, by which a residual has to be below the level."""
+"""Standard errors, of the level and of the residual's RMS, by which a residual has to be below the level. By chance
+once in 3e4."""
 
 
 def lowered(problem: Problem, q: FloatArray, windows: Windows) -> Problem:

@@ -18,13 +18,15 @@ from mechid.identification.result.consistency import Consistency, Scatter
 from mechid.identification.uncertainty.parts import QUARTERS, Parts, RecordParts
 
 ALONE = 1.02
-"""Information of all over that which stays when a part is left out: what one record alone knows is not lost with it."""
+"""Information of all over that which stays when a part is left out: what one record alone knows is not lost with
+it; a choice, not measured."""
 BY_RATIO = 1.15
-"""Ratio from which parts contradict each other where noise has no white model to count chance by."""
+"""Ratio from which parts contradict each other where noise has no white model to count chance by; a choice, not
+measured."""
 ROUNDING = 1e-14
 """Share of the largest eigenvalue below which one is rounding."""
 PHASES_A_RECORD = 8
-"""Degrees of freedom a record's phases count as: neighbouring phases are not independent."""
+"""Degrees of freedom a record's phases count as: neighbouring phases are not independent; a choice, not measured."""
 
 
 @dataclass(frozen=True)

@@ -23,12 +23,13 @@ from mechid.signal.stored import changed, samples_at, write_at
 from mechid.units import unit_words
 
 MISFIT = 1.2
+"""Residual over the noise floor from which a record is one. A choice, not measured."""
 FAR_OFF = 6.0
 """Robust standard deviations from which a sample of the residual is a spike; noise gets there once in 5e8."""
 QUIETER = 0.99
-"""Share of a prefilter's noise below which another one is much better."""
+"""Share of a prefilter's noise below which another one is much better; a choice, not measured."""
 MOST_REJECTED = 0.01
-"""Share of a record beyond which what is far off is no spike."""
+"""Share of a record beyond which what is far off is no spike; a choice, not measured."""
 
 
 def released(

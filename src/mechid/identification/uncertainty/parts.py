@@ -17,12 +17,13 @@ from mechid.command.edges import steps_travelled
 from mechid.identification.output_error.target import Target
 
 PHASES = 32
-"""Parts of a full step of the command."""
+"""Parts of a full step of the command; a choice, not measured."""
 STRETCH_S = 0.1
-"""About how long a part over time is."""
+"""About how long a part over time is; a choice, not measured."""
 MOST_STRETCHES = 1024
 """Parts over time of a long record: their number does not grow with it."""
 QUARTERS = 4
+"""Parts of a record. A choice, not measured."""
 
 
 @dataclass(frozen=True)

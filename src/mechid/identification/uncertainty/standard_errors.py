@@ -29,7 +29,8 @@ from mechid.identification.uncertainty.grazing import grazing_switches
 from mechid.identification.uncertainty.model_error import Comparison, ModelError
 
 FAR = 3.0
-"""Times what noise explains by which parts of the records may disagree before it is said what errors cannot show."""
+"""Times what noise explains by which parts of the records may disagree before it is said what errors cannot show; a
+choice, not measured."""
 CORRELATED = 0.5
 """Share of what is beyond noise that counts as correlated as the parts have it, the rest as independent: so few parts
 make directions look known that are not (70 benches: squared distance of the truth 27 times what it should be with all
@@ -37,7 +38,7 @@ of it, 1.5 with half, 1.7 with none, in the median)."""
 NORMAL = 1e6
 """Degrees of freedom from which Student's t is the normal distribution."""
 UNSEEN_SHARE = 1e-4
-"""Share of a parameter in a direction that no record sees, below which it is rounding."""
+"""Share of a parameter in a direction that no record sees, below which it is rounding; a choice, not measured."""
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from typing import Any
 
 from mechid.reports.budget.verdict import budget_verdict, drivers, standing_word
+from mechid.reports.data import Data
 from mechid.reports.digits import plain, with_sigma
 from mechid.reports.quantities import quantity_words
 
-Data = Mapping[str, Any]
 NO_NUMBER = "–"
 SHOWN_STEADY = 16
 REPEATS = ("does not", "each 2/rate", "each {} times 2/rate")

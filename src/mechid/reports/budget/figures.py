@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -14,9 +14,9 @@ from matplotlib.ticker import FuncFormatter
 
 from mechid.arrays import FloatArray
 from mechid.reports.budget.mode_figures import COLOURS, course, line_of_sight, over_rate
+from mechid.reports.data import Data
 from mechid.reports.figures import BAR_IN, MARK, MEASURED, MODELLED, NOISE, STYLE, WIDTH_IN, Drawing, in_powers, made
 
-Data = Mapping[str, Any]
 RATE, FREQUENCY, TORQUE = "rate, full steps/s", "frequency, Hz", "torque amplitude, N m"
 DECADES = 4.0
 """Of amplitude, that a map shows."""

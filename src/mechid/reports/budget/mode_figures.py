@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
 from mechid.arrays import FloatArray
+from mechid.reports.data import Data
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, in_powers
 
-Data = Mapping[str, Any]
 COLOURS = (MEASURED, MODELLED, NOISE, MARK, "#E69F00", "#0072B2", "#8C8C8C", "#B8A900", RESIDUAL_COLOUR)
 """Okabe and Ito's, and two greys."""
 RATE = "rate, full steps/s"

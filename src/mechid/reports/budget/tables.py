@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from markupsafe import Markup
 
+from mechid.reports.data import Data
 from mechid.reports.table import Table
 from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 
-Data = Mapping[str, Any]
 TEXTS, DOCUMENTS = (TERMINAL, MARKDOWN), (MARKDOWN, PAGE)
 
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from mechid.reports.data import Data
 from mechid.reports.digits import plain
 from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
-Data = Mapping[str, Any]
 HEADLINE = {
     GOOD: "All requirements are met, also at the unfavourable end of their 95 % bands.",
     CAUTION: "No requirement is exceeded; read the cautions before this is relied on.",

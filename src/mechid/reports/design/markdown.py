@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from mechid.reports.data import Data
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
-from mechid.reports.design.verdict import RIVALS, Row, headline, hole_lines, left_out_lines, loss_words, peak_lines
+from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out_lines, loss_words, peak_lines
 from mechid.reports.markdown_text import bullets
 
 
-def design_markdown(data: Row) -> str:
+def design_markdown(data: Data) -> str:
     """Return the design's tables as Markdown."""
     parts = ["# Design of the next test", f"**{headline(data)}**"]
     if data["rivals"]:

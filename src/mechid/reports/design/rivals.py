@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
+from mechid.reports.data import Data
 from mechid.reports.digits import plain
 from mechid.reports.text_table import Column
 
-Row = Mapping[str, Any]
 PAIRS = (
     Column("if true", "if_true", words=True),
     Column("against", "against", words=True),
@@ -34,12 +31,12 @@ def chi_text(value: float | None) -> str:
     return plain(value, 2) if value is None or abs(value) < 10.0 else f"{value:.0f}"
 
 
-def rival_lines(data: Row) -> list[str]:
+def rival_lines(data: Data) -> list[str]:
     """Return a sentence or two a group of rivals."""
     return [f"{' or '.join(group['names'])}: {_words(data, group)}" for group in data["rivals"] or ()]
 
 
-def _words(data: Row, group: Row) -> str:
+def _words(data: Data, group: Data) -> str:
     needed = chi_text(group["needed"])
     if group["told_already"]:
         best = min(group["now"], key=lambda name: group["now"][name])
@@ -63,7 +60,7 @@ def _words(data: Row, group: Row) -> str:
     )
 
 
-def _not_told(data: Row, group: Row, needed: str) -> str:
+def _not_told(data: Data, group: Data, needed: str) -> str:
     reach, records = group["farthest"]["expected"], ", ".join(group["farthest"]["records"])
     out = _left_out(data, group)
     if reach < SAME:
@@ -79,7 +76,7 @@ def _not_told(data: Row, group: Row, needed: str) -> str:
     )
 
 
-def _left_out(data: Row, group: Row) -> str:
+def _left_out(data: Data, group: Data) -> str:
     """Say which record would tell, if it could be proposed."""
     first = group["names"][0]
     told = [(c["tells_apart"][first] or 0.0, c) for c in data["candidates"] if c["objection"]]
@@ -91,7 +88,7 @@ def _left_out(data: Row, group: Row) -> str:
     return f". {best['name']} would come to {chi_text(reach)} but is left out: {best['objection']}"
 
 
-def pair_rows(data: Row) -> list[dict[str, str]]:
+def pair_rows(data: Data) -> list[dict[str, str]]:
     """Return a row for every two rivals, each one once for the truth."""
     return [
         {

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
+from mechid.reports.data import Data
 from mechid.reports.design.rivals import PAIRS, pair_rows
 from mechid.reports.digits import plain
 from mechid.reports.table import Table
@@ -26,34 +25,33 @@ LOSSES = (
     Column("pull-out steps/s", "pull_out"),
 )
 SHOWN_RANGES = 3
-Row = Mapping[str, Any]
 
 
-def pair_table(data: Row) -> Table:
+def pair_table(data: Data) -> Table:
     """Return how far every two rivals are apart, now and after the records chosen."""
     return Table(PAIRS, _texts(pair_rows(data)))
 
 
-def parameter_table(data: Row) -> Table:
+def parameter_table(data: Data) -> Table:
     """Return standard errors before and after; after a fit they are compared with what is known now."""
     return Table(_columns(data), _texts(_parameter_rows(data)))
 
 
-def record_table(data: Row) -> Table:
+def record_table(data: Data) -> Table:
     """Return the records chosen, the most informative first."""
     return Table(RECORDS, _texts(_record_rows(data)))
 
 
-def loss_table(data: Row) -> Table:
+def loss_table(data: Data) -> Table:
     """Return the rates that each stepping holds."""
     return Table(LOSSES, _texts(_loss_rows(data)))
 
 
-def _texts(rows: list[dict[str, str]]) -> list[Row]:
+def _texts(rows: list[dict[str, str]]) -> list[Data]:
     return [{"text": row} for row in rows]
 
 
-def _columns(data: Row) -> tuple[Column, ...]:
+def _columns(data: Data) -> tuple[Column, ...]:
     """Return the columns of the parameters; after a fit they are compared with what is known now."""
     before, many = ("now", "of its draws") if data["after_fit"] else ("planned", "over the prior")
     return (
@@ -68,7 +66,7 @@ def _columns(data: Row) -> tuple[Column, ...]:
     )
 
 
-def _parameter_rows(data: Row) -> list[dict[str, str]]:
+def _parameter_rows(data: Data) -> list[dict[str, str]]:
     return [
         {
             "name": p["name"],
@@ -88,7 +86,7 @@ def _sigma(sigma: float | None, reason: str) -> str:
     return reason or plain(sigma, 2)
 
 
-def _record_rows(data: Row) -> list[dict[str, str]]:
+def _record_rows(data: Data) -> list[dict[str, str]]:
     peaks = {c["name"]: c["peak_torque_Nm"] for c in data["candidates"]}
     steps = zip(data["trail"][:-1], data["trail"][1:], strict=True)
     return [
@@ -99,7 +97,7 @@ def _record_rows(data: Row) -> list[dict[str, str]]:
     ]
 
 
-def _record_row(name: str, seconds: float, peak: float | None, gain: float, margin: Row) -> dict[str, str]:
+def _record_row(name: str, seconds: float, peak: float | None, gain: float, margin: Data) -> dict[str, str]:
     voltage = margin.get("voltage")
     return {
         "name": name,
@@ -111,7 +109,7 @@ def _record_row(name: str, seconds: float, peak: float | None, gain: float, marg
     }
 
 
-def _loss_rows(data: Row) -> list[dict[str, str]]:
+def _loss_rows(data: Data) -> list[dict[str, str]]:
     return [
         {
             "stepping": row["stepping"],
@@ -123,7 +121,7 @@ def _loss_rows(data: Row) -> list[dict[str, str]]:
     ]
 
 
-def _changed(row: Row) -> str:
+def _changed(row: Data) -> str:
     if not row["changed"]:
         return "as believed"
     if row["changed"] == "friction torque":
@@ -131,7 +129,7 @@ def _changed(row: Row) -> str:
     return f"{row['changed']} x {row['to']:g}"
 
 
-def limit_words(limit: Row) -> str:
+def limit_words(limit: Data) -> str:
     """Return where a stepping holds: "354", or "118, 147 to 1107" with a hole between."""
     low, high = limit["searched"]
     least = None if limit["brought_from"] else low

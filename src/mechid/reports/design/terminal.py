@@ -8,12 +8,13 @@ from pathlib import Path
 from rich.console import Console
 
 from mechid.reports.console import print_lines, say
+from mechid.reports.data import Data
 from mechid.reports.design.rivals import rival_lines
 from mechid.reports.design.tables import loss_table, pair_table, parameter_table, record_table
-from mechid.reports.design.verdict import RIVALS, Row, headline, hole_lines, left_out_lines, loss_words, peak_lines
+from mechid.reports.design.verdict import RIVALS, headline, hole_lines, left_out_lines, loss_words, peak_lines
 
 
-def print_design(data: Row, console: Console, files: Sequence[Path] = ()) -> None:
+def print_design(data: Data, console: Console, files: Sequence[Path] = ()) -> None:
     """Print what `design_data` made, and where the files are."""
     say(console, headline(data), "bold")
     console.print()

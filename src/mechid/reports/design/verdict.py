@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 from mechid.designs.proposal import criterion_words
+from mechid.reports.data import Data
 
 JSON_NAME = "design.json"
 RIVALS = "Effects that the records so far cannot tell apart"
 SHOWN_PEAKS, SHOWN_OBJECTIONS = 4, 12
-Row = Mapping[str, Any]
 
 
-def headline(data: Row) -> str:
+def headline(data: Data) -> str:
     """Return the result in a sentence."""
     chosen = data["chosen"]
     count = len(chosen["records"])
@@ -29,7 +26,7 @@ def headline(data: Row) -> str:
     )
 
 
-def loss_words(data: Row) -> str:
+def loss_words(data: Data) -> str:
     """Say how the table of step loss is to be read, and how closely was looked."""
     low, high = data["step_loss"][0]["pull_in"]["searched"]
     search = data["step_loss_search"]
@@ -44,7 +41,7 @@ def loss_words(data: Row) -> str:
     )
 
 
-def hole_lines(data: Row) -> list[str]:
+def hole_lines(data: Data) -> list[str]:
     """Return, at the values believed, where each stepping loses steps though it holds at higher rates."""
     return [
         f"{row['stepping']} stepping, {words}: "
@@ -56,13 +53,13 @@ def hole_lines(data: Row) -> list[str]:
     ]
 
 
-def _beyond(limit: Row) -> str:
+def _beyond(limit: Data) -> str:
     if limit["limit"] is None:
         return f"above, it holds to the highest rate looked at, {limit['searched'][1]:.0f} steps/s"
     return f"above {limit['limit']:.0f} steps/s it holds nowhere up to {limit['searched'][1]:.0f}"
 
 
-def peak_lines(data: Row) -> list[str]:
+def peak_lines(data: Data) -> list[str]:
     """Return where each stepping's torque is largest."""
     return [
         f"{m['stepping']} stepping: largest at "
@@ -72,7 +69,7 @@ def peak_lines(data: Row) -> list[str]:
     ]
 
 
-def left_out_lines(data: Row) -> list[str]:
+def left_out_lines(data: Data) -> list[str]:
     """Return the candidates that cannot be driven or are too risky, each with why."""
     lines = [f"{c['name']}: {c['objection']}" for c in data["candidates"] if c["objection"]]
     more = len(lines) - SHOWN_OBJECTIONS

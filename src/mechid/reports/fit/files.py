@@ -62,11 +62,10 @@ def write_report(
     """
     folder = Path(folder)
     if illustration is None:
-        with Pens() as pens:
-            illustration = Illustration(campaign, fit, folder, pens)
+        with Pens() as pens, Illustration(campaign, fit, folder, pens) as own:
             for record in validation.values():
-                illustration.begin(record)
-            return write_report(data, campaign, fit, validation, folder, illustration)
+                own.begin(record)
+            return write_report(data, campaign, fit, validation, folder, own)
     contents = report_contents(data, campaign, fit)
     texts = {REPORT_NAME: json_text(contents), TABLES_NAME: report_markdown(contents)}
     equations = equations_mathml(fit.mechanism.plant)

@@ -7,10 +7,12 @@ and while what has no figures is worked out.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import Future
+from concurrent.futures import Future, wait
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from shutil import rmtree
+from types import TracebackType
+from typing import Any, Self
 
 from mechid.analysis.prediction import Prediction
 from mechid.analysis.validation import RecordValidation
@@ -27,7 +29,7 @@ from mechid.writing import writable
 
 
 class Illustration:
-    """What the figures of a report show, and the figures that are being drawn.
+    """What the figures of a report show, and the figures being drawn; where an error passes, they are given up.
 
     Parameters
     ----------
@@ -45,6 +47,24 @@ class Illustration:
         self._curves: list[Curves] = []
         self._pictures: dict[str, Future[str]] = {}
         self._failed: Exception | None = None
+        self._is_new = not self.folder.exists()
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Give the figures up where an error passes."""
+        if kind is not None:
+            self.give_up()
+
+    def give_up(self) -> None:
+        """Leave no figures of a report that is not made: the folder goes, where it was not there before."""
+        for picture in self._pictures.values():
+            picture.cancel()
+        wait(self._pictures.values())  # what is being drawn would make the folder again
+        if self._is_new:
+            rmtree(self.folder, ignore_errors=True)
 
     @cached_property
     def _resonances(self) -> list[dict[str, Any]]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.output_error.noise_level import NoiseSource
 from mechid.identification.uncertainty.noise import MISFIT
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, rounded
 
-Data = Mapping[str, Any]
 DIGITS = (3, 4, 5, 6)
 """As many as tell a ratio from the largest by chance."""
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from markupsafe import Markup
 
+from mechid.reports.data import Data
 from mechid.reports.fit.path import PATH_COLUMNS
 from mechid.reports.fit.side import SIDE_COLUMNS
 from mechid.reports.fit.validation import CHANNEL, RECORD, VALIDATION_LAYOUTS
@@ -14,7 +14,6 @@ from mechid.reports.quantities import torque_alone
 from mechid.reports.table import Table
 from mechid.reports.text_table import MARKDOWN, PAGE, TERMINAL, Column, OnPage, Row
 
-Data = Mapping[str, Any]
 PARAMETER = Column("parameter", "key", words=True, where=(TERMINAL, PAGE))
 FULL_NAME = Column("parameter", "name", words=True)
 SYMBOL = Column("symbol", "symbol", words=True, where=(MARKDOWN, PAGE))

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from mechid.identification.output_error.declaration import LEFT_OUT
-
-Row = Mapping[str, Any]
+from mechid.reports.data import Data
 
 
 def use_word(use: str, *, left_out: bool) -> str:
@@ -34,12 +33,12 @@ def with_use(rows: Sequence[dict[str, Any]], names: Collection[str]) -> list[dic
     ]
 
 
-def held_out(rows: Sequence[Row]) -> list[Row]:
+def held_out(rows: Sequence[Data]) -> list[Data]:
     """Return the rows of what the campaign file keeps out of the fit."""
     return [row for row in rows if row["use"] == "validate" and not row["left_out"]]
 
 
-def left_out(rows: Sequence[Row]) -> list[Row]:
+def left_out(rows: Sequence[Data]) -> list[Data]:
     """Return the rows of what the fit left out although the campaign file gives it to estimate from."""
     return [row for row in rows if row["left_out"]]
 

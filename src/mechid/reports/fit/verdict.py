@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from mechid.analysis.against_noise import AgainstNoise, NoiseLevel
 from mechid.identification.uncertainty.noise import MISFIT
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain
 from mechid.reports.fit.details import worst_pair
 from mechid.reports.fit.lacking import LACKING
@@ -25,7 +25,6 @@ COLOURED = 1.5
 WORTH = 0.98
 """A record that would not lower a standard error below this factor is not proposed."""
 
-Data = Mapping[str, Any]
 Residuals = list[tuple[Data, AgainstNoise]]
 """The rows of a validation, each with its residual beside the record's noise."""
 

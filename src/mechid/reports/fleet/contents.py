@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import Any
 
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.fleet.verdict import fleet_verdict
 
-Data = Mapping[str, Any]
 NO_NUMBER = "–"
 ABSENT = "no such"
 

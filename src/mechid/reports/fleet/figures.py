@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,9 +10,9 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
+from mechid.reports.data import Data
 from mechid.reports.figures import MARK, MEASURED, MODELLED, NOISE, RESIDUAL_COLOUR, STYLE, made
 
-Data = Mapping[str, Any]
 COLUMNS, ROW_IN, NAMES_IN = 3, 1.45, 0.75
 REACH = 1.96
 """Of the error bars: 95 %."""

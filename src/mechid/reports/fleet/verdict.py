@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.fit.verdict import BAD, CAUTION, GOOD
 
-Data = Mapping[str, Any]
 SHOWN = 8
 """Findings in the verdict at most; all are in the tables."""
 SYNTHETIC = "SYNTHETIC: records of this fleet were simulated, not measured."

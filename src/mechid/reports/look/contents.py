@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from mechid.analysis.seen_lines import SeenLine
 from mechid.analysis.shared_resonances import SharedResonance, shared_resonances
 from mechid.analysis.step_lines import RESOLVED, StepLine
 from mechid.records.step_rate import RateReading, SuggestedRate, declared_rate
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, with_sigma
 from mechid.reports.look.words import (
     channel_words,
@@ -29,7 +30,6 @@ from mechid.signal.moments import extremes
 from mechid.signal.runs import Runs
 
 FORMAT = "mechid-look/1"
-Data = Mapping[str, Any]
 TOLD = 8
 """Gaps, clipped peaks and quiet stretches that are told one by one."""
 _FILE_NAME = re.compile(r"[^A-Za-z0-9_-]+")

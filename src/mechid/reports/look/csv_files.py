@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from mechid.analysis.look import RecordLook
+from mechid.reports.data import Data
 from mechid.reports.look.contents import channel_keys
 from mechid.reports.look.figures import spectrum_groups
 
-Data = Mapping[str, Any]
 LINE_KEYS = ("frequency_hz", "amplitude", "sigma", "ratio", "order", "mains_hz", "mains_multiple")
 STEP_KEYS = ("order", "windows", "amplitude", "sigma", "peak_rate", "peak_amplitude")
 BAND_KEYS = ("centre_hz", "lower_hz", "upper_hz", "rms")

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
+from mechid.reports.data import Data
 from mechid.reports.digits import digits, plain, with_sigma
 
-Data = Mapping[str, Any]
 SHOWN_LINES = 3
 QUARTER_WORDS = {0.25: "¼", 0.5: "½", 0.75: "¾"}
 NO_RATE = "The step rate is not known: a hump may also be a line that wanders."

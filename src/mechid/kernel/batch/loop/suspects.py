@@ -34,6 +34,17 @@ from mechid.kernel.loop.plant import (
 
 
 @njit(**INNER, forceinline=True)
+def where_in_mode(w: Numbers, s: int, mode: int, g_at: int) -> None:
+    """Take what was worked out of a mode's guards for the sets that are in it; the others keep theirs."""
+    for i in range(GUARD_COUNT[s, mode]):
+        for l in range(SETS):
+            here = w[(IN_MODE + s) * SETS + l] == mode
+            at = (g_at + s * MOST_GUARDS + i) * SETS + l
+            found, other = w[(MARGIN + i) * SETS + l], w[at]
+            w[at] = found if here else other
+
+
+@njit(**INNER, forceinline=True)
 def margins_of_sets(w: Numbers, discrete: Integers, x_at: int, g_at: int) -> None:
     """Write the margins of the guards of each set's modes; where a mode has fewer guards than others, one."""
     in_vectors()
@@ -44,12 +55,7 @@ def margins_of_sets(w: Numbers, discrete: Integers, x_at: int, g_at: int) -> Non
         for mode in range(MODES[s]):
             if GUARD_COUNT[s, mode] > 0 and discrete[PRESENT + s * MOST_MODES + mode] > 0:
                 margins(s, mode, w, x_at, MARGIN)
-                for l in range(SETS):
-                    here = w[(IN_MODE + s) * SETS + l] == mode
-                    for i in range(GUARD_COUNT[s, mode]):
-                        at = (g_at + s * MOST_GUARDS + i) * SETS + l
-                        found, other = w[(MARGIN + i) * SETS + l], w[at]
-                        w[at] = found if here else other
+                where_in_mode(w, s, mode, g_at)
 
 
 @njit(**INNER, forceinline=True)
@@ -63,12 +69,7 @@ def slopes_of_sets(w: Numbers, discrete: Integers) -> None:
         for mode in range(MODES[s]):
             if GUARD_COUNT[s, mode] > 0 and discrete[PRESENT + s * MOST_MODES + mode] > 0:
                 slopes(s, mode, w, AT_X, AT_K, MARGIN)
-                for l in range(SETS):
-                    here = w[(IN_MODE + s) * SETS + l] == mode
-                    for i in range(GUARD_COUNT[s, mode]):
-                        at = (SLOPES + s * MOST_GUARDS + i) * SETS + l
-                        found, other = w[(MARGIN + i) * SETS + l], w[at]
-                        w[at] = found if here else other
+                where_in_mode(w, s, mode, SLOPES)
 
 
 @njit(**INNER, fastmath=FAST)
