@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import sympy as sp
 
@@ -54,13 +55,10 @@ class Links:
         def resolved(guard: Guard) -> Guard:
             return Guard(margin=self.resolve(block, guard.margin), target=guard.target, resets=guard.resets)
 
-        return Switch(
-            name=switch.name,
-            modes=switch.modes,
+        return replace(
+            switch,
             guards={mode: tuple(map(resolved, guards)) for mode, guards in switch.guards.items()},
             entry=tuple((self.resolve(block, e), mode) for e, mode in switch.entry),
-            otherwise=switch.otherwise,
-            ideal=switch.ideal,
         )
 
 

@@ -1,19 +1,21 @@
-"""What a kernel has noted of the switches it met: all of them, or where the outputs jump at one, as at an impact."""
+"""What a kernel has noted of the switches it met: all of them, or the impacts, at which the outputs jump."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from types import ModuleType
 
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
+from mechid.plant.plant import Plant
 from mechid.simulation.trajectory import Switching
 
 
 @dataclass(frozen=True)
 class Jumps:
-    """Samples in whose interval a switch makes outputs jump: what is recorded of one depends on the recorder.
+    """Samples in whose interval bodies strike and outputs jump: what is recorded of one depends on the recorder.
 
     Attributes
     ----------
@@ -28,10 +30,15 @@ class Jumps:
 
     def beyond(self, rise: float, output: int) -> IntArray:
         """Return the samples, each once, in whose interval an output jumps by more than `rise`."""
-        return np.unique(self.samples[np.abs(self.rises[:, output]) > rise])
+        return np.unique(self.samples[np.abs(self.rises[:, output]) > rise]) if self.samples.size else self.samples
 
 
 NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros((0, 0)))
+
+
+def striking_switches(plant: Plant) -> tuple[int, ...]:
+    """Return the switches of a plant at which bodies strike, by their number."""
+    return tuple(i for i, switch in enumerate(plant.switches) if switch.strikes)
 
 
 def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:
@@ -46,9 +53,15 @@ def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, d
 
 
 def noted_jumps(
-    module: ModuleType, events: FloatArray, discrete: IntArray, begin_s: float, interval_s: float, samples: int
+    module: ModuleType,
+    events: FloatArray,
+    discrete: IntArray,
+    switches: Sequence[int],
+    begin_s: float,
+    interval_s: float,
+    samples: int,
 ) -> Jumps:
-    """Return the jumps that a kernel has noted in a block, and let it forget them.
+    """Return the jumps at some switches that a kernel has noted in a block, and let it forget what it has noted.
 
     Parameters
     ----------
@@ -56,6 +69,8 @@ def noted_jumps(
         The kernel's, which has the places.
     events, discrete : arrays
         As the kernel's `run` takes them.
+    switches : sequence of int
+        Those that count, by their number in the plant.
     begin_s, interval_s : float
         Instant of the block's first sample, and the time between two, s.
     samples : int
@@ -66,7 +81,8 @@ def noted_jumps(
     table = _table(module, events, discrete)
     discrete[int(module.EVENTS)] = 0
     at = np.ceil((table[:, int(module.EVENT_TIME)] - begin_s) / interval_s - 1e-9).astype(np.int64)
-    within = (at >= 0) & (at < samples)
+    counts = np.isin(table[:, int(module.EVENT_SWITCH)].astype(np.int64), switches)
+    within = counts & (at >= 0) & (at < samples)
     return Jumps(at[within], table[within, int(module.EVENT_RISE) : int(module.EVENT_LANES)].copy())
 
 

@@ -18,7 +18,7 @@ from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
-from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches
+from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches, striking_switches
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
@@ -26,7 +26,7 @@ from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajector
 BLOCK, PLAIN_BLOCK = 1024, 16384
 """Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
 JUMPS_EVERY = 4
-"""Samples, on the average of a block, that a jump which is noted has: mechanisms come to one in twenty."""
+"""Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
 """So many steps stand for one over the hundred samples behind the start and behind each break-away."""
 _OUTCOMES = {DIVERGED: SimulationOutcome.DIVERGED, CHATTER: SimulationOutcome.CHATTER}
@@ -131,7 +131,7 @@ class Simulator:
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
 
-        It logs so many switches; None notes instead, block by block, where outputs jump.
+        It logs so many switches; None notes instead, block by block, where outputs jump as bodies strike.
 
         Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
@@ -160,14 +160,15 @@ class Run:
         events: int | None,
         directions: FloatArray,
     ) -> None:
-        self.simulator, self.base, self.p, self.notes_jumps = simulator, base, p, events is None
+        self.simulator, self.base, self.p = simulator, base, p
         self.block, self.substeps = min(block, max(base.samples, 1)), substeps
         kernel = simulator.kernel
         self.moved = directions.shape[1]
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
-        most = max(self.block // JUMPS_EVERY, 1) if events is None else events
+        self.striking = () if events is not None else striking_switches(simulator.plant)
+        most = events or (max(self.block // JUMPS_EVERY, 1) if self.striking else 0)
         self.buffers: Buffers = allocate(
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
         )
@@ -287,10 +288,9 @@ class Run:
 
     def jumps_noted(self, events: FloatArray, discrete: IntArray, first: int, count: int) -> Jumps:
         """Return where outputs jump in so many samples from `first` on, a block that has just run, and forget it."""
-        if not self.notes_jumps:
-            return NO_JUMPS
-        module, begin_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
-        return noted_jumps(module, events, discrete, begin_s, self.interval_s, count)
+        module, begins_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
+        own = (begins_s, self.interval_s, count)
+        return noted_jumps(module, events, discrete, self.striking, *own) if self.striking else NO_JUMPS
 
     @property
     def state(self) -> State:
