@@ -275,7 +275,7 @@ def test_without_a_step_command_there_are_no_lines(paper, tmp_path):
     ("given", "said"),
     [
         ({"rate": "23"}, 'found "rate"; did you mean "rates"'),
-        ({"rates": "23,x"}, 'rates: found "23,x"; write numbers'),
+        ({"rates": "23,x"}, 'rates: found "x"; write numbers'),
         ({"rates": "23,-4"}, "rates: found -4; write full steps/s from 0.02 to 100000, 2000 at most"),
         ({"rates": "nan"}, "rates: found nan; write full steps/s from 0.02"),
         ({"rates": ",".join(map(str, range(1, 2102)))}, "rates: found 2101 of them; write"),

@@ -54,7 +54,11 @@ def read_rates(text: str) -> tuple[float, ...]:
     >>> read_rates("46,23,46")
     (23.0, 46.0)
     """
+    return tuple(sorted({_rate(part) for part in text.split(",")}))
+
+
+def _rate(part: str) -> float:
     try:
-        return tuple(sorted({float(part) for part in text.split(",")}))
+        return float(part)
     except ValueError as error:
-        raise UsageError(f'--option rates: found "{text}"; write numbers with commas between') from error
+        raise UsageError(f'--option rates: found "{part}"; write numbers with commas between') from error

@@ -23,6 +23,7 @@ class Remainder:
 
     Examples
     --------
+    >>> import numpy as np
     >>> Remainder(np.array([1.0, 2.0, 4.0]), Line(1.0, 1.0))[1:]
     array([0., 1.])
     """
