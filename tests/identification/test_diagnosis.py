@@ -16,12 +16,14 @@ from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
+from mechid.identification.diagnosis import completion
 from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.diagnosis.search import small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
+from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import report_data
 from mechid.reports.console import console_on
 from mechid.reports.diagnosis.contents import diagnosis_data
@@ -349,6 +351,62 @@ def test_effects_are_found_from_the_first_moments_on(fitted):
     assert amplitude == pytest.approx(0.05, rel=0.05)
     assert told[0].endswith("% of the records followed with nothing beside")
     assert told[-1] == "100.0 % of the records followed with stepper.torque_harmonic:3"
+
+
+def test_a_fit_on_a_wrong_branch_holds_no_parameter(fitted):
+    """Truth: the mechanism file, which says what is free; the fit has held one of these."""
+    bench, fit = fitted
+    estimate = fit.to_dict()
+    held = {**estimate["parameters"]["gear.damping"], "status": "frozen"}
+    estimate = {**estimate, "parameters": {**estimate["parameters"], "gear.damping": held}, "grade_reasons": []}
+
+    def free(grade):
+        return {p.name for p in begun(bench, {**estimate, "grade": grade})[0].base.free}
+
+    assert free("C") == {p.name for p in bench.mechanism.free}
+    assert free("C") - free("B") == {"gear.damping"}
+
+
+def test_an_alias_is_found_from_where_the_other_effect_is():
+    """Truth: offsets of the phase voltages and a detent of 7.2 deg are one, so that either leaves the same."""
+    imbalance = {"offset_a": 0.06, "offset_b": -0.04}
+    made_by = mechanism_from_table({**tables(), "stepper": {**CATALOGUE["stepper"], "imbalance": imbalance}}, "apart")
+    made_by = made_by.with_values(TRUTH)
+    records = [
+        record(n, measured(made_by, COMMANDS[n], np.random.default_rng((3, k)), seconds=0.3), COMMANDS[n])
+        for k, n in enumerate(("full_46", "micro_46"))
+    ]
+    bench = campaign(catalogue_mechanism(), *records)
+    before, _ = begun(bench, mechid.identify(bench, workers=1, near=TRUTH).to_dict())
+    detent = before.fitted(before).with_effect("stepper.detent:7.2deg")
+    offset = detent.exchanged("stepper.detent:7.2deg", "stepper.phase_offset")
+    assert offset.terms == ("stepper.phase_offset",)
+    assert offset.cost == pytest.approx(detent.cost, abs=3.0)
+    values = offset.problem.coordinates.values(offset.q)
+    found = {name.rpartition(".")[2]: value for name, value in values.items() if "offset_" in name}
+    assert found == pytest.approx(imbalance, rel=0.05)
+
+
+@pytest.mark.parametrize(("outcome", "share", "asked"), [
+    (FitOutcome.CONVERGED, 1.0, [False]),
+    (FitOutcome.HORIZON, 1.0, [False]),
+    (FitOutcome.HORIZON, 0.4, [False, True]),
+    (FitOutcome.INTERRUPTED, 1.0, [False]),
+])  # fmt: skip
+def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, share, asked, monkeypatch):
+    """Truth: the order that the documentation gives; searches and diagnoses are stand-ins."""
+    searches = []
+
+    def search(_, *, patient=True, **__):
+        searches.append(patient)
+        return SimpleNamespace(outcome=outcome, grade="C", patient=patient)
+
+    monkeypatch.setattr(completion, "identified", search)
+    monkeypatch.setattr(completion, "diagnose", lambda *_, **__: SimpleNamespace(mechanism=object(), share=share))
+    fit, found = completion.examined(None)
+    assert searches == asked
+    assert fit.patient is asked[-1]
+    assert (found is None) == (outcome is FitOutcome.INTERRUPTED)
 
 
 def backwards_after(bench, seconds):

@@ -135,3 +135,11 @@ def test_a_resolution_that_hides_the_noise_now_and_then_is_no_lower_floor():
     slow = 1e-3 * np.sin(2.0 * np.pi * np.arange(20000) / 15000.0)
     found = noise_floor(np.round((slow + white(20000, 2e-5, 3)) / 4e-5) * 4e-5, RATE)
     assert found == pytest.approx(np.hypot(2e-5, 4e-5 / np.sqrt(12.0)), rel=0.3)
+
+
+@pytest.mark.parametrize("share", [0.15, 0.3, 0.45])
+def test_a_standstill_within_the_resolution_is_no_floor(share):
+    """Truth: the noise of the samples that move; those that stand still show one value alone."""
+    y = np.cumsum(np.full(20000, 1e-4)) + white(20000, 1e-3, 4)
+    y[: int(share * y.size)] = 0.0
+    assert noise_floor(y, RATE) > 2e-4

@@ -127,14 +127,15 @@ def _floors(y: Series, lowest: float, rejected: IntArray | None) -> Iterator[Flo
 def _between_impacts(y: Series, rejected: IntArray | None) -> Iterator[Floor]:
     """Yield the floor of the quietest windows of some samples, where these scatter as white noise does.
 
-    They do not where a signal stands still within its resolution now and then, or where noise comes and goes.
+    They do not where a signal stands still within its resolution now and then, or where noise comes and goes. Where it
+    stands still for more than a tenth of the time the quietest windows hold no noise at all.
     """
     power = np.concatenate([_window_power(y, first, rejected) for first in _piece_starts(y.size)])
     if power.size < ENOUGH:
         return
     tenth, quarter = np.quantile(power, (0.1, 0.25)) / (TENTH, QUARTER)
     error = QUARTER_ERROR / math.sqrt(QUIET * power.size)
-    if abs(tenth - quarter) <= (ALIKE + SIGNIFICANT * error) * quarter:
+    if tenth > 0.0 and abs(tenth - quarter) <= (ALIKE + SIGNIFICANT * error) * quarter:
         yield Floor(float(quarter), error)
 
 
