@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from mechid.campaign.in_files import write_campaign
     from mechid.campaign.mechanism_text import write_mechanism
     from mechid.campaign.prediction import simulate, simulate_all
+    from mechid.campaign.templates import new_campaign
     from mechid.command.rate import RateProfile
     from mechid.command.stepping import Command
     from mechid.designs.design import Design
@@ -38,8 +39,11 @@ if TYPE_CHECKING:
     from mechid.identification.result.parameter_estimate import ParameterEstimate
     from mechid.interface.budget import budget
     from mechid.interface.compare import compare
+    from mechid.interface.demo import demo
     from mechid.interface.design import design
     from mechid.interface.diagnose import diagnose
+    from mechid.interface.equations import equations, kernel_source
+    from mechid.interface.explore import explore
     from mechid.interface.fleet import fleet
     from mechid.interface.identification import identify, identify_into, load_fit
     from mechid.interface.look import Understanding, check, look
@@ -71,6 +75,7 @@ _NAMES = {
     "campaign.in_files": ("write_campaign",),
     "campaign.mechanism_text": ("write_mechanism",),
     "campaign.prediction": ("simulate", "simulate_all"),
+    "campaign.templates": ("new_campaign",),
     "command.rate": ("RateProfile",),
     "command.stepping": ("Command",),
     "designs.design": ("Design",),
@@ -87,8 +92,11 @@ _NAMES = {
     "identification.result.parameter_estimate": ("ParameterEstimate",),
     "interface.budget": ("budget",),
     "interface.compare": ("compare",),
+    "interface.demo": ("demo",),
     "interface.design": ("design",),
     "interface.diagnose": ("diagnose",),
+    "interface.equations": ("equations", "kernel_source"),
+    "interface.explore": ("explore",),
     "interface.fleet": ("fleet",),
     "interface.identification": ("identify", "identify_into", "load_fit"),
     "interface.look": ("Understanding", "check", "look"),
@@ -158,13 +166,17 @@ __all__ = [
     "catalogue_mechanism",
     "check",
     "compare",
+    "demo",
     "design",
     "diagnose",
+    "equations",
+    "explore",
     "export",
     "fleet",
     "from_state_space",
     "identify",
     "identify_into",
+    "kernel_source",
     "load_campaign",
     "load_fit",
     "load_mechanism",
@@ -175,6 +187,7 @@ __all__ = [
     "make_command",
     "make_mechanism",
     "make_record",
+    "new_campaign",
     "profile",
     "report",
     "simulate",

@@ -96,7 +96,7 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     files : sequence of Path
         Measured files; each becomes a record. Without any, an example stands there as a comment.
     assembly : str
-        What the mechanism is made of, as the file's key of that name.
+        What the mechanism is made of, as the file's key of that name; docs/blocks/assemblies.md has them.
 
     Returns
     -------
@@ -107,6 +107,12 @@ def new_campaign(folder: Path | str, files: Sequence[Path | str] = (), assembly:
     ------
     UsageError
         The assembly is unknown, one of the files is there already, or the folder cannot be written to.
+
+    Examples
+    --------
+    >>> import mechid
+    >>> [path.name for path in mechid.new_campaign("bench", ["full_46.csv"])]  # doctest: +SKIP
+    ['mechanism.toml', 'campaign.toml']
     """
     if assembly not in CATALOGUES:
         hint = did_you_mean(assembly, CATALOGUES) or f"; known: {', '.join(CATALOGUES)}"

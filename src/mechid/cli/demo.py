@@ -13,19 +13,18 @@ def demo(
     seed: Annotated[int, typer.Option(min=0, help="Of the bench's noise and of the search.")] = 0,
 ) -> None:
     """Make a synthetic bench and identify it from catalogue values."""
-    from mechid.budgets.example import BUDGET_NAME, write_example
-    from mechid.campaign import catalogue_mechanism, load_campaign
-    from mechid.campaign.bench import TRUTH, refuse_measured_campaign, write_bench
+    from mechid.budgets.example import BUDGET_NAME
+    from mechid.campaign import catalogue_mechanism
+    from mechid.campaign.bench import TRUTH, refuse_measured_campaign
     from mechid.cli.identification import identify_into
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.holding import held
+    from mechid.interface.demo import made_bench
     from mechid.reports.fit.files import PAGE_NAME
 
     refuse_measured_campaign(out)
     with held(out):
         prepare_kernel(catalogue_mechanism().plant)
         typer.echo(f"making a synthetic bench in {out}: nothing of it was measured", err=True)
-        campaign = load_campaign(write_bench(out, seed))
-        write_example(out)
-        identify_into(campaign, out, seed=seed, truth=TRUTH)
+        identify_into(made_bench(out, seed), out, seed=seed, truth=TRUTH)
     typer.echo(f"next: open {out / PAGE_NAME}, and mechid budget {out / BUDGET_NAME} --out {out / 'budget'}")

@@ -20,14 +20,11 @@ def kernel(
     from mechid.campaign import catalogue_mechanism, read_mechanism
     from mechid.cli.kernel_notice import prepare_kernel
     from mechid.errors import UsageError
-    from mechid.kernel.equation_text import equations_latex, equations_text
+    from mechid.interface.equations import equations, kernel_source
 
     if source and latex:
         raise UsageError("--source, --latex: give one of them")
-    plant = (read_mechanism(mechanism) if mechanism else catalogue_mechanism()).plant
-    if not source:
-        typer.echo(equations_latex(plant) if latex else equations_text(plant), nl=False)
-    compiled = prepare_kernel(plant, lanes)
-    if source:
-        typer.echo(compiled.path.read_text(encoding="utf-8"), nl=False)
-    typer.echo(f"its source: {compiled.path}", err=True)
+    read = read_mechanism(mechanism) if mechanism else catalogue_mechanism()
+    text = kernel_source(read, sensitivities=lanes) if source else equations(read, latex=latex)
+    typer.echo(text, nl=False)
+    typer.echo(f"its source: {prepare_kernel(read.plant, lanes).path}", err=True)

@@ -4,8 +4,8 @@ Internal to mechid but for the names that docs/python.md lists.
 """
 
 from mechid.web.diagnosed import read_diagnosed
-from mechid.web.estimate import Estimate, read_estimated
+from mechid.web.estimate import Estimate, estimate_of, read_estimated
 from mechid.web.server import Explorer
 from mechid.web.session import Source
 
-__all__ = ["Estimate", "Explorer", "Source", "read_diagnosed", "read_estimated"]
+__all__ = ["Estimate", "Explorer", "Source", "estimate_of", "read_diagnosed", "read_estimated"]

@@ -150,6 +150,10 @@ class Explorer:
             self.server.unlisten()
             self.server.stop()
 
+    def stop(self) -> None:
+        """End `serve`, which runs in another thread."""
+        self.server.io_loop.add_callback(self.server.io_loop.stop)
+
 
 @contextmanager
 def _quick_collections() -> Iterator[None]:
