@@ -160,7 +160,7 @@ class Target:
 
     @property
     def clocks(self) -> tuple[Parameter, ...]:
-        """By how many ppm the driver's clock runs faster than the recorder's: what all share, and its own; they add up."""
+        """By how many ppm the driver's clock runs faster than the recorder's: what all share and its own, which add."""
         return tuple(filter(is_clock, self.own))
 
     @property
