@@ -236,6 +236,23 @@ def test_a_disturbance_is_put_in_and_taken_out(clock):
     np.testing.assert_array_equal(point, q)
 
 
+def test_clocks_of_all_and_of_each_record_add_up(clock):
+    """Truth: one clock at their sum; a clock of each record frees what that of all does, and more."""
+    _, one, truth, _ = clock
+    plain = make_problem(one, 1)
+    clocks = [d for d in possible(plain, one) if d.name in ("clock", "record.clock")]
+    both = with_disturbances(plain, clocks)
+    own = dict.fromkeys(both.coordinates.own_names, 300.0) | {"campaign.clock_ppm": 100.0}
+    alone = with_disturbances(plain, clocks[:1])
+    q, sums = both.coordinates.point(truth | own), alone.coordinates.point(truth | {"campaign.clock_ppm": 400.0})
+    for target, other in zip(both.targets, alone.targets, strict=True):
+        y, expected = both.model.predict(target, q, 2000)[0], alone.model.predict(other, sums, 2000)[0]
+        np.testing.assert_array_equal(y, expected)
+    assert clocks[1].frees_as(clocks[0])
+    assert clocks[1].dof > clocks[0].dof
+    assert not any(d.frees_as(clocks[0]) for d in possible(plain, one) if d not in clocks)
+
+
 def test_the_score_tells_which_it_is(clock):
     """Truth: the recorder's clock, at the true values of all else; and that lines are not more than chance there."""
     _, one, truth, _ = clock

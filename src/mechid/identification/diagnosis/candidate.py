@@ -189,6 +189,13 @@ class Model:
     def _of(self, names: Collection[str]) -> list[Disturbance]:
         return [one for one in self.setting.disturbances if one.name in names]
 
+    def holds_more(self, effect: str, other: str) -> bool:
+        """Tell whether one disturbance is another with more that is free: a clock of each record, and one of all."""
+        known = {one.name: one for one in self.setting.disturbances}
+        if effect not in known or other not in known:
+            return False
+        return known[effect].frees_as(known[other]) and known[effect].dof > known[other].dof
+
     @cached_property
     def parameters(self) -> Mapping[str, tuple[str, ...]]:
         """Dotted names behind the coordinates of each term and disturbance that it may have, by its name."""

@@ -157,7 +157,7 @@ def _alike(model: Model, less: Model, name: str) -> Iterator[str]:
     if name not in landscape.effects:
         return
     for other in landscape.like(name):
-        if other not in model.effects:
+        if other not in model.effects and not model.holds_more(other, name):
             swapped = model.exchanged(name, other)
             if not counts(replace(gain(swapped, model), share=1.0)):
                 yield other

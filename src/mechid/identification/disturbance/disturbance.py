@@ -63,6 +63,11 @@ class Disturbance:
         """All its parameters, one that is shared once."""
         return tuple({p.name: p for own in self.own.values() for p in own}.values())
 
+    def frees_as(self, other: Disturbance) -> bool:
+        """Tell whether another one frees the same: a clock of all records and one of each."""
+        mine, others = ({p.declaration for p in one.parameters} for one in (self, other))
+        return self.name == other.name or not mine.isdisjoint(others)
+
     @property
     def dof(self) -> int:
         """Degrees of freedom: the mean of what every record has of its own is the mechanism's, and is none."""

@@ -41,7 +41,7 @@ def possible(problem: Problem, campaign: Campaign, q: FloatArray | None = None) 
 
 
 def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
-    if any(t.clock for t in stepped):
+    if any(t.clocks for t in stepped):
         return
     own = _free(f"{CAMPAIGN}.{CLOCK.key}", CLOCK, 0.0, CLOCK_PPM)
     words = "the driver's clock and the recorder's do not run at the same rate"
@@ -49,7 +49,7 @@ def _clock(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbanc
 
 
 def _own_clocks(problem: Problem, stepped: tuple[Target, ...]) -> Iterator[Disturbance]:
-    if any(t.clock for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
+    if any(t.clocks for t in stepped) or len(stepped) < 2:  # of one record alone it is the clock of all
         return
     names = {t.name: record_parameter_name(t.name, CLOCK.key) for t in stepped}
     own = {record: (_free(name, CLOCK, 0.0, CLOCK_PPM),) for record, name in names.items()}

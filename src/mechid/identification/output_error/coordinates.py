@@ -243,8 +243,7 @@ class Coordinates:
 
     def timing(self, target: Target, q: FloatArray) -> Timing:
         """Return how record time becomes command time for a target at `q`."""
-        clock = target.clock
-        return Timing(self.value(target.time_offset, q), self.value(clock, q) if clock else 0.0)
+        return Timing(self.value(target.time_offset, q), sum(self.value(clock, q) for clock in target.clocks))
 
     def own_values(self, target: Target, q: FloatArray) -> dict[str, float]:
         """Return the values at `q` that hold for a target alone, by the mechanism's names."""

@@ -159,9 +159,9 @@ class Target:
         return next(filter(is_time_offset, self.own), time_offset_of(self.name, 0.0))
 
     @property
-    def clock(self) -> Parameter | None:
-        """By how many ppm the driver's clock runs faster than the recorder's; None where nothing is said of it."""
-        return next(filter(is_clock, self.own), None)
+    def clocks(self) -> tuple[Parameter, ...]:
+        """By how many ppm the driver's clock runs faster than the recorder's: what all share and its own, which add."""
+        return tuple(filter(is_clock, self.own))
 
     @property
     def latest_s(self) -> float:

@@ -63,14 +63,8 @@ def _with_all_asked_for(
         if better is None:
             break
         at = _each_needed(watch, better, names)
-        some = tuple(one for one in some if not any(_is_instead(one, found.disturbance) for found in at.found))
+        some = tuple(one for one in some if not any(one.frees_as(found.disturbance) for found in at.found))
     return at
-
-
-def _is_instead(one: Disturbance, found: Disturbance) -> bool:
-    """Tell whether a disturbance is the one that was found, or frees the same: a clock of all or one of each record."""
-    frees = {p.declaration for p in one.parameters}
-    return one.name == found.name or not frees.isdisjoint(p.declaration for p in found.parameters)
 
 
 def fit_released_anew(watch: Watch, state: SearchState, campaign: Campaign, names: tuple[str, ...]) -> SearchState:
