@@ -273,10 +273,8 @@ class Session:
 
     def fit_from_here(self) -> None:
         """Begin a fit of what is free from the knobs' values."""
-        values = dict(self.state.now.values)
-        self._begin(
-            lambda campaign, listener: identify_from(campaign, values, workers=self.source.workers, listener=listener)
-        )
+        values, n = dict(self.state.now.values), self.source.workers
+        self._begin(lambda campaign, listener: identify_from(campaign, values, workers=n, listener=listener))
 
     def search(self) -> None:
         """Begin an identification with its own search for a start, as ``mechid identify`` does."""
