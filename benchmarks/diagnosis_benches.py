@@ -146,7 +146,7 @@ def _entry(one: Missing) -> dict[str, Any]:
 
 
 def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
-    """Return the grade and its reasons, and the parameters beside the truth, after the mechanism has what is proposed."""
+    """Return grade, reasons, and parameters beside the truth, after the mechanism has what is proposed."""
     began, began_cpu = time.perf_counter(), time.process_time()
     if found.mechanism is None:
         fit = estimate
