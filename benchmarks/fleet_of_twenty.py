@@ -34,7 +34,7 @@ def main() -> None:
     file = make_benches(folder, units)
     began, spent = time.perf_counter(), time.process_time()
     out = folder / "fleet"
-    made = make_fleet(read_fleet_file(file), out, told=_clock())
+    made = make_fleet(read_fleet_file(file), out, say=_clock())
     print(f"identified: {time.perf_counter() - began:.1f} s, {time.process_time() - spent:.1f} s of one core's time")
     spent = time.process_time()
     data = fleet_data(made, out)
@@ -75,12 +75,12 @@ def _clock():
     """Return a listener that prints each line with the processor time since the last."""
     last = [time.process_time()]
 
-    def told(line: str) -> None:
+    def say(line: str) -> None:
         now = time.process_time()
         print(f"{now - last[0]:7.1f} s  {line}", flush=True)
         last[0] = now
 
-    return told
+    return say
 
 
 def _print_truth(made: Fleet, folder: Path) -> None:

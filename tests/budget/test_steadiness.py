@@ -14,7 +14,7 @@ from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import nominal_level
-from mechid.budgets.steadiness import steadiness, told
+from mechid.budgets.steadiness import steadiness, steadiness_words
 from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.structure import Modes, Structure
@@ -72,7 +72,7 @@ def test_the_worse_counts(estimate):
 def test_how_a_rate_was_reached_is_told_where_it_matters(estimate):
     """Truth: a third of the amplitude is outside a band of some 10 %, 0.98 of it is within."""
     apart = made_of(estimate, motion(20.0, 1.0, "from rest"), motion(20.0, 3.0, "rising", "falling"))
-    (line,) = told(apart)
+    (line,) = steadiness_words(apart)
     assert line == (
         'mode "scan": at 20 steps/s the disturbance depends on how the rate was reached, by a factor of up to 3; '
         "the worse counts"
@@ -83,20 +83,22 @@ def test_how_a_rate_was_reached_is_told_where_it_matters(estimate):
         (["from rest"], False), (["rising", "falling"], True),
     ]  # fmt: skip
     near = made_of(estimate, motion(20.0, 1.0, "from rest"), motion(20.0, 0.98, "falling"))
-    assert not list(told(near))
+    assert not list(steadiness_words(near))
     assert not steadiness(near)["several"][0]["differs"]
 
 
 def test_odd_motions_are_told(estimate):
     """Truth: a multiplier of 0.99 over 2/20 s falls to 1/e in 9.95 s."""
     odd = made_of(estimate, motion(20.0, 1.0, "from rest", periods=2, multiplier=0.3))
-    assert [line for line in told(odd) if "at 20 steps/s the motion repeats only after several periods" in line]
+    assert [
+        line for line in steadiness_words(odd) if "at 20 steps/s the motion repeats only after several periods" in line
+    ]
     lost = made_of(estimate, motion(20.0, 1.0, "from rest", follows=False))
-    assert [line for line in told(lost) if "at 20 steps/s the rotor does not follow" in line]
+    assert [line for line in steadiness_words(lost) if "at 20 steps/s the rotor does not follow" in line]
     slow = made_of(estimate, motion(20.0, 1.0, "from rest", multiplier=0.99))
-    assert [line for line in told(slow) if "at 20 steps/s transients decay in up to 9.9 s" in line]
+    assert [line for line in steadiness_words(slow) if "at 20 steps/s transients decay in up to 9.9 s" in line]
     assert steadiness(slow)["slowest"] == {"rate": 20.0, "decay_s": pytest.approx(0.1 / -np.log(0.99))}
-    assert not list(told(made_of(estimate, motion(20.0, 1.0, "from rest"))))
+    assert not list(steadiness_words(made_of(estimate, motion(20.0, 1.0, "from rest"))))
 
 
 def test_two_way_lines_stand_at_those_of_one_way(estimate):

@@ -41,7 +41,7 @@ def answered(pages):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGINT to send to a thread")
 def test_a_campaign_in_memory_is_explored_until_ctrl_c(campaign):
     pages = []
-    mechid.explore(campaign, browser=False, told=answered(pages))
+    mechid.explore(campaign, browser=False, say=answered(pages))
     (page,) = pages
     assert "full_46" in page
 
@@ -51,7 +51,7 @@ def test_so_it_is_where_an_event_loop_runs_already_as_in_a_notebook(campaign):
     pages = []
 
     async def cell():
-        mechid.explore(campaign, browser=False, told=answered(pages))
+        mechid.explore(campaign, browser=False, say=answered(pages))
 
     loop = asyncio.new_event_loop()
     try:

@@ -45,8 +45,8 @@ def noise_evidence(channel: Channel, sample_rate_hz: float, quiet: Sequence[Quie
     y, step = channel.data, resolution(channel.data)
     floor = noise_floor(y, sample_rate_hz, rejected=channel.bridged)
     quietest = quiet_rms(quiet)
-    told = {"floor": floor, "resolution": step / math.sqrt(12.0)}
+    sigmas = {"floor": floor, "resolution": step / math.sqrt(12.0)}
     if quietest is not None and quietest > AGREES * floor:
-        told["quiet stretch"] = quietest
-    rests_on = max(told, key=lambda key: told[key])
-    return NoiseEvidence(sigma=told[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step)
+        sigmas["quiet stretch"] = quietest
+    rests_on = max(sigmas, key=lambda key: sigmas[key])
+    return NoiseEvidence(sigma=sigmas[rests_on], rests_on=rests_on, floor=floor, quiet=quietest, resolution=step)

@@ -129,8 +129,8 @@ def make_budget(
     with one_core_algebra(), working_on(executor):
         modes = tuple(maker.profile(mode) if mode.is_profile else maker.steady(mode) for mode in file.modes)
         by_duty, two_way_by_duty = maker.by_duty(modes), maker.two_way_by_duty(modes)
-    told = tuple(findings(file, estimate, modes, side))
-    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), told, side)
+    found = tuple(findings(file, estimate, modes, side))
+    return Budget(file, estimate, modes, by_duty, two_way_by_duty, tuple(_crossings(file, estimate)), found, side)
 
 
 def _side_source(file: BudgetFile, estimate: Estimate) -> SideSource | None:

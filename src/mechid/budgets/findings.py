@@ -11,7 +11,7 @@ from mechid.budgets.flying_mechanism import Estimate
 from mechid.budgets.mode_budget import ModeBudget
 from mechid.budgets.operating_mode import OperatingMode
 from mechid.budgets.side_source import SideSource
-from mechid.budgets.steadiness import told
+from mechid.budgets.steadiness import steadiness_words
 from mechid.plant.flight import moving_base_objection
 from mechid.structure import Modes
 
@@ -40,7 +40,7 @@ def findings(
         if made.responses:
             yield from _steady(file, made)
             yield from _lacking(estimate, made)
-            yield from told(made)
+            yield from steadiness_words(made)
         joined = bool(made.two_way) or made.two_way_course is not None
         if not joined and made.loop_gain > SUFFICES:
             yield (

@@ -54,7 +54,7 @@ def _state(response: Response, worst: Response) -> dict[str, Any]:
     }
 
 
-def told(made: ModeBudget) -> Iterator[str]:
+def steadiness_words(made: ModeBudget) -> Iterator[str]:
     """Yield what must be known of a mode's steady states before its margins are relied on."""
     name, every = made.mode.name, [(r.state.rate, r.state) for here in made.states for r in here]
     ratios = {at.state.rate: _ratio(at, made.differing(k)) for k, at in enumerate(made.responses) if made.differing(k)}

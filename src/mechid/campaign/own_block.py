@@ -72,7 +72,7 @@ def _module(file: Path, path: str, place: Place) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        raise place.error(f"{path} fails: {_told(error)}") from error
+        raise place.error(f"{path} fails: {_in_a_line(error)}") from error
     sys.modules[name] = module
     return module
 
@@ -85,9 +85,9 @@ def _made(thing: Any, called: str, place: Place) -> Any:
     except InputFileError:
         raise
     except (Exception, SystemExit) as error:
-        raise place.error(f"{called} fails: {_told(error)}") from error
+        raise place.error(f"{called} fails: {_in_a_line(error)}") from error
 
 
-def _told(error: BaseException) -> str:
+def _in_a_line(error: BaseException) -> str:
     at = f" (line {error.lineno})" if isinstance(error, SyntaxError) and error.lineno else ""
     return f"{type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no message'}{at}"

@@ -22,5 +22,5 @@ def budget(
     from mechid.interface.budget import budget as budgeted
 
     with held(out), on_scheduler(scheduler):
-        made = budgeted(file, workers=workers, told=say)
+        made = budgeted(file, workers=workers, say=say)
         print_result(made, out)

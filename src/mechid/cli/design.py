@@ -54,6 +54,6 @@ def design(
                 criterion=criterion,
                 total_s=total_s,
                 workers=workers,
-                told=say,
+                say=say,
             )
         print_result(made, out)

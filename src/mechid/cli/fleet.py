@@ -31,7 +31,7 @@ def fleet(
 
     with held(out):
         with on_scheduler(scheduler):
-            made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, told=say)
+            made = together(*sources, out=out, seed=seed, workers=workers, complete=complete, say=say)
         print_result(made, out)
     if made.failed:
         of = f"{len(made.failed)} of {len(made.asked.members)} campaigns have no estimate to use"

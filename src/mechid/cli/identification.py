@@ -42,7 +42,7 @@ def identify_into(
     made = identified_into(
         campaign,
         folder,
-        Audience(followed=followed, told=say),
+        Audience(followed=followed, say=say),
         seed=seed,
         workers=workers,
         truth=truth,

@@ -107,7 +107,7 @@ def make_design(
     rivals: Sequence[Group] = (),
     workers: int = 1,
     executor: Executor | None = None,
-    told: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] = lambda line: None,
 ) -> Design:
     """Return the design of the next test.
 
@@ -124,7 +124,7 @@ def make_design(
         Threads.
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
-    told : callable
+    say : callable
         Of progress.
 
     Raises
@@ -142,7 +142,7 @@ def make_design(
     count, seed = options.mechanisms, options.seed
     with one_core_algebra(), working_on(executor):
         here = after_fit(fit, count, seed) if fit else before_test(campaign, count, seed)
-        return _Making(campaign, options, here, rivals, workers, told).design()
+        return _Making(campaign, options, here, rivals, workers, say).design()
 
 
 class _Making:
@@ -155,9 +155,9 @@ class _Making:
         here: Standpoint,
         rivals: Sequence[Group],
         workers: int,
-        told: Callable[[str], None],
+        say: Callable[[str], None],
     ) -> None:
-        self.campaign, self.options, self.here, self.workers, self.told = campaign, options, here, workers, told
+        self.campaign, self.options, self.here, self.workers, self.say = campaign, options, here, workers, say
         self.rivals = rivals
         noise = options.recording.noise_Nm or here.sigma
         self.own, self.warnings = planned_records(campaign, replace(options.recording, noise_Nm=noise))
@@ -166,15 +166,15 @@ class _Making:
     def design(self) -> Design:
         """Do the work."""
         pool = self._pool()
-        self.told(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
+        self.say(f"{len(pool)} records to choose from, {len(self.mechanisms)} mechanisms: what can be driven")
         screened = screening(self.mechanisms, pool, self.workers)
         objections = screened.objections(self.options.limits.risk, self.options.limits.torque_Nm)
-        self.told("what each record would show")
+        self.say("what each record would show")
         information = informations(self.here.space, pool, self.here.points, self.workers)
         information[screened.lost] = 0.0
         first = len(self.own)
         planned = [] if self.here.known is not None else list(range(first))
-        self.told("which records keep what they promise")
+        self.say("which records keep what they promise")
         departing = self._departing(pool, information)
         hanging = [_objection(share, self.options.limits.departing) for share in departing]
         objections = [o or h for o, h in zip(objections, hanging, strict=True)]
@@ -183,7 +183,7 @@ class _Making:
         apart = self._separation(pool, screened, objections)
         choice = self._chosen(pool, worth, objections, criterion, apart.chosen if apart else ())
         chosen = [pool[k] for k in choice.chosen]
-        self.told("rates that lose steps, amplitude over the rate")
+        self.say("rates that lose steps, amplitude over the rate")
         maps, losses = self._maps(), self._losses()
         records = [pool[k] for k in dict.fromkeys((*planned, *choice.chosen))]
         kept_off = mapped(partial(_margins, self.mechanisms[0]), records, self.workers)
@@ -237,7 +237,7 @@ class _Making:
         """Return how rivals are told apart, in the time that the records to be kept leave."""
         if not self.rivals:
             return None
-        self.told("how clearly each record would tell rival explanations apart")
+        self.say("how clearly each record would tell rival explanations apart")
         limits, seconds = self.options.limits, self._seconds(pool)
         mechanisms = [
             m.problem.space.at(m.problem.coordinates.of_mechanism(m.q)) for g in self.rivals for m in g.models

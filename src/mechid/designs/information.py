@@ -22,7 +22,7 @@ def informations(
     records: Sequence[PlannedRecord],
     points: FloatArray,
     workers: int = 1,
-    told: Callable[[int, int], None] = lambda done, total: None,
+    on_record: Callable[[int, int], None] = lambda done, total: None,
 ) -> FloatArray:
     """Return the information of each record at each point, (points, records, n, n), in search coordinates.
 
@@ -37,14 +37,14 @@ def informations(
         In search coordinates.
     workers : int
         Threads.
-    told : callable
-        Of the records done, and of all.
+    on_record : callable
+        Called with how many records are done, and how many there are.
     """
     number = count(1)
 
     def ended(done: Sequence[object]) -> None:
         for _ in done:
-            told(next(number), len(records))
+            on_record(next(number), len(records))
 
     order = sorted(range(len(records)), key=lambda k: -records[k].base.samples)
     found = mapped(partial(_of_record, space, points), [records[k] for k in order], workers, ended)
@@ -105,9 +105,9 @@ def range_information(space: SearchSpace) -> FloatArray:
     It is next to nothing beside a record, and keeps a direction that no record sees from counting as infinitely bad.
     """
     width = np.where(np.isfinite(space.upper - space.lower), space.upper - space.lower, 1e6)
-    told = np.diag(12.0 / width**2)
+    known = np.diag(12.0 / width**2)
     names, slopes = space.value_jacobian(space.start)
     for name, row in zip(names, slopes, strict=True):
         if sigma := space.mechanism.parameters[name].sigma:
-            told += np.outer(row, row) / sigma**2
-    return told
+            known += np.outer(row, row) / sigma**2
+    return known

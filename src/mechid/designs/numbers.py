@@ -147,9 +147,9 @@ def _parameters(design: Design) -> list[dict[str, Any]]:
             "size": _size(design, q.name),
         }
         for key, records in sets.items():
-            row[key] = _told(records.errors.std_error(q.name), q.declaration.unit)
+            row[key] = _knowable(records.errors.std_error(q.name), q.declaration.unit)
             row[f"{key}_reason"] = records.errors.reasons.get(q.name, "")
-            row[f"{key}_spread"] = [_told(v, q.declaration.unit) for v in records.spread[q.name]]
+            row[f"{key}_spread"] = [_knowable(v, q.declaration.unit) for v in records.spread[q.name]]
         rows.append(row)
     return rows
 
@@ -161,7 +161,7 @@ def _size(design: Design, name: str) -> float:
     return math.sqrt(sum(v**2 for v in values) / len(values))
 
 
-def _told(sigma: float | None, unit: str) -> float | None:
+def _knowable(sigma: float | None, unit: str) -> float | None:
     return None if sigma is not None and unit == "deg" and sigma > TOLD_DEG else sigma
 
 

@@ -51,7 +51,7 @@ def rival_groups(
     diagnosis: Diagnosed,
     *,
     workers: int = 1,
-    told: Callable[[str], None] = lambda line: None,
+    say: Callable[[str], None] = lambda line: None,
 ) -> tuple[Group, ...]:
     """Return the groups of rivals of a diagnosis, each rival fitted to the records that there are.
 
@@ -65,7 +65,7 @@ def rival_groups(
         Of that fit.
     workers : int
         Threads.
-    told : callable
+    say : callable
         Of progress.
 
     Raises
@@ -77,7 +77,7 @@ def rival_groups(
         return ()
     refuse_other_files(campaign, estimate)
     with one_core_algebra():
-        return _fitted_groups(campaign, estimate, diagnosis, workers, told)
+        return _fitted_groups(campaign, estimate, diagnosis, workers, say)
 
 
 def _fitted_groups(
@@ -85,9 +85,9 @@ def _fitted_groups(
     estimate: Mapping[str, Any],
     diagnosis: Diagnosed,
     workers: int,
-    told: Callable[[str], None],
+    say: Callable[[str], None],
 ) -> tuple[Group, ...]:
-    told("the mechanism with what the diagnosis names")
+    say("the mechanism with what the diagnosis names")
     plain, _ = begun(campaign, estimate, workers=workers)
     named = _named(plain, diagnosis)
     if abs(named.over_noise / diagnosis.over_noise - 1.0) > LIKE:
@@ -100,7 +100,7 @@ def _fitted_groups(
     for effect in diagnosis.groups:
         models = [named]
         for alias in effect.aliases:
-            told(f"{alias} in place of {effect.name} is fitted")
+            say(f"{alias} in place of {effect.name} is fitted")
             models.append(_with(diagnosis, named, effect.name, alias))
         groups.append(Group((effect.name, *effect.aliases), fitted_alike(models)))
     return tuple(groups)

@@ -137,15 +137,15 @@ def separation(
         return GroupSeparation(group, whole, (), _least(whole, far), far)
 
     found = [looked_at(group) for group in groups]
-    chosen, told = tuple[int, ...](), list[GroupSeparation]()
+    chosen, separated = tuple[int, ...](), list[GroupSeparation]()
     for one in (one for one in found if one.pairs):
-        together = [*told, one]
+        together = [*separated, one]
         tried = choice([pair for each in together for pair in each.pairs], able, seconds, total_s)
         if all(_least(each.pairs, tried) >= CLEAR for each in together):
-            chosen, told = tried, together
+            chosen, separated = tried, together
     promised = [
         replace(one, promises=_promises(campaign, one, [records[k] for k in chosen], chosen, workers))
-        if one in told
+        if one in separated
         else one
         for one in found
     ]

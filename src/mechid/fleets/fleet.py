@@ -107,7 +107,7 @@ def make_fleet(
     seed: int = 0,
     workers: int | None = None,
     complete: bool = False,
-    told: Tell = silent,
+    say: Tell = silent,
 ) -> Fleet:
     """Identify the campaigns of a fleet, and say what they say together; see `mechid.fleet`."""
     with held(out) as hold:
@@ -115,9 +115,9 @@ def make_fleet(
 
         def ended(done: Sequence[Done[UnitRun]]) -> None:
             for number, run, _ in done:
-                told(f"{tasks[number].label}: {run.words}")
+                say(f"{tasks[number].label}: {run.words}")
 
-        identified = run_unit if is_lent() else partial(run_unit, told=told)
+        identified = run_unit if is_lent() else partial(run_unit, say=say)
         return replace(fleet_of(asked, mapped(identified, tasks, 1, ended)), folder=out)
 
 

@@ -111,7 +111,7 @@ def task_of(member: Member, out: Path, seed: int, workers: int | None, *, comple
     )
 
 
-def run_unit(task: UnitTask, told: Tell = silent) -> UnitRun:
+def run_unit(task: UnitTask, say: Tell = silent) -> UnitRun:
     """Identify a campaign, or take up what is finished; what fails is said in the result.
 
     Raises
@@ -121,14 +121,14 @@ def run_unit(task: UnitTask, told: Tell = silent) -> UnitRun:
     """
     began = time.perf_counter()
     try:
-        how, folder, said = _done(task, told)
+        how, folder, said = _done(task, say)
     except Exception as error:  # whatever is wrong with one campaign, the others go on
         kind = "" if isinstance(error, MechidError) else f"unexpected error, {type(error).__name__}: "
         how, folder, said = How.NONE, task.folder, kind + " ".join(str(error).split())
     return UnitRun(how=how, folder=folder, said=said, seconds=time.perf_counter() - began)
 
 
-def _done(task: UnitTask, told: Tell) -> tuple[How, str, str]:
+def _done(task: UnitTask, say: Tell) -> tuple[How, str, str]:
     """Return how an estimate came about, its folder, and what has changed."""
     source, folder = Path(task.source), Path(task.folder)
     if source.is_dir() and not (source / CAMPAIGN_NAME).is_file():
@@ -143,24 +143,24 @@ def _done(task: UnitTask, told: Tell) -> tuple[How, str, str]:
         changed = since if place == folder else changed
     with held(folder, within=task.hold):
         resumed = can_resume(campaign, folder, task.seed)
-        _identify(campaign, task, told, resume=resumed)
+        _identify(campaign, task, say, resume=resumed)
     if changed is not None:
         return How.CHANGED, task.folder, f"changed: {', '.join(changed)}"
     return How.RESUMED if resumed else How.IDENTIFIED, task.folder, ""
 
 
-def _identify(campaign: Campaign, task: UnitTask, told: Tell, *, resume: bool) -> None:
-    def said(line: str) -> None:
-        told(f"{task.label}: {line}")
+def _identify(campaign: Campaign, task: UnitTask, say: Tell, *, resume: bool) -> None:
+    def say_of_unit(line: str) -> None:
+        say(f"{task.label}: {line}")
 
     @contextmanager
     def followed() -> Iterator[Listener]:
-        yield _stages(said)
+        yield _stages(say_of_unit)
 
     made = identified_into(
         campaign,
         Path(task.folder),
-        Audience(followed=followed, told=said),
+        Audience(followed=followed, say=say_of_unit),
         seed=task.seed,
         workers=task.workers,
         resume=resume,
@@ -170,13 +170,13 @@ def _identify(campaign: Campaign, task: UnitTask, told: Tell, *, resume: bool) -
         raise KeyboardInterrupt
 
 
-def _stages(said: Tell) -> Listener:
+def _stages(say: Tell) -> Listener:
     """Return a listener that says each stage as it begins."""
     heard = [""]
 
     def listen(progress: Progress) -> None:
         if progress.stage != heard[0]:
             heard[0] = progress.stage
-            said(f"stage {progress.number} of {progress.total}: {progress.stage}, {progress.elapsed_s:.1f} s")
+            say(f"stage {progress.number} of {progress.total}: {progress.stage}, {progress.elapsed_s:.1f} s")
 
     return listen

@@ -58,12 +58,12 @@ def identify_from(
     def tell(line: str) -> None:
         watch.tell("gated growth", line, problem.total_norm(watch.latest.q, state.windows) ** 2)
 
-    def told(q: FloatArray, gates: Mapping[str, int]) -> None:
+    def on_growth(q: FloatArray, gates: Mapping[str, int]) -> None:
         watch.note(state.at(q))
         tell(f"{100.0 * sum(gates.values()) / total:.1f} % of all samples followed")
 
     tell("begins")
-    grown = state.at(grow(problem, state.q, np.random.default_rng(seed), told).q)
+    grown = state.at(grow(problem, state.q, np.random.default_rng(seed), on_growth).q)
     spent = watch.seconds
 
     def told_of_the_rest(progress: Progress) -> None:

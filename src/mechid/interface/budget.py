@@ -28,7 +28,7 @@ def budget(
     structure: Structure | None = None,
     workers: int = 1,
     executor: Executor | None = None,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Budget:
     """Predict the line of sight's error against requirements.
 
@@ -45,7 +45,7 @@ def budget(
         Threads.
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
-    told : callable or None
+    say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
@@ -72,7 +72,7 @@ def budget(
         asked = budget_of_table(source, structure=structure, has_estimate=fit is not None)
     else:
         asked = read_budget_file(source, structure=structure, has_estimate=fit is not None)
-    with telling(told) as tell:
+    with telling(say) as tell:
         if fit is None:
             return make_budget(asked, workers, tell, executor=executor)
         with TemporaryDirectory(prefix="mechid_budget_") as aside:

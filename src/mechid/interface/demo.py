@@ -22,7 +22,7 @@ def demo(
     workers: int | None = None,
     executor: Executor | None = None,
     listener: Listener | None = None,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Identified:
     """Make a synthetic bench in a folder, and identify it from catalogue values that are wrong by factors.
 
@@ -36,7 +36,7 @@ def demo(
         missing.
     seed : int
         Of the bench's noise and of the search.
-    workers, executor, listener, told
+    workers, executor, listener, say
         As of `identify_into`.
 
     Returns
@@ -64,7 +64,7 @@ def demo(
             workers=workers,
             executor=executor,
             listener=listener,
-            told=told,
+            say=say,
             truth=TRUTH,
         )
 

@@ -29,7 +29,7 @@ def design(
     total_s: float | None = None,
     workers: int | None = None,
     executor: Executor | None = None,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Design:
     """Choose the records of the next test, and rate step loss.
 
@@ -53,7 +53,7 @@ def design(
         Threads; None takes one per core.
     executor : concurrent.futures.Executor or None
         Whose workers do the work, as `distributed.Client.get_executor()`; None leaves it to threads.
-    told : callable or None
+    say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
@@ -80,15 +80,15 @@ def design(
     if diagnosis is not None and fit is None:
         raise UsageError("diagnosis: give the fit too that was diagnosed")
     asked = _options(campaign, options).asking(criterion, total_s)
-    with telling(told) as tell, working_on(executor):
+    with telling(say) as tell, working_on(executor):
         diagnosed = _diagnosed(diagnosis, tell)
         optimum, rivals = None, tuple[Group, ...]()
         if fit is not None:
             content, fitted = content_of(fit), campaign if isinstance(fit, Mapping) else fit.campaign or campaign
             optimum = reopened(fitted, content, workers=count)
             if diagnosed:
-                rivals = rival_groups(fitted, content, diagnosed, workers=count, told=tell)
-        return make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, told=tell)
+                rivals = rival_groups(fitted, content, diagnosed, workers=count, say=tell)
+        return make_design(campaign, asked, fit=optimum, rivals=rivals, workers=count, say=tell)
 
 
 def _options(campaign: Campaign, options: DesignOptions | Path | str | None) -> DesignOptions:

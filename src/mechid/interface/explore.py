@@ -32,7 +32,7 @@ def explore(
     port: int = 0,
     workers: int | None = None,
     browser: bool = True,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> None:
     """Serve a page on which parameters are turned and fits watched; it ends with Ctrl-C, or "interrupt" in a notebook.
 
@@ -53,7 +53,7 @@ def explore(
         Threads of a fit; None takes one per core.
     browser : bool
         Open the page in a browser.
-    told : callable or None
+    say : callable or None
         Called with the page's address once it answers; None shows it in a notebook and nowhere else.
 
     Raises
@@ -71,7 +71,7 @@ def explore(
     >>> mechid.explore("bench", fit="fit")  # doctest: +SKIP
     """
     source = explored(campaign, fit=fit, diagnosis=diagnosis, workers=workers)
-    with telling(told) as tell:
+    with telling(say) as tell:
         serve(source, port, browser=browser, ready=tell)
 
 

@@ -19,7 +19,7 @@ def fleet(
     workers: int | None = None,
     executor: Executor | None = None,
     complete: bool = False,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
 ) -> Fleet:
     """Identify many campaigns, and say what their parameters say together.
 
@@ -39,7 +39,7 @@ def fleet(
         process, one campaign after the other.
     complete : bool
         Add to each mechanism what its records say it lacks.
-    told : callable or None
+    say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
 
     Returns
@@ -61,5 +61,5 @@ def fleet(
     >>> import mechid
     >>> made = mechid.fleet("FM1", "FM2", "FM3", out="fleet")  # doctest: +SKIP
     """
-    with telling(told) as tell, working_on(executor):
-        return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, told=tell)
+    with telling(say) as tell, working_on(executor):
+        return make_fleet(read_members(sources), Path(out), seed=seed, workers=workers, complete=complete, say=tell)

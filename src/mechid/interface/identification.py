@@ -87,7 +87,7 @@ def identify_into(
     workers: int | None = None,
     executor: Executor | None = None,
     listener: Listener | None = None,
-    told: Callable[[str], None] | None = None,
+    say: Callable[[str], None] | None = None,
     resume: bool = False,
     complete: bool = False,
     truth: Mapping[str, float] | None = None,
@@ -101,7 +101,7 @@ def identify_into(
     out : Path
         Folder for the results; made where missing. Every other command goes on from there, if the campaign is one of
         files.
-    told : callable or None
+    say : callable or None
         Called with single lines; None shows the last one in a notebook and nothing elsewhere.
     resume : bool
         Go on where the last run in `out` was stopped.
@@ -133,8 +133,8 @@ def identify_into(
         with listening(listener) as tell:
             yield tell
 
-    with held(out), telling(told) as tell_line, working_on(executor):
-        audience = Audience(followed=followed, told=tell_line)
+    with held(out), telling(say) as tell_line, working_on(executor):
+        audience = Audience(followed=followed, say=tell_line)
         done = identified_into(
             campaign, Path(out), audience, seed=seed, workers=workers, truth=truth, resume=resume, complete=complete
         )

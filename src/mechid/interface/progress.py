@@ -29,10 +29,10 @@ def listening(listener: Listener | None) -> Iterator[Listener]:
 
 
 @contextmanager
-def telling(told: Callable[[str], None] | None) -> Iterator[Callable[[str], None]]:
+def telling(say: Callable[[str], None] | None) -> Iterator[Callable[[str], None]]:
     """Return who is told of single lines, likewise."""
-    if told is not None:
-        yield told
+    if say is not None:
+        yield say
     elif not _in_notebook():
         yield _unheard
     else:

@@ -100,15 +100,15 @@ def profile(
     """
     names = [parameters] if isinstance(parameters, str) else list(dict.fromkeys(parameters))
     count = workers or os.cpu_count() or 1
-    with _reopened(campaign, fit, "profile", count, executor, listener) as (optimum, told):
+    with _reopened(campaign, fit, "profile", count, executor, listener) as (optimum, report):
 
-        def heard(name: str, point: Point) -> None:
-            told(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
+        def on_point(name: str, point: Point) -> None:
+            report(f"{name} at {point.value:.9g}, cost rises by {point.rise:.3g}", None)
 
         for name in names:
             optimum.one(name)
         noted = _journal(campaign, fit, journal, resume=resume)
-        done = profiles(optimum, names, workers=count, journal=noted, told=heard)
+        done = profiles(optimum, names, workers=count, journal=noted, on_point=on_point)
     return Profiles(profiles=tuple(done))
 
 
@@ -156,16 +156,16 @@ def bootstrap(
     >>> scatter = mechid.bootstrap(fit.campaign, fit, 40)  # doctest: +SKIP
     """
     count, ended = workers or os.cpu_count() or 1, 0
-    with _reopened(campaign, fit, "bootstrap", count, executor, listener) as (optimum, told):
+    with _reopened(campaign, fit, "bootstrap", count, executor, listener) as (optimum, report):
 
-        def heard(draw: Draw) -> None:
+        def on_draw(draw: Draw) -> None:
             nonlocal ended
             ended += 1
             words = draw.outcome.code.replace("_", " ")
-            told(f"{ended} of {draws} draws, number {draw.number} {words}", draw.cost)
+            report(f"{ended} of {draws} draws, number {draw.number} {words}", draw.cost)
 
         noted = _journal(campaign, fit, journal, resume=resume)
-        return bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, told=heard)
+        return bootstrapped(optimum, draws, seed=seed, workers=count, journal=noted, on_draw=on_draw)
 
 
 @contextmanager

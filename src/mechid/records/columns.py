@@ -202,11 +202,13 @@ def _own_clock(table: Table, indices: Sequence[int]) -> Clock | None:
         if column.clock == first.clock and column.start_time == first.start_time:
             continue
         labels = f"{column_label(table.columns, indices[0])} and {column_label(table.columns, index)}"
-        raise table.error(f"{labels} have not the same clock ({_told(first)}; {_told(column)}); make two records of it")
+        raise table.error(
+            f"{labels} have not the same clock ({_clock_words(first)}; {_clock_words(column)}); make two records of it"
+        )
     return first.clock
 
 
-def _told(column: Column) -> str:
+def _clock_words(column: Column) -> str:
     if column.clock is None:
         return "none"
     start = f" on {column.start_time}" if column.start_time else ""

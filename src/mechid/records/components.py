@@ -83,13 +83,13 @@ def about_mounting_point(record: Record, mounting: Mounting) -> Record:
     }
     if not moved:
         return record
-    told = {
+    treatment = {
         "step": "moved",
         "text": f"{', '.join(moved)} moved to the mounting point, at {list(mounting.point_m)} m",
         "point_m": list(mounting.point_m),
     }
     channels = tuple(moved.get(channel.quantity, channel) for channel in record.channels)
-    return replace(record, channels=channels, treatments=(*record.treatments, told))
+    return replace(record, channels=channels, treatments=(*record.treatments, treatment))
 
 
 def _moved(moment: Channel, forces: list[tuple[float, Channel]]) -> Channel:

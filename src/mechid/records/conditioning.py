@@ -77,17 +77,17 @@ def condition(table: Table, layout: Layout, how: Conditioning, samples: Samples)
 
 def limited(layout: Layout, how: Conditioning, data: Sequence[Room]) -> list[Treatment]:
     """Make samples on or beyond their instrument's limits missing, in place, and return what was done."""
-    told: list[Treatment] = []
+    treatments: list[Treatment] = []
     for column, values in zip(layout.channels, data, strict=True):
         if column.quantity not in how.limits:
             continue
         low, high = how.limits[column.quantity]
         count = sum(_made_missing(values, part, low, high) for part in pieces_of(values))
         text = f"{column.quantity}: {count} samples on or beyond {low:.9g} or {high:.9g} counted as missing"
-        told.append(
+        treatments.append(
             {"step": "limits", "text": text, "channel": column.quantity, "limits": [low, high], "samples": count}
         )
-    return told
+    return treatments
 
 
 def _made_missing(room: Room, part: slice, low: float, high: float) -> int:

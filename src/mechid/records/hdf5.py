@@ -70,15 +70,15 @@ def _dataset(h5py: Any, dataset: Any, key: str, metadata: dict[str, Fact]) -> It
     if single is not None:
         metadata[key] = single
         return
-    told = facts(dataset.attrs)
-    unit = next((str(told.pop(name)) for name in UNIT_ATTRIBUTES if name in told), None)
+    attributes = facts(dataset.attrs)
+    unit = next((str(attributes.pop(name)) for name in UNIT_ATTRIBUTES if name in attributes), None)
     names = dataset.dtype.names
     if names is None or names in COMPLEX:
         dtype = np.dtype(complex) if names else dataset.dtype
-        column = Column(name=key.rpartition("/")[2], path=key, unit=unit, metadata=told)
+        column = Column(name=key.rpartition("/")[2], path=key, unit=unit, metadata=attributes)
         yield Item(column=column, shape=dataset.shape or (), dtype=dtype, load=loader(h5py, dataset))
         return
     for name in names:
-        column = Column(name=name, path=f"{key}/{name}", unit=unit, metadata=told)
+        column = Column(name=name, path=f"{key}/{name}", unit=unit, metadata=attributes)
         load = loader(h5py, dataset, name)
         yield Item(column=column, shape=dataset.shape, dtype=dataset.dtype[name], load=load)

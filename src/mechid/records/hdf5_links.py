@@ -99,8 +99,8 @@ class Links:
         return self._numbers_fault(node, DEEPEST) if isinstance(node, self.h5py.Dataset) else None
 
     def _place(self, node: Any) -> tuple[int, int]:
-        told = self.h5py.h5o.get_info(node.id)
-        return told.fileno, told.addr
+        info = self.h5py.h5o.get_info(node.id)
+        return info.fileno, info.addr
 
     def _numbers_fault(self, dataset: Any, levels: int) -> str | None:
         """Return why the numbers of a dataset are not to be read: they are another file's."""

@@ -76,14 +76,14 @@ def _timetable(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]
 def _timeseries(column: Column, properties: Mapping[str, Tree]) -> Iterator[Item]:
     """Yield the data, and the time where it is no regular clock: then TimeInfo has its start and increment."""
     kept = _plain_names(properties)
-    told = _plain_names(_properties_of(kept.get("TimeInfo")))
-    time = next((part for part in (kept.get("Time"), told.get("Time")) if isinstance(part, Item)), None)
-    start, step = (told.get(name) for name in ("Start", "Increment"))
+    info = _plain_names(_properties_of(kept.get("TimeInfo")))
+    time = next((part for part in (kept.get("Time"), info.get("Time")) if isinstance(part, Item)), None)
+    start, step = (info.get(name) for name in ("Start", "Increment"))
     clock = None
     if time is None and isinstance(step, Item) and _single(step) > 0.0:
         clock = Clock(_single(start) if isinstance(start, Item) else 0.0, 1.0 / _single(step))
     if time is not None:
-        yield replace(time, column=Column(name="Time", path=f"{column.key}/Time", unit=_unit(told)))
+        yield replace(time, column=Column(name="Time", path=f"{column.key}/Time", unit=_unit(info)))
     if isinstance(kept.get("Data"), Item):
         unit = _unit(_plain_names(_properties_of(kept.get("DataInfo"))))
         path = f"{column.key}/Data" if time is not None else column.key
@@ -150,9 +150,11 @@ def _walked(path: str, tree: Tree, level: int, name: str = "") -> Iterator[Item]
 
 
 def _variables(column: Column, data: Tree, names: Tree, units: Tree) -> Iterator[Item]:
-    told = _texts(units)
+    own_units = _texts(units)
     for place, (name, values) in enumerate(zip(_texts(names), data, strict=True)):
-        own = Column(name=name, path=f"{column.key}/{name}", unit=(told[place] or None) if place < len(told) else None)
+        own = Column(
+            name=name, path=f"{column.key}/{name}", unit=(own_units[place] or None) if place < len(own_units) else None
+        )
         if isinstance(values, Item):
             yield replace(values, column=own)
         elif isinstance(values, Instance) and values.kind in TIMES:
@@ -168,8 +170,8 @@ def _times(column: Column, values: Tree) -> Iterator[Item]:
         if isinstance(item, Item) and 0 not in item.shape:
             first = float(np.real(_numbers(item, ())).flat[0]) if values.kind == "datetime" else 0.0
             start = str(np.datetime64(round(first), "ms")) if values.kind == "datetime" else None
-            told = replace(column, unit="s", start_time=start)
-            yield replace(item, column=told, dtype=np.dtype(float), load=_seconds(item, first))
+            in_seconds = replace(column, unit="s", start_time=start)
+            yield replace(item, column=in_seconds, dtype=np.dtype(float), load=_seconds(item, first))
 
 
 def _seconds(item: Item, first: float) -> Callable[[Index], Any]:
@@ -214,8 +216,8 @@ def _texts(tree: Tree) -> list[str]:
     return [text if isinstance(text, str) else "" for text in listed]
 
 
-def _unit(told: Mapping[str, Tree]) -> str | None:
-    unit = told.get("Units")
+def _unit(info: Mapping[str, Tree]) -> str | None:
+    unit = info.get("Units")
     return unit if isinstance(unit, str) and unit else None
 
 

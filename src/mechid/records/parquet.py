@@ -37,8 +37,8 @@ def _is_told(key: bytes) -> bool:
 
 
 def _item(pq: Any, path: Path, field: Any, samples: int) -> Item:
-    told = field.metadata or {}
-    unit = next((fact(told[key]) for key in UNIT_KEYS if key in told), None)
+    attributes = field.metadata or {}
+    unit = next((fact(attributes[key]) for key in UNIT_KEYS if key in attributes), None)
     column = Column(name=field.name, unit=str(unit) if unit else None)
 
     def load(index: Index) -> Any:

@@ -72,8 +72,8 @@ def _signal(links: Links, node: Any, where: str, named: set[int]) -> Iterator[It
 def _clock(node: Any) -> Clock | None:
     if node is None:
         return None
-    told = np.asarray(node[()], dtype=float).ravel()
-    return Clock(float(told[0]), 1.0 / float(told[1])) if told.size == 3 and told[1] > 0.0 else None
+    numbers = np.asarray(node[()], dtype=float).ravel()
+    return Clock(float(numbers[0]), 1.0 / float(numbers[1])) if numbers.size == 3 and numbers[1] > 0.0 else None
 
 
 def _stream(links: Links, file: Any, number: int, column: Column) -> Item:

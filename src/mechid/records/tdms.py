@@ -64,8 +64,8 @@ def _refuse_cut(file: Any, path: Path, label: str) -> None:
 
 def _item(nptdms: Any, path: Path, channel: Any) -> Item:
     properties, group, name = channel.properties, channel.group_name, channel.name
-    told = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
-    unit = told.pop("unit_string", None)
+    attributes = _facts({key: value for key, value in properties.items() if not key.startswith(WAVEFORM)})
+    unit = attributes.pop("unit_string", None)
     column = Column(
         name=name,
         path=f"{group}/{name}",
@@ -73,7 +73,7 @@ def _item(nptdms: Any, path: Path, channel: Any) -> Item:
         clock=_clock(properties),
         start_time=_start_time(properties),
         fault=_fault(properties),
-        metadata=told,
+        metadata=attributes,
     )
 
     def load(index: Index) -> Any:

@@ -43,12 +43,12 @@ class Audience:
     ----------
     followed : callable
         Gives a context for each search, which yields who listens to its progress.
-    told : callable
+    say : callable
         Called with single lines.
     """
 
     followed: Callable[[], AbstractContextManager[Listener]]
-    told: Callable[[str], None]
+    say: Callable[[str], None]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,12 +101,12 @@ def identified_into(
         campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
     with Pens() as pens, Illustration(campaign, fit, folder, pens) as illustration:
         validation = validate(campaign, fit, illustration.begin)
-        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.told)
+        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.say)
         name = mechanism_name(campaign, folder)
         fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
         data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
         files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
-        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.told, illustration)]
+        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.say, illustration)]
     return Identified(fit=fit, data=data, files=tuple(files))
 
 
@@ -125,9 +125,9 @@ def _identified(
     about = {"campaign": str(campaign.path.resolve()), "seed": seed, "mechid": version("mechid")}
     journal = Journal.opened(path, identification_inputs(campaign, seed), resume=resume, **about)
     if journal.notice:
-        audience.told(f"warning: {journal.notice}")
+        audience.say(f"warning: {journal.notice}")
     if resume:
-        audience.told(f"{path}: {len(journal.known)} steps are there already")
+        audience.say(f"{path}: {len(journal.known)} steps are there already")
     stages = StageLines(journal)
     with audience.followed() as listener:
 
@@ -182,23 +182,23 @@ def _report(
     fit: Fit,
     validation: Mapping[str, RecordValidation],
     folder: Path,
-    told: Callable[[str], None],
+    say: Callable[[str], None],
     illustration: Illustration,
 ) -> list[Path]:
     """Write the report; where a figure or a text fails say so, since the estimate is on disk already."""
-    told("making the report ...")
+    say("making the report ...")
     try:
         from mechid.reports.fit.files import write_report
 
         files = write_report(data, campaign, fit, validation, folder, illustration)
         return [path for path in files if path.name != REPORT_NAME]
     except KeyboardInterrupt:
-        told(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
+        say(f'the estimate is in {folder}; "mechid report {folder}" makes its report')
         raise
     except UnwritableError:
         raise
     except Exception as error:
         illustration.give_up()
         what = " ".join(f"{type(error).__name__}: {error}".split())
-        told(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
+        say(f'warning: no report was made ({what}); "mechid report {folder}" tries again')
         return []

@@ -224,9 +224,9 @@ class RunFigures:
         names = [name for name, course in places.items() if course]
         ends = [own[-1][0] for own in (*ratios.values(), *places.values()) if own]
         self.reports.end = max(1.1 * max(ends, default=1), FEWEST_REPORTS)
-        told = [ratio for own in ratios.values() for _, ratio in own]
-        if told:
-            self.ratios.update(start=min(0.8, 0.8 * min(told)), end=max(2.0, 1.25 * max(told)))
+        drawn = [ratio for own in ratios.values() for _, ratio in own]
+        if drawn:
+            self.ratios.update(start=min(0.8, 0.8 * min(drawn)), end=max(2.0, 1.25 * max(drawn)))
         for name, own in ratios.items():
             self.noise[name].data = {"x": [k for k, _ in own], "y": [ratio for _, ratio in own]}
         colours = [LINES[k % len(LINES)] for k in range(len(names))]

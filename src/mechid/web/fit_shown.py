@@ -76,10 +76,10 @@ def course(reports: Sequence[Progress], knobs: Mapping[str, Knob]) -> tuple[dict
     Each is a list of the number of the report and the value. A record that is not simulated to its end has no ratio:
     the worst has a gap there.
     """
-    told = [(k, list(r.over_noise.values())) for k, r in enumerate(reports, 1) if r.over_noise]
+    ratios_of = [(k, list(r.over_noise.values())) for k, r in enumerate(reports, 1) if r.over_noise]
     ratios = {
-        "worst": [(k, worst) for k, own in told if math.isfinite(worst := max(own))],
-        "median": [(k, middle) for k, own in told if math.isfinite(middle := statistics.median(own))],
+        "worst": [(k, worst) for k, own in ratios_of if math.isfinite(worst := max(own))],
+        "median": [(k, middle) for k, own in ratios_of if math.isfinite(middle := statistics.median(own))],
     }
     apart = max(len(reports) // MOST_REPORTS, 1)
     drawn = [(k, r) for k, r in enumerate(reports, 1) if k % apart == 0 or k == len(reports)]

@@ -273,24 +273,24 @@ class Session:
 
     def fit_from_here(self) -> None:
         """Begin a fit of what is free from the knobs' values."""
-        values = dict(self.state.now.values)
-        self._begin(lambda campaign, told: identify_from(campaign, values, workers=self.source.workers, listener=told))
+        values, n = dict(self.state.now.values), self.source.workers
+        self._begin(lambda campaign, listener: identify_from(campaign, values, workers=n, listener=listener))
 
     def search(self) -> None:
         """Begin an identification with its own search for a start, as ``mechid identify`` does."""
-        self._begin(lambda campaign, told: identify(campaign, workers=self.source.workers, listener=told))
+        self._begin(lambda campaign, listener: identify(campaign, workers=self.source.workers, listener=listener))
 
     def _begin(self, work: Callable[[Campaign, Listener], Fit]) -> None:
         if self.is_fitting:
             raise UsageError("a fit is at work; cancel it first")
         campaign = self._without_off(campaign_at(self.campaign, self.state))
 
-        def judged(told: Listener) -> Estimate:
-            fit = work(campaign, told)
-            told(Progress(1, 1, "verdict", "all records are simulated and compared with their noise", None, 0.0))
+        def fit_and_judge(listener: Listener) -> Estimate:
+            fit = work(campaign, listener)
+            listener(Progress(1, 1, "verdict", "all records are simulated and compared with their noise", None, 0.0))
             return estimate_of(fit, campaign, "the last fit of this tab")
 
-        self.run = FitRun(judged)
+        self.run = FitRun(fit_and_judge)
         self.run.start()
 
     def _without_off(self, campaign: Campaign) -> Campaign:
@@ -312,7 +312,7 @@ class Session:
         self.followed.poll()
         if self.followed.has_left(FILE_NAME):
             path, campaign = self.followed.path.with_name(FILE_NAME), self.source.campaign
-            self.reading = FitRun(lambda told: read_estimated(path, campaign))
+            self.reading = FitRun(lambda listener: read_estimated(path, campaign))
             self.reading.start()
 
     def take_up(self) -> bool:

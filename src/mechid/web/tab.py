@@ -47,7 +47,7 @@ class Wire(DataModel):
     """The two texts between page and session, each JSON: what the page asks for, and what it is to say."""
 
     asked = String(default="")
-    told = String(default="")
+    page_state = String(default="")
 
 
 class Tab:
@@ -180,7 +180,7 @@ class Tab:
         if self.explained != self.session.hand:
             self.explained = self.session.hand
             data["equations"] = self.equations.of(self.session.hand)
-        self.wire.update(told=json.dumps(data, allow_nan=False))
+        self.wire.update(page_state=json.dumps(data, allow_nan=False))
 
     def _poll(self) -> None:
         """Show how the fit goes on, and take up its end; for a page that is closed nothing goes on."""

@@ -154,12 +154,12 @@ def _of_stepping(one: Forcing) -> Iterator[str]:
         f"{name}: {span} steps/s, lines up to {one.mode.highest_hz:.6g} Hz; records of this stepping ran at {ran} of "
         f"{rates.size} (rates.csv: tested)."
     )
-    told = (
+    oddities = (
         (np.array([not s.follows for s in one.largest]), "the rotor does not keep up with the command"),
         (np.array([not s.periods for s in one.largest]), "the motion does not repeat, its lines are of a stretch"),
         (np.array([len(s) > 1 for s in one.states]), "several motions are possible, the largest counts"),
     )
-    for which, what in told:
+    for which, what in oddities:
         if which.any():
             yield f"{name}: at {_ranges(rates, which)} steps/s {what}."
 

@@ -17,14 +17,14 @@ PATIENCE_S = 10.0
 
 
 @contextmanager
-def lent_by(address: str | None, told: Tell = warned) -> Iterator[None]:
+def lent_by(address: str | None, say: Tell = warned) -> Iterator[None]:
     """Let the workers of the Dask scheduler at an address do what is mapped within; None leaves it to this process.
 
     Parameters
     ----------
     address : str or None
         As ``tcp://host:8786``, which a scheduler writes when it starts.
-    told : callable
+    say : callable
         Called with a line on what is odd about workers.
 
     Raises
@@ -39,8 +39,8 @@ def lent_by(address: str | None, told: Tell = warned) -> Iterator[None]:
         return
     with _client(address) as client:
         if not client.nthreads():
-            told(f"scheduler {address}: it has no workers yet; waiting for them")
-        with working_on(client.get_executor(), told):
+            say(f"scheduler {address}: it has no workers yet; waiting for them")
+        with working_on(client.get_executor(), say):
             yield
 
 

@@ -119,17 +119,17 @@ class Journal:
         function: Callable[[Any], Any],
         tasks: Sequence[Any],
         workers: int,
-        told: Callable[[Any, Any], None] = lambda task, result: None,
+        on_result: Callable[[Any, Any], None] = lambda task, result: None,
     ) -> list[Any]:
         """Return ``[function(t) for t in tasks]``, each task a step of which it is itself the inputs.
 
         What is in the journal is taken from there; the others are mapped, and noted as they end, wherever that is.
-        `told` is told of each task and its result.
+        `on_result` is called with each task and its result.
         """
         keys = [self._key(kind, task) if self.path else "" for task in tasks]
         results = {i: found[0] for i, key in enumerate(keys) if (found := self._recalled(key))}
         for i, result in results.items():
-            told(tasks[i], result)
+            on_result(tasks[i], result)
         left = [i for i in range(len(tasks)) if i not in results]
 
         def ended(done: Sequence[Done[Any]]) -> None:
@@ -137,7 +137,7 @@ class Journal:
             self._append([_step(kind, keys[i], seconds, result) for i, result, seconds in fresh])
             for i, result, _ in fresh:
                 results[i] = unpacked(result) if self.path else result
-                told(tasks[i], results[i])
+                on_result(tasks[i], results[i])
 
         mapped(function, [tasks[i] for i in left], workers, ended)
         return [results[i] for i in range(len(tasks))]

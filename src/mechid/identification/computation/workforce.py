@@ -49,7 +49,7 @@ def warned(line: str) -> None:
 
 
 @contextmanager
-def working_on(executor: Executor | None, told: Tell = warned) -> Iterator[None]:
+def working_on(executor: Executor | None, say: Tell = warned) -> Iterator[None]:
     """Let the workers of an executor do what is mapped within; None leaves it to the threads of this process.
 
     Parameters
@@ -57,13 +57,13 @@ def working_on(executor: Executor | None, told: Tell = warned) -> Iterator[None]
     executor : concurrent.futures.Executor or None
         As ``ProcessPoolExecutor()``, ``distributed.Client(...).get_executor()``, ``mpi4py.futures.MPIPoolExecutor()``.
         It stays open.
-    told : callable
+    say : callable
         Called with a line on what is odd about a worker.
     """
     if executor is None:
         yield
         return
-    with mapped_by(Workforce(executor, told)):
+    with mapped_by(Workforce(executor, say)):
         yield
 
 
@@ -93,8 +93,8 @@ class _Parcel:
 class Workforce:
     """The workers of an executor, and what they have been given."""
 
-    def __init__(self, executor: Executor, told: Tell = warned) -> None:
-        self.executor, self.told = executor, told
+    def __init__(self, executor: Executor, say: Tell = warned) -> None:
+        self.executor, self.say = executor, say
         self.seen: set[str] = set()
         self.said: set[str] = set()
         self.parcel: _Parcel | None = None
@@ -130,7 +130,7 @@ class Workforce:
         for line in (f"worker {host}: {remark}" for remark in remarks):
             if line not in self.said:
                 self.said.add(line)
-                self.told(line)
+                self.say(line)
 
     def _packed(self, function: Callable[[Any], Any]) -> _Parcel:
         """Return a function ready to be sent; the last one is kept, since maps over one problem follow one another."""

@@ -81,11 +81,11 @@ def turns_deg(command: Command, orders: Sequence[float]) -> tuple[float, ...]:
     turns = sorted(
         (360.0 * k / count for k in range(1 - count // 2, count // 2 + 1)), key=lambda turn: (abs(turn), -turn)
     )
-    told: list[float] = []
+    different: list[float] = []
     for turn in turns:
-        if not any(_is_same(turn - other, command, orders) for other in told):
-            told.append(turn)
-    return tuple(told)
+        if not any(_is_same(turn - other, command, orders) for other in different):
+            different.append(turn)
+    return tuple(different)
 
 
 def _is_same(turn: float, command: Command, orders: Sequence[float]) -> bool:

@@ -46,13 +46,13 @@ def known_noise(record: CampaignRecord, match: Match) -> NoiseLevel:
     """
     assert record.data is not None
     channel = record.data.channel(match.quantity)
-    told, resolution = _told(record, match), rounding(record, match)
-    source = NoiseSource.RESOLUTION if resolution > told.sigma else told.rests_on
+    own, resolution = _own_level(record, match), rounding(record, match)
+    source = NoiseSource.RESOLUTION if resolution > own.sigma else own.rests_on
     least = max(LEAST_SHARE * standard_deviation(channel.data), resolution, SMALLEST)
-    return NoiseLevel(min(max(told.sigma, least), LARGEST), source)
+    return NoiseLevel(min(max(own.sigma, least), LARGEST), source)
 
 
-def _told(record: CampaignRecord, match: Match) -> NoiseLevel:
+def _own_level(record: CampaignRecord, match: Match) -> NoiseLevel:
     """Return what is declared or measured of a channel's noise."""
     assert record.data is not None
     channel = record.data.channel(match.quantity)

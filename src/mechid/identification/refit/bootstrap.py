@@ -121,7 +121,7 @@ def bootstrap(
     workers: int = 1,
     executor: Executor | None = None,
     journal: Journal | None = None,
-    told: Callable[[Draw], None] = lambda draw: None,
+    on_draw: Callable[[Draw], None] = lambda draw: None,
 ) -> Bootstrap:
     """Return so many draws; those that the journal holds are taken from there.
 
@@ -137,7 +137,7 @@ def bootstrap(
 
     def ended(task: tuple[int, int], found: Sequence[Mapping[str, Any]]) -> None:
         for number, one in enumerate(found[: draws - task[1]], task[1]):
-            told(_draw(number, one))
+            on_draw(_draw(number, one))
 
     work = partial(_refitted, world, at, windows)
     tasks = [(seed, first) for first in range(0, draws, SETS)]

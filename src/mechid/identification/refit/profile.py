@@ -128,7 +128,7 @@ def profiles(
     workers: int = 1,
     executor: Executor | None = None,
     journal: Journal | None = None,
-    told: TellPoint = lambda name, point: None,
+    on_point: TellPoint = lambda name, point: None,
 ) -> list[Profile]:
     """Return the profile of each parameter; both sides of all are worked on at once.
 
@@ -145,7 +145,9 @@ def profiles(
     tasks = [(name, sign) for name in names for sign in (-1.0, 1.0)]
     refit = partial(_refit, inner)
     with working_on(executor):
-        done = directed(lambda task: _Side(inner, refit, *task, journal or Journal(), told).walked(), tasks, workers)
+        done = directed(
+            lambda task: _Side(inner, refit, *task, journal or Journal(), on_point).walked(), tasks, workers
+        )
     return [_profile(inner, name, done[2 * i], done[2 * i + 1]) for i, name in enumerate(names)]
 
 
@@ -153,10 +155,10 @@ class _Side:
     """One side of a profile: from the estimate outward, until the cost has risen by the level or nothing is left."""
 
     def __init__(
-        self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, told: TellPoint
+        self, optimum: Optimum, refit: Refit, name: str, sign: float, journal: Journal, on_point: TellPoint
     ) -> None:
         self.optimum, self.refit, self.name, self.sign = optimum, refit, name, sign
-        self.journal, self.told = journal, told
+        self.journal, self.on_point = journal, on_point
         self.own = optimum.one(name)
         self.value = optimum.values(optimum.q)[name]
         self.cliffs: list[Cliff] = []
@@ -216,7 +218,7 @@ class _Side:
             starts.append(points[-1].q + share * (points[-1].q - points[-2].q))
         (found,) = self.journal.mapped("profile point", self.refit, [(self.name, value, starts)], 1)
         point = Point(value, found["cost"] - self.optimum.triangle.cost, found["q"], found["note"])
-        self.told(self.name, point)
+        self.on_point(self.name, point)
         return point
 
 

@@ -32,10 +32,10 @@ def print_budget(data: Mapping[str, Any], console: Console, files: Sequence[Path
         print_lines(console, "driven by", [_drivers(r) for r in data["requirements"]])
     for mode in data["modes"]:
         print_lines(console, "avoid", [_avoid(mode["name"], n, r) for n, r in mode["avoid"].items() if r])
-    told = [f"order {c['order']:g} meets {c['mode']} at {c['rate']:.4g} steps/s" for c in data["crossings"]]
-    print_lines(console, "crossing", told[:SHOWN_CROSSINGS])
-    if len(told) > SHOWN_CROSSINGS:
-        say(console, f"... and {len(told) - SHOWN_CROSSINGS} further crossings in crossings.csv")
+    lines = [f"order {c['order']:g} meets {c['mode']} at {c['rate']:.4g} steps/s" for c in data["crossings"]]
+    print_lines(console, "crossing", lines[:SHOWN_CROSSINGS])
+    if len(lines) > SHOWN_CROSSINGS:
+        say(console, f"... and {len(lines) - SHOWN_CROSSINGS} further crossings in crossings.csv")
     print_lines(console, "note", data["notes"])
     print_lines(console, "warning", data["warnings"], "yellow")
     print_lines(console, "written", [str(path) for path in files])

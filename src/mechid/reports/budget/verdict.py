@@ -88,11 +88,11 @@ def drivers(shares: Mapping[str, float], shown: int = SHOWN_SHARES) -> str:
 
 
 def _drivers(rows: Sequence[Data]) -> list[str]:
-    out, told = [], set()
+    out, named = [], set()
     for r in rows:
-        if r["requirement"] in told:
+        if r["requirement"] in named:
             continue
-        told.add(r["requirement"])
+        named.add(r["requirement"])
         line = f"{r['requirement']}, {r['mode']}: the band by {drivers(r['variance_shares']) or 'nothing'}"
         if r["residual_share"] >= LEAST_SHARE:
             line += f"; what the model lacks takes {100.0 * r['residual_share']:.2g} % of the limit"
@@ -113,8 +113,8 @@ def _worst(data: Data) -> list[str]:
         out.append(f"{mode['name']}: largest RMS at {plain(mode['worst_rate'], 4)} steps/s{when}, {size}{near}")
         for name, ranges in mode["avoid"].items():
             if ranges:
-                told = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in ranges)
-                out.append(f"{mode['name']}, {name}: avoid {told} steps/s")
+                avoided = ", ".join(f"{a:.4g} to {b:.4g}" for a, b in ranges)
+                out.append(f"{mode['name']}, {name}: avoid {avoided} steps/s")
     return out
 
 

@@ -79,10 +79,10 @@ def _not_told(data: Data, group: Data, needed: str) -> str:
 def _left_out(data: Data, group: Data) -> str:
     """Say which record would tell, if it could be proposed."""
     first = group["names"][0]
-    told = [(c["tells_apart"][first] or 0.0, c) for c in data["candidates"] if c["objection"]]
-    if not told:
+    refused = [(c["tells_apart"][first] or 0.0, c) for c in data["candidates"] if c["objection"]]
+    if not refused:
         return ""
-    reach, best = max(told, key=lambda pair: pair[0])
+    reach, best = max(refused, key=lambda pair: pair[0])
     if reach < group["needed"]:
         return ""
     return f". {best['name']} would come to {chi_text(reach)} but is left out: {best['objection']}"

@@ -7,6 +7,7 @@ from typing import Any
 
 from markupsafe import Markup
 
+from mechid.reports.fleet import tables
 from mechid.reports.fleet.verdict import SYNTHETIC
 from mechid.reports.template import asset, environment
 from mechid.reports.themed import themed
@@ -24,4 +25,6 @@ def fleet_page(data: Mapping[str, Any], pictures: Mapping[str, str]) -> str:
     """
     figures = {name.removeprefix("fleet_"): Markup(themed(text)) for name, text in pictures.items()}
     template = environment().get_template("fleet.html")
-    return template.render(data=data, figures=figures, style=asset("report.css"), synthetic_words=SYNTHETIC)
+    return template.render(
+        data=data, figures=figures, tables=tables, style=asset("report.css"), synthetic_words=SYNTHETIC
+    )

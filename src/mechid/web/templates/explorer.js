@@ -8,7 +8,7 @@ const SETTLED_MS = 150, waiting = [], latencies = [];
 const ARROWS = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 };
 const pending = new Map(); // values asked for and not yet answered
 let settling = 0, turned = false, asked = null;
-let wire = null, number = 0, awaited = 0, grip = 0, began = 0, told = null;
+let wire = null, number = 0, awaited = 0, grip = 0, began = 0, state = null;
 
 function ask(message) {
   const last = waiting[waiting.length - 1];
@@ -43,20 +43,20 @@ function turn(name, value) {
 }
 
 // With Shift a press of an arrow key, or a pixel of a drag, is a fine step.
-const standing = (name) => pending.get(name) ?? told.knobs[name].value;
+const standing = (name) => pending.get(name) ?? state.knobs[name].value;
 
 function pressedFine(event, name) {
   const steps = ARROWS[event.key];
-  if (!event.shiftKey || !steps || !told) return;
+  if (!event.shiftKey || !steps || !state) return;
   event.preventDefault();
-  turn(name, standing(name) + steps * told.knobs[name].fine);
+  turn(name, standing(name) + steps * state.knobs[name].fine);
 }
 
 function draggedFine(event, name) {
-  if (!event.shiftKey || event.button !== 0 || !told) return;
+  if (!event.shiftKey || event.button !== 0 || !state) return;
   event.preventDefault(); // the thumb does not jump to the pointer
   event.target.focus();
-  const from = standing(name), fine = told.knobs[name].fine, at = event.clientX;
+  const from = standing(name), fine = state.knobs[name].fine, at = event.clientX;
   const moved = (move) => turn(name, from + (move.clientX - at) * fine);
   document.addEventListener("mousemove", moved);
   document.addEventListener("mouseup", () => document.removeEventListener("mousemove", moved), { once: true });
@@ -69,11 +69,11 @@ for (const [name, row] of knobs) {
   range.addEventListener("keydown", (event) => { if (!event.repeat) grip += 1; pressedFine(event, name); });
   range.addEventListener("input", () => turn(name, valueAt(row, range.value / range.max)));
   for (const input of [range, written]) {
-    input.addEventListener("focus", () => { if (told && told.hand !== name) ask({ do: "take", name }); });
+    input.addEventListener("focus", () => { if (state && state.hand !== name) ask({ do: "take", name }); });
   }
   written.addEventListener("change", () => {
     if (Number.isFinite(written.valueAsNumber)) ask({ do: "turn", name, value: written.valueAsNumber });
-    else written.value = told.knobs[name].text;
+    else written.value = state.knobs[name].text;
   });
   row.querySelector("[type=checkbox]").addEventListener("change", (event) => {
     ask({ do: "free", name, is: event.target.checked });
@@ -100,12 +100,12 @@ const chips = [...document.querySelectorAll(".chip")];
 const look = (records) => ask({ do: "look", records, seconds: Number(at("seconds").value) });
 for (const chip of chips) {
   chip.addEventListener("click", () => {
-    const now = told.records.map((r) => r.name), name = chip.dataset.record;
+    const now = state.records.map((r) => r.name), name = chip.dataset.record;
     const records = now.includes(name) ? now.filter((other) => other !== name) : [...now, name];
     if (records.length) look(records);
   });
 }
-at("seconds").addEventListener("change", () => look(told.records.map((r) => r.name)));
+at("seconds").addEventListener("change", () => look(state.records.map((r) => r.name)));
 
 // What the session says.
 function element(kind, text, name) {
@@ -130,7 +130,7 @@ function set(target, name, value) {
 function printedKnob(row, now, before) {
   const range = row.querySelector("[type=range]"), written = row.querySelector("[type=number]");
   const name = row.dataset.name;
-  const turning = waiting.some((m) => m.name === name) || (awaited && told.answered !== awaited && asked.name === name);
+  const turning = waiting.some((m) => m.name === name) || (awaited && state.answered !== awaited && asked.name === name);
   if (!turning) {
     pending.delete(name);
     set(range, "value", String(Math.round(now.place * range.max)));
@@ -211,36 +211,36 @@ function printedRun(run) {
 }
 
 function printed() {
-  const before = told;
-  told = JSON.parse(wire.told);
-  for (const [name, now] of Object.entries(told.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
-  for (const [name, isOn] of Object.entries(told.effects)) printedEffect(effects.get(name), isOn);
-  for (const [name, row] of knobs) row.classList.toggle("held", name === told.hand);
-  document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, told.records[k]));
-  document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, told.sweeps[k]));
+  const before = state;
+  state = JSON.parse(wire.page_state);
+  for (const [name, now] of Object.entries(state.knobs)) printedKnob(knobs.get(name), now, before?.knobs[name]);
+  for (const [name, isOn] of Object.entries(state.effects)) printedEffect(effects.get(name), isOn);
+  for (const [name, row] of knobs) row.classList.toggle("held", name === state.hand);
+  document.querySelectorAll(".panel").forEach((panel, k) => printedPanel(panel, state.records[k]));
+  document.querySelectorAll(".sweep").forEach((section, k) => printedSweep(section, state.sweeps[k]));
   for (const chip of chips) {
-    chip.setAttribute("aria-pressed", told.records.some((r) => r.name === chip.dataset.record));
-    set(chip.querySelector(".use"), "textContent", told.uses[chip.dataset.record]);
+    chip.setAttribute("aria-pressed", state.records.some((r) => r.name === chip.dataset.record));
+    set(chip.querySelector(".use"), "textContent", state.uses[chip.dataset.record]);
   }
-  at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === told.seconds)?.value ?? "1000000000.0";
-  set(at("undo"), "disabled", !told.can_undo);
-  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !told.reaches_estimate);
-  set(at("compare"), "checked", told.compares);
-  at("panels").classList.toggle("comparing", told.compares);
-  for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === told.primary);
-  set(at("free-count"), "textContent", `${told.free} parameters free`);
-  set(at("note"), "textContent", told.note);
-  set(at("note"), "hidden", !told.note);
-  set(at("hand-name"), "textContent", told.hand);
-  set(at("hand-fine"), "textContent", told.knobs[told.hand].fine_text);
-  set(at("hand-hover"), "textContent", knobs.get(told.hand).querySelector(".name").title);
-  if (told.equations) at("equations").innerHTML = told.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
-  if (JSON.stringify([told.verdict, told.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
-    printedVerdict(told.verdict, told.estimate);
+  at("seconds").value = [...at("seconds").options].find((o) => Number(o.value) === state.seconds)?.value ?? "1000000000.0";
+  set(at("undo"), "disabled", !state.can_undo);
+  for (const id of ["estimate", "compare"]) set(at(id), "disabled", !state.reaches_estimate);
+  set(at("compare"), "checked", state.compares);
+  at("panels").classList.toggle("comparing", state.compares);
+  for (const id of ["fit", "search"]) at(id).classList.toggle("strong", id === state.primary);
+  set(at("free-count"), "textContent", `${state.free} parameters free`);
+  set(at("note"), "textContent", state.note);
+  set(at("note"), "hidden", !state.note);
+  set(at("hand-name"), "textContent", state.hand);
+  set(at("hand-fine"), "textContent", state.knobs[state.hand].fine_text);
+  set(at("hand-hover"), "textContent", knobs.get(state.hand).querySelector(".name").title);
+  if (state.equations) at("equations").innerHTML = state.equations.map(([l, r]) => `<p><math><mrow>${l}<mo>=</mo>${r}</mrow></math></p>`).join("");
+  if (JSON.stringify([state.verdict, state.estimate]) !== JSON.stringify([before?.verdict, before?.estimate]) || !before) {
+    printedVerdict(state.verdict, state.estimate);
   }
-  if (JSON.stringify(told.run) !== JSON.stringify(before?.run)) printedRun(told.run);
-  if (told.file) saved(told.file);
-  if (told.answered === awaited && awaited) {
+  if (JSON.stringify(state.run) !== JSON.stringify(before?.run)) printedRun(state.run);
+  if (state.file) saved(state.file);
+  if (state.answered === awaited && awaited) {
     awaited = 0;
     next();
     if (!awaited && turned) settling = setTimeout(() => { settling = 0; ask({ do: "settle" }); }, SETTLED_MS);
@@ -291,13 +291,13 @@ at("theme").addEventListener("click", () => {
       if (model.type === "Toolbar") model.setv({ active_drag: null }, { sync: false });
     }
   }
-  wire.properties.told.change.connect(printed);
+  wire.properties.page_state.change.connect(printed);
   for (const root of shown.roots().filter((r) => r.name.startsWith("spectrum"))) {
     const { data_source } = [...root.references()].find((m) => m.type === "GlyphRenderer" && m.name.endsWith("spectrum"));
     data_source.properties.data.change.connect(drawnSoon);
   }
   shown.on_event("connection_lost", () => { at("gone").hidden = false; });
-  if (wire.told) printed();
+  if (wire.page_state) printed();
   ask({ do: "hello" });
 })();
-window.mechid = { latencies, knobs, valueAt, ask, state: () => told, idle: () => Boolean(wire) && !awaited && !waiting.length && !settling };
+window.mechid = { latencies, knobs, valueAt, ask, state: () => state, idle: () => Boolean(wire) && !awaited && !waiting.length && !settling };
