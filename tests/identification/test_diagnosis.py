@@ -16,9 +16,9 @@ from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
-from mechid.identification.diagnosis import completion
+from mechid.identification.diagnosis import completion, search
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.search import small_in_part, standing_in
+from mechid.identification.diagnosis.search import in_doubt, small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
@@ -293,6 +293,24 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     five = dict.fromkeys("abcd", score(0.9))
     assert standing_in(left(1.0), {**five, "e": score(0.9)}) == []
     assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
+
+
+def test_effects_with_which_parts_of_the_records_disagree_are_named_where_they_take_nearly_all(monkeypatch):
+    """Truth: the rule that the page states, at both sides of each limit."""
+
+    def score(share):
+        return Score(1000.0, 2, share, 1e5)
+
+    def left(over_noise):
+        return SimpleNamespace(over_noise=over_noise, cost=1.0)
+
+    needed, less = {"a": score(0.95), "b": score(0.8)}, {"a": left(1.3), "b": left(1.3)}
+    monkeypatch.setattr(search, "_agrees", lambda model: True)
+    assert in_doubt(left(1.0), needed, less) == []
+    monkeypatch.setattr(search, "_agrees", lambda model: False)
+    assert in_doubt(left(1.0), needed, less) == ["b"]
+    assert in_doubt(left(1.0), needed, {**less, "a": left(1.005)}) == ["a", "b"]
+    assert in_doubt(left(1.0), {}, {}) == []
 
 
 def test_a_small_effect_is_not_named_of_records_followed_in_part():

@@ -246,7 +246,8 @@ def _words(found: Found) -> str:
     if not found.model.effects:
         return (
             f"Nothing in the library explains what is left, {ratio:.4g} times the noise: what comes near takes less "
-            "than half of it, or many effects have to imitate it together, so that none is named."
+            "than half of it, or many effects have to imitate it together, or parts of the records disagree on the "
+            "values with it, so that none is named."
         )
     said = (
         f"The mechanism as written leaves {ratio:.4g} times the noise; with the effects below {left:.4g} times. "
