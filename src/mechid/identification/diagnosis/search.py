@@ -18,6 +18,9 @@ from mechid.identification.uncertainty.noise import MISFIT
 SMALL = 0.01
 """Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
 Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
+FAR = 1.2
+"""What is left over the noise with all effects found, from which a model may stand on a wrong branch. The limit
+from which a record counts as misfit, too."""
 FEW = 4
 """Effects that a mechanism file may well lack at once; a choice, not measured."""
 NEARLY_ALL = 0.9
@@ -152,9 +155,10 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
 def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
     """Return the effects that may stand for something else since parts of the records disagree on the values with them.
 
-    With a model that lacks nothing they agree. Those stay that take nearly all of what is beyond noise.
+    With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
+    on a wrong branch. Those stay that take nearly all of what is beyond noise.
     """
-    if not needed or not math.isfinite(model.cost) or _agrees(model):
+    if not needed or not model.over_noise <= FAR or _agrees(model):
         return []
     clear = {name for name in needed if needed[name].share >= NEARLY_ALL and less[name].over_noise > FOLLOWED}
     return [name for name in needed if name not in clear]
