@@ -146,17 +146,16 @@ def _entry(one: Missing) -> dict[str, Any]:
 
 
 def _completed(campaign: Campaign, estimate: Any, found: Diagnosis, truth: Any) -> dict[str, Any]:
-    """Return the grade and the parameters beside the truth after the mechanism has what is proposed."""
+    """Return grade, reasons, and parameters beside the truth, after the mechanism has what is proposed."""
     began, began_cpu = time.perf_counter(), time.process_time()
     if found.mechanism is None:
-        grade, parameters = estimate["grade"], estimate["parameters"]
+        fit = estimate
     else:
         fit = identified_with(replace(campaign, mechanism=found.mechanism), found).to_dict()
-        grade, parameters = fit["grade"], fit["parameters"]
-    own = {name: {"truth": value, **{key: parameters[name][key] for key in ("value", "unit", "std_error")}}
+    own = {name: {"truth": value, **{key: fit["parameters"][name][key] for key in ("value", "unit", "std_error")}}
            for name, value in truth.items()}  # fmt: skip
     took = {"wall_s": time.perf_counter() - began, "cpu_s": time.process_time() - began_cpu}
-    return {"grade": grade, **took, "parameters": own}
+    return {"grade": fit["grade"], "reasons": fit["grade_reasons"], **took, "parameters": own}
 
 
 def entries_of(line: dict[str, Any]) -> list[tuple[str, ...]]:

@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,13 +16,14 @@ from mechid.campaign.mechanism_file import mechanism_from_table, read_mechanism
 from mechid.campaign.mechanism_text import mechanism_text
 from mechid.command import RateProfile
 from mechid.errors import FitError, InputFileError
-from mechid.identification.diagnosis import completion
+from mechid.identification.diagnosis import completion, search
 from mechid.identification.diagnosis.diagnosis import diagnose
-from mechid.identification.diagnosis.search import small_in_part, standing_in
+from mechid.identification.diagnosis.search import in_doubt, small_in_part, standing_in
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.stretches import in_stretches
 from mechid.identification.disturbance.scores import Score
 from mechid.identification.identify import identify
+from mechid.identification.result.grade import Grade
 from mechid.identification.result.outcome import FitOutcome
 from mechid.reports import report_data
 from mechid.reports.console import console_on
@@ -295,6 +296,25 @@ def test_effects_that_stand_for_something_else_are_told_from_those_that_explain(
     assert standing_in(left(1.0), {**five, "e": score(0.2)}) == ["a", "b", "c", "d", "e"]
 
 
+def test_effects_with_which_parts_of_the_records_disagree_are_named_where_they_take_nearly_all(monkeypatch):
+    """Truth: the rule that the page states, at both sides of each limit."""
+
+    def score(share):
+        return Score(1000.0, 2, share, 1e5)
+
+    def left(over_noise):
+        return SimpleNamespace(over_noise=over_noise, cost=1.0)
+
+    needed, less = {"a": score(0.95), "b": score(0.8)}, {"a": left(1.3), "b": left(1.3)}
+    monkeypatch.setattr(search, "_agrees", lambda model: True)
+    assert in_doubt(left(1.0), needed, less) == []
+    monkeypatch.setattr(search, "_agrees", lambda model: False)
+    assert in_doubt(left(1.0), needed, less) == ["b"]
+    assert in_doubt(left(1.0), needed, {**less, "a": left(1.005)}) == ["a", "b"]
+    assert in_doubt(left(1.3), needed, less) == []
+    assert in_doubt(left(1.0), {}, {}) == []
+
+
 def test_a_small_effect_is_not_named_of_records_followed_in_part():
     """Truth: less than a hundredth of what the largest explains is small, of whole records never."""
     needed = {
@@ -367,6 +387,21 @@ def test_a_fit_on_a_wrong_branch_holds_no_parameter(fitted):
     assert free("C") - free("B") == {"gear.damping"}
 
 
+def test_a_law_stands_beside_another(fitted):
+    """Truth: the parameters that each law has of its own, and the values with which the first one stood there."""
+    bench, fit = fitted
+    before, _ = begun(bench, fit.to_dict())
+    friction = next(law for law in before.other_laws if law.name == "output_friction")
+    one = before.in_place_of(friction, friction.mechanism.with_values({"output_friction.coulomb": 0.0123}))
+    backlash = next(law for law in one.other_laws if law.name == "gear.backlash")
+    both = one.in_place_of(backlash, backlash.mechanism)
+    assert both.laws == ("output_friction", "gear.backlash")
+    assert set(both.law_parameters) == {*friction.own, *backlash.own}
+    assert both.base.value("output_friction.coulomb") == 0.0123
+    assert "output_friction" not in {law.name for law in both.other_laws}
+    assert set(before.base.parameters) < set(one.base.parameters) < set(both.base.parameters)
+
+
 def test_an_alias_is_found_from_where_the_other_effect_is():
     """Truth: offsets of the phase voltages and a detent of 7.2 deg are one, so that either leaves the same."""
     imbalance = {"offset_a": 0.06, "offset_b": -0.04}
@@ -407,6 +442,31 @@ def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, sh
     assert searches == asked
     assert fit.patient is asked[-1]
     assert (found is None) == (outcome is FitOutcome.INTERRUPTED)
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """What a completion asks of a fit."""
+
+    grade: Grade
+    outcome: FitOutcome = FitOutcome.CONVERGED
+    completed: tuple = ()
+
+
+@pytest.mark.parametrize(("grades", "kept"), [("A", "A"), ("CA", "A"), ("CB", "B"), ("CC", "C")])
+def test_a_completed_fit_that_is_not_followed_is_searched_again(grades, kept, monkeypatch):
+    """Truth: the order that the documentation gives; searches are stand-ins, the second one begins from no values."""
+    begun_near, left = [], iter(grades)
+
+    def search(_, *, near=None, **__):
+        begun_near.append(near)
+        return Fitted(grade=Grade(next(left)))
+
+    monkeypatch.setattr(completion, "identified", search)
+    whole = SimpleNamespace(mechanism=SimpleNamespace(free=[SimpleNamespace(name="a", value=1.0)]))
+    fit = completion.identified_with(whole, SimpleNamespace(share=1.0, steps=()))
+    assert fit.grade == kept
+    assert begun_near == [{"a": 1.0}, None][: len(grades)]
 
 
 def backwards_after(bench, seconds):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from layouts import LAYOUTS, changed, mechanism_of, paper_table
-from mechid.identification.output_error.misfit import JUMP, Misfit, misfit_series
+from mechid.identification.output_error.misfit import Misfit, misfit_series
 from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
@@ -62,23 +62,57 @@ def test_a_reader_is_told_what_the_measured_has_beside_the_model(made):
     assert told.residual_rms < 1e-12
 
 
-def test_a_sample_in_whose_interval_the_model_jumps_counts_as_the_one_before_it():
-    """Truth: the noise that was added, that of the sample before where a recorder shows 1 N m more at each impact."""
-    geared = mechanism_of(changed(paper_table(), LAYOUTS["backlash"]))
-    problem = Problem(SearchSpace(displaced(geared, {"gear.stiffness": 1.0})), ())
+@pytest.fixture(scope="module", params=["backlash", "output_friction"])
+def jumping(request):
+    """Return a problem whose torque jumps, a target with noise of 1 mN m, that noise, and samples, shares, rises."""
+    mechanism = mechanism_of(changed(paper_table(), LAYOUTS[request.param]))
+    problem = Problem(SearchSpace(displaced(mechanism, {"gear.stiffness": 1.0})), ())
     alone = target_of(record("full_46", np.zeros(SAMPLES), COMMANDS["full_46"]))
     noise = 1e-3 * np.random.default_rng(5).standard_normal(SAMPLES)
-    torque = problem.model.predict(alone, problem.start, SAMPLES)[0] + noise
-    target = target_of(record("full_46", torque, COMMANDS["full_46"]))
-    sigma, jumped = target.leading.sigma, []
-    for block in problem.model.run(target, problem.start, SAMPLES).blocks():
-        jumped += (block.start + block.jumps.beyond(JUMP * sigma, 0)).tolist()
-    assert len(jumped) >= 20
-    spoilt = torque.copy()
-    spoilt[jumped] += 1.0
-    shown = replace(target, channels=(replace(target.leading, measured=spoilt),))
-    (r,) = misfit_series(problem.model, shown, problem.start, (0, SAMPLES))
-    clear = np.setdiff1d(np.arange(SAMPLES), jumped)
-    np.testing.assert_allclose(r[clear], -noise[clear], atol=1e-12)
-    before = clear[np.searchsorted(clear, jumped) - 1]
-    np.testing.assert_allclose(r[jumped], -noise[before], atol=1e-12)
+    torque, jumps = problem.model.predict(alone, problem.start, SAMPLES)[0] + noise, []
+    for block in problem.model.run(alone, problem.start, SAMPLES).blocks():
+        own = block.jumps
+        jumps += list(zip(block.start + own.samples, own.since, own.rises[:, 0], strict=True)) if own.since.size else []
+    return problem, target_of(record("full_46", torque, COMMANDS["full_46"])), noise, jumps
+
+
+def test_samples_at_a_jump_count_by_what_a_recorder_may_make_of_it(jumping):
+    """Truth: the noise that was added, at jumps by hand: 1/sqrt(1 + (share rise/sigma)^2), then those about."""
+    problem, target, noise, jumps = jumping
+    (r,) = misfit_series(problem.model, target, problem.start, (0, SAMPLES))
+    variance = np.zeros(SAMPLES)
+    for at, since, rise in jumps:
+        variance[at - 1] += (since * rise / target.leading.sigma) ** 2
+        variance[at] += ((1.0 - since) * rise / target.leading.sigma) ** 2
+    high = variance > 1.0
+    assert np.count_nonzero(high) > 20
+    weight = 1.0 / np.sqrt(1.0 + variance)
+    shifts = (-2, -1, 1, 2)
+    about = sum(np.roll(weight**2 * noise, k) for k in shifts) / sum(np.roll(weight**2, k) for k in shifts)
+    expected = -(weight * noise + (1.0 - weight) * about)
+    inner = high & (np.arange(SAMPLES) % 500 > 2) & (np.arange(SAMPLES) % 500 < 497)  # not at the edge of a block
+    np.testing.assert_allclose(r[inner], expected[inner], atol=1e-9)
+    np.testing.assert_allclose(r[variance == 0.0], -noise[variance == 0.0], atol=1e-12)
+
+
+def test_a_recorder_without_a_filter_is_followed(jumping):
+    """Truth: the noise, where the record has the value at the sample's instant, of which the model has the mean."""
+    problem, target, noise, jumps = jumping
+    shown = target.leading.measured.copy()
+    for at, since, rise in jumps:
+        shown[at] += (1.0 - since) * rise
+    assert np.std(shown - target.leading.measured + noise) > 1.3 * np.std(noise)
+    other = replace(target, channels=(replace(target.leading, measured=shown),))
+    (r,) = misfit_series(problem.model, other, problem.start, (0, SAMPLES))
+    assert np.std(r) < 1.03 * np.std(noise)
+
+
+def test_the_cost_is_continuous_where_a_jump_passes_a_sample(jumping):
+    """Truth: steps of a five-hundredth of the sample interval change the sum of squares by little, over two samples."""
+    problem, target, _, _ = jumping
+    costs = []
+    for offset_s in np.linspace(0.0, 2.0 / RATE_HZ, 1001):
+        moved = target.with_time_offset(replace(target.time_offset, value=offset_s))
+        (r,) = misfit_series(problem.model, moved, problem.start, (0, SAMPLES))
+        costs.append(float(np.sum(np.square(r))) / target.leading.sigma**2)
+    assert np.max(np.abs(np.diff(costs, 2))) < 0.01 * np.ptp(costs)

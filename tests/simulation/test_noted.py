@@ -17,9 +17,9 @@ def begun(mechanism, samples, *, rate_hz=RATE_HZ, **options):
 
 
 def jumps_of(blocks):
-    """Return the noted samples and rises of a run's first output, over all blocks."""
-    found = [(b.start + b.jumps.samples, b.jumps.rises) for b in blocks if b.jumps.samples.size]
-    return np.concatenate([at for at, _ in found]), np.concatenate([rises[:, 0] for _, rises in found])
+    """Return the noted samples, shares of an interval since, and rises of a run's first output, over all blocks."""
+    found = [(b.start + b.jumps.samples, b.jumps.since, b.jumps.rises[:, 0]) for b in blocks if b.jumps.samples.size]
+    return tuple(map(np.concatenate, zip(*found, strict=True)))
 
 
 @pytest.fixture(scope="module")
@@ -31,10 +31,11 @@ def test_jumps_are_those_of_the_torque(geared):
     """Truth: the torque sampled each 0.1 us about each switch that the run logs."""
     logged = begun(geared, 1001, events=1000)
     list(logged.blocks())
-    at, rises = jumps_of(begun(geared, 1001, events=None, block=100).blocks())
+    at, since, rises = jumps_of(begun(geared, 1001, events=None, block=100).blocks())
     gear = [switch.name for switch in geared.plant.switches].index("gear")
     times = logged.switching.time[logged.switching.switch == gear]
     np.testing.assert_array_equal(at, np.ceil(times * RATE_HZ - 1e-9))
+    np.testing.assert_allclose(at - since, times * RATE_HZ, atol=1e-6)
     assert np.count_nonzero(np.abs(rises) > 1e-3) >= 5
     fine = begun(geared, 10001 * 100, rate_hz=1e7)
     y = np.concatenate([block.y[:, 0].copy() for block in fine.blocks()])
@@ -53,14 +54,27 @@ def test_a_batch_notes_what_each_of_its_runs_notes_alone(geared):
     alone = [jumps_of(simulator.run(p, events=None).blocks()) for p in sets]
     each = Batch([simulator.run(p, events=None) for p in sets]).each()
     blocks = list(zip(*(one.blocks() for one in each), strict=True))
-    for (at, rises), own in zip(alone, zip(*blocks, strict=True), strict=True):
+    for (at, since, rises), own in zip(alone, zip(*blocks, strict=True), strict=True):
         found = jumps_of(own)
         np.testing.assert_array_equal(found[0], at)
-        np.testing.assert_allclose(found[1], rises, rtol=1e-6, atol=1e-12)
+        np.testing.assert_allclose(found[1], since, atol=1e-6)
+        np.testing.assert_allclose(found[2], rises, rtol=1e-6, atol=1e-12)
 
 
-def test_stick_and_slip_are_no_impacts():
-    """Truth: the paper's mechanism has none, nor does the kernel log a switch where nothing can strike."""
+def test_a_torque_behind_a_flexible_housing_does_not_jump():
+    """Truth: the paper's model, whose housing is moved by a torque that jumps and itself cannot: nothing is logged."""
     run = begun(mechanism_of(paper_table()), 1001, events=None)
     assert all(block.jumps.samples.size == 0 for block in run.blocks())
     assert run.buffers.events.size == 0
+
+
+@pytest.mark.parametrize("other", [{"housing": None}, LAYOUTS["output_friction"]])
+def test_stick_and_slip_that_the_torque_shows_are_noted(other):
+    """Truth: the switches that the run logs, and a torque that jumps at some of them."""
+    mechanism = mechanism_of(changed(paper_table(), other))
+    logged = begun(mechanism, 1001, events=1000)
+    list(logged.blocks())
+    at, _, rises = jumps_of(begun(mechanism, 1001, events=None).blocks())
+    own = np.isin(logged.switching.switch, mechanism.plant.jumping)
+    np.testing.assert_array_equal(at, np.ceil(logged.switching.time[own] * RATE_HZ - 1e-9))
+    assert np.max(np.abs(rises)) > 1e-3

@@ -50,8 +50,6 @@ class Switch:
         The mode where no entry rule holds.
     ideal : mapping of Symbol to float
         Values of the symbols as if the switch were not there, e.g. without friction.
-    strikes : bool
-        Whether bodies meet and part at it, so that what their damper exerts jumps.
     """
 
     name: str
@@ -60,7 +58,6 @@ class Switch:
     entry: tuple[tuple[sp.Expr, str], ...]
     otherwise: str
     ideal: Mapping[sp.Symbol, float] = field(default_factory=dict)
-    strikes: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

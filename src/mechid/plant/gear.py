@@ -244,7 +244,6 @@ def backlash() -> GearLaw:
         entry=((twist - half, "up"), (-twist - half, "down")),
         otherwise="gap",
         ideal={contact: 1.0, side: 0.0},
-        strikes=True,
     )
     play = Declaration(
         key="backlash",

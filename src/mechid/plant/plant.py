@@ -192,6 +192,16 @@ class Plant:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Plant) and other.digest == self.digest
 
+    @cached_property
+    def jumping(self) -> tuple[int, ...]:
+        """Switches at which an output may jump, by their number: it depends on the symbols of their modes."""
+        seen = set().union(*(expr.free_symbols for expr in self.outputs.values()))
+        for symbol, definition in reversed(self.terms):
+            if symbol in seen:
+                seen |= definition.free_symbols
+        modes = [set().union(*switch.modes.values()) for switch in self.switches]
+        return tuple(i for i, symbols in enumerate(modes) if symbols & seen)
+
     def expand(self, expr: sp.Expr) -> sp.Expr:
         """Return `expr` with every named term replaced by its definition."""
         for symbol, definition in reversed(self.terms):

@@ -1,4 +1,4 @@
-"""What a kernel has noted of the switches it met: all of them, or the impacts, at which the outputs jump."""
+"""What a kernel has noted of the switches it met: all of them, or those at which its outputs jump."""
 
 from __future__ import annotations
 
@@ -9,36 +9,29 @@ from types import ModuleType
 import numpy as np
 
 from mechid.arrays import FloatArray, IntArray
-from mechid.plant.plant import Plant
 from mechid.simulation.trajectory import Switching
 
 
 @dataclass(frozen=True)
 class Jumps:
-    """Samples in whose interval bodies strike and outputs jump: what is recorded of one depends on the recorder.
+    """Samples in whose interval outputs jump: what is recorded of one depends on the recorder.
 
     Attributes
     ----------
     samples : (m,)
         Counted from the first of a block; one with several jumps is there several times.
+    since : (m,)
+        Share of the sample interval that has passed from the jump to the sample, 0 to 1.
     rises : (m, n_y)
         Of each output.
     """
 
     samples: IntArray
+    since: FloatArray
     rises: FloatArray
 
-    def beyond(self, rise: float, output: int) -> IntArray:
-        """Return the samples, each once, in whose interval an output jumps by more than `rise`."""
-        return np.unique(self.samples[np.abs(self.rises[:, output]) > rise]) if self.samples.size else self.samples
 
-
-NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros((0, 0)))
-
-
-def striking_switches(plant: Plant) -> tuple[int, ...]:
-    """Return the switches of a plant at which bodies strike, by their number."""
-    return tuple(i for i, switch in enumerate(plant.switches) if switch.strikes)
+NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)))
 
 
 def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:
@@ -80,10 +73,12 @@ def noted_jumps(
         return NO_JUMPS
     table = _table(module, events, discrete)
     discrete[int(module.EVENTS)] = 0
-    at = np.ceil((table[:, int(module.EVENT_TIME)] - begin_s) / interval_s - 1e-9).astype(np.int64)
+    instants = (table[:, int(module.EVENT_TIME)] - begin_s) / interval_s
+    at = np.ceil(instants - 1e-9).astype(np.int64)
     counts = np.isin(table[:, int(module.EVENT_SWITCH)].astype(np.int64), switches)
     within = counts & (at >= 0) & (at < samples)
-    return Jumps(at[within], table[within, int(module.EVENT_RISE) : int(module.EVENT_LANES)].copy())
+    since = np.clip(at - instants, 0.0, 1.0)[within]
+    return Jumps(at[within], since, table[within, int(module.EVENT_RISE) : int(module.EVENT_LANES)].copy())
 
 
 def _table(module: ModuleType, events: FloatArray, discrete: IntArray) -> FloatArray:

@@ -18,7 +18,7 @@ from mechid.signal.series import Series
 from mechid.simulation.block import Block, State
 from mechid.simulation.instants import instants
 from mechid.simulation.interruption import ask
-from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches, striking_switches
+from mechid.simulation.noted import NO_JUMPS, Jumps, noted_jumps, noted_switches
 from mechid.simulation.rest import resting_outputs
 from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
@@ -131,7 +131,7 @@ class Simulator:
     ) -> Run:
         """Begin a run at the kernel parameters `p`, (n_p,); iterate its `blocks`.
 
-        It logs so many switches; None notes instead, block by block, where outputs jump as bodies strike.
+        It logs so many switches; None notes instead, block by block, where outputs jump.
 
         Command time is record time times 1 + 1e-6 `clock_ppm`, less `time_offset_s`; rates are those in command time.
         `directions`, (n_p, m), asks for the derivatives to m combinations of the parameters instead of `sensitive`,
@@ -167,8 +167,8 @@ class Run:
         self.interval_s = base.interval_s * timing.scale
         self.start_s = base.start_s * timing.scale - simulator.command.origin_s - timing.offset_s
         self.grid = self._grid(kernel.module, self.interval_s / substeps)
-        self.striking = () if events is not None else striking_switches(simulator.plant)
-        most = events or (max(self.block // JUMPS_EVERY, 1) if self.striking else 0)
+        self.jumping = () if events is not None else simulator.plant.jumping
+        most = events or (max(self.block // JUMPS_EVERY, 1) if self.jumping else 0)
         self.buffers: Buffers = allocate(
             simulator.plant, kernel.module, samples=self.block, events=most, sensitive=directions.shape[1] > 0
         )
@@ -290,7 +290,7 @@ class Run:
         """Return where outputs jump in so many samples from `first` on, a block that has just run, and forget it."""
         module, begins_s = self.simulator.kernel.module, self.start_s + first * self.interval_s
         own = (begins_s, self.interval_s, count)
-        return noted_jumps(module, events, discrete, self.striking, *own) if self.striking else NO_JUMPS
+        return noted_jumps(module, events, discrete, self.jumping, *own) if self.jumping else NO_JUMPS
 
     @property
     def state(self) -> State:

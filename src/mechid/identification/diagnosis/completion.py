@@ -92,8 +92,12 @@ def identified_with(
 ) -> Fit:
     """Return the fit of a campaign whose mechanism has what a diagnosis proposes, begun at the values found with it.
 
-    Values that do not follow the records to their ends are no more than a start: then all is searched again.
+    Values that do not follow the records to their ends are no more than a start, and those that lead to a fit of grade
+    C may be of a wrong branch: then all is searched again, since a search with the effect goes another way.
     """
     near = {p.name: p.value for p in whole.mechanism.free} if found.share == 1.0 else None
     fit = identified(whole, seed=seed, workers=workers, listener=listener, near=near)
+    if near and fit.grade is Grade.C and fit.outcome is not FitOutcome.INTERRUPTED:
+        again = identified(whole, seed=seed, workers=workers, listener=listener, patient=False)
+        fit = again if again.grade.good else fit
     return replace(fit, completed=tuple({"step": number, **asdict(step)} for number, step in enumerate(found.steps, 1)))

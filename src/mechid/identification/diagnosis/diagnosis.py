@@ -22,7 +22,7 @@ from mechid.identification.diagnosis.locked import Locked, locked
 from mechid.identification.diagnosis.pictures import Pictures, pictures_of
 from mechid.identification.diagnosis.proposal import Proposal, proposal_of
 from mechid.identification.diagnosis.reach import NOT_LOOKED_FOR, out_of_reach
-from mechid.identification.diagnosis.search import Found, searched
+from mechid.identification.diagnosis.search import FAR, Found, searched
 from mechid.identification.diagnosis.start import begun
 from mechid.identification.diagnosis.steps import LEAST, Step
 from mechid.identification.diagnosis.stretches import in_stretches, reach
@@ -33,9 +33,6 @@ from mechid.identification.result.missing import Missing
 from mechid.plant.mechanism import Mechanism
 from mechid.shown import Shown
 
-FAR = 1.2
-"""What is left over the noise with all effects found, from which the fit may stand on a wrong branch. The limit
-from which a record counts as misfit, too."""
 LOST = (Cause.USED_IN_PART, Cause.NOT_FOLLOWED, Cause.OUT_OF_STEP, Cause.LEFT_OUT)
 """Causes of grade C that are of a record which the fit has not followed to its end."""
 
@@ -246,7 +243,8 @@ def _words(found: Found) -> str:
     if not found.model.effects:
         return (
             f"Nothing in the library explains what is left, {ratio:.4g} times the noise: what comes near takes less "
-            "than half of it, or many effects have to imitate it together, so that none is named."
+            "than half of it, or many effects have to imitate it together, or parts of the records disagree on the "
+            "values with it, so that none is named."
         )
     said = (
         f"The mechanism as written leaves {ratio:.4g} times the noise; with the effects below {left:.4g} times. "

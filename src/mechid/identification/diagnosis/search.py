@@ -12,13 +12,20 @@ from mechid.identification.diagnosis.landscape import landscape_of
 from mechid.identification.diagnosis.steps import SHARE, Step, beside, counts, gain, grown, pruned, step
 from mechid.identification.diagnosis.with_laws import MOSTLY, in_place_of_imitators, with_a_law, with_hidden
 from mechid.identification.disturbance.scores import Score
+from mechid.identification.uncertainty.deviations import comparison_at
 from mechid.identification.uncertainty.noise import MISFIT
 
 SMALL = 0.01
 """Of the chi-square of the effect that explains most, below which another is not named of records followed in part.
 Backlash and a detent: beside them, delays of 1 to 6 us were named before this rule (docs/diagnosis.md)."""
+FAR = 1.2
+"""What is left over the noise with all effects found, from which a model may stand on a wrong branch. The limit
+from which a record counts as misfit, too."""
 FEW = 4
 """Effects that a mechanism file may well lack at once; a choice, not measured."""
+NEARLY_ALL = 0.9
+"""Of what a model without an effect leaves, that it has to take to be named where the parts of the records still
+disagree on the values: what a block of the library is takes nearly all, whatever is missing beside it; a choice."""
 FEW_WEAK = 2
 """Of them that may take less than `MOSTLY`: small ones do, since the noise is not known to the last digit."""
 
@@ -99,9 +106,9 @@ def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Fo
         steps.append(step(model, removed=small))
         less, needed = _needed(before, model)
     refused: list[str] = []
-    while lost := standing_in(model, needed):
+    while lost := standing_in(model, needed) or in_doubt(model, needed, less):
         refused += lost
-        tried |= {name: f"explains {100.0 * needed[name].share:.3g} % of the misfit only" for name in lost}
+        tried |= {name: _why_refused(needed[name].share) for name in lost}
         model = _without_all(model, lost) if len(lost) < len(needed) else before
         steps += [step(model, removed=name) for name in lost]
         less, needed = _needed(before, model)
@@ -143,6 +150,29 @@ def standing_in(model: Model, needed: Mapping[str, Score]) -> list[str]:
     if len(weak) > FEW_WEAK or (weak and len(needed) > FEW):
         return list(needed)
     return weak if model.over_noise > FOLLOWED else [name for name in weak if needed[name].share < SHARE]
+
+
+def in_doubt(model: Model, needed: Mapping[str, Score], less: Mapping[str, Model]) -> list[str]:
+    """Return the effects that may stand for something else since parts of the records disagree on the values with them.
+
+    With a model that lacks nothing they agree; with one that leaves far more than noise they need not, since it may be
+    on a wrong branch. Those stay that take nearly all of what is beyond noise.
+    """
+    if not needed or not model.over_noise <= FAR or _agrees(model):
+        return []
+    clear = {name for name in needed if needed[name].share >= NEARLY_ALL and less[name].over_noise > FOLLOWED}
+    return [name for name in needed if name not in clear]
+
+
+def _agrees(model: Model) -> bool:
+    return comparison_at(model.problem, model.q, model.setting.windows).consistency.agrees
+
+
+def _why_refused(share: float) -> str:
+    explains = f"explains {100.0 * share:.3g} % of the misfit"
+    return (
+        f"{explains} only" if share < MOSTLY else f"{explains}, yet parts of the records disagree on the values with it"
+    )
 
 
 def _without_all(model: Model, names: Sequence[str]) -> Model:

@@ -24,8 +24,10 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 Window = tuple[int, int]
 """First and last-plus-one sample."""
-JUMP = 3.0
-"""Noise levels by which an output has to jump for its sample not to count: less is within what noise does."""
+JUMP = 0.1
+"""Noise levels by which an output has to jump for its samples to count less: a smaller one takes under 1 % of them."""
+NEIGHBOURS = np.array([-2, -1, 1, 2])
+"""Samples whose mean, weighted, stands in for what a sample at a jump does not count; a choice, not measured."""
 FEWEST = 3
 """Points that are worth simulating side by side. A batch costs as much as 3 runs by themselves
 (benchmarks/batch_of_runs.py: 0.37 to 0.4 of 8)."""
@@ -142,37 +144,44 @@ class Piece:
         return self.block.stop - self.first
 
     def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
-        """Return r of channel k, (n,), each sample in whose interval the model jumps as the nearest before it.
+        """Return r of channel k, (n,), samples at a jump drawn towards the mean of those about them.
 
-        What a recorder shows of a jump depends on its filter and on a share of the sample interval: the model's mean
-        over the interval is one reading of it. An impact in a gear is five noise levels high, and comes at every step.
+        What a recorder shows of a jump depends on its filter and on shares of the sample interval: the model's mean
+        over the interval is one reading of it. A sample u intervals away from a rise R has that uncertainty,
+        (1 - |u|) R, beside the noise, and counts by so much less. So the cost is continuous in the jump's instant.
         """
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
         r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
-        jumped, instead = self._jumped(k)
-        r[jumped] = r[instead]
+        self._draw_jumps(k, r)
         return r
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n), where the model jumps as `residual` has it."""
         at, own = self.misfit.coordinates, self.misfit
         at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)
-        jumped, instead = self._jumped(k)
-        rows[:, jumped] = rows[:, instead]
+        self._draw_jumps(k, rows)
 
-    def _jumped(self, k: int) -> tuple[IntArray, IntArray]:
-        """Return the samples in whose interval channel k jumps, and those that stand in for them."""
-        jumps, output = self.block.jumps, self.misfit.outputs[k]
+    def _draw_jumps(self, k: int, rows: FloatArray) -> None:
+        """Draw the samples of channel k at its jumps towards what those about them are, in rows, (..., >= n)."""
+        places, weights = self._at_jumps(k)
+        if not places.size or self.samples < 2:
+            return
+        about = np.clip(places[:, None] + NEIGHBOURS, 0, self.samples - 1)
+        counts = weights[about] ** 2 * (about != places[:, None])
+        mean = np.sum(rows[..., about] * counts, axis=-1) / np.sum(counts, axis=-1)
+        own = weights[places]
+        rows[..., places] = own * rows[..., places] + (1.0 - own) * mean
+
+    def _at_jumps(self, k: int) -> tuple[IntArray, FloatArray]:
+        """Return the samples just before and behind the jumps of channel k, each once, and what each sample counts."""
+        jumps = self.block.jumps
         if not jumps.samples.size:
-            return jumps.samples, jumps.samples
-        found = jumps.beyond(JUMP * self.misfit.target.channels[k].sigma, output) - (self.first - self.block.start)
-        found = found[found >= 0]
-        if found.size == self.samples:
-            return found[:0], found[:0]
-        clear = np.ones(self.samples, dtype=np.bool_)
-        clear[found] = False
-        begins = int(np.argmax(clear))  # of the samples before it none is clear
-        instead = found - 1
-        for i in np.flatnonzero(np.diff(found) == 1):
-            instead[i + 1] = instead[i]
-        return found, np.maximum(instead, begins)
+            return jumps.samples, jumps.since
+        rise = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
+        high = np.abs(rise) > JUMP
+        at, since, rise = jumps.samples[high] - (self.first - self.block.start), jumps.since[high], rise[high]
+        both = np.concatenate([at - 1, at])
+        variance = np.concatenate([since * rise, (1.0 - since) * rise]) ** 2
+        kept = (both >= 0) & (both < self.samples)
+        beside_noise = np.bincount(both[kept], variance[kept], self.samples)
+        return np.unique(both[kept]), 1.0 / np.sqrt(1.0 + beside_noise)
