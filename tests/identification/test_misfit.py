@@ -77,13 +77,13 @@ def jumping(request):
 
 
 def test_samples_at_a_jump_count_by_what_a_recorder_may_make_of_it(jumping):
-    """Truth: the noise that was added, at jumps by hand: 1/sqrt(1 + (share rise/sigma)^2), then those about."""
+    """Truth: the noise that was added, at jumps by hand: 1/sqrt(1 + (5 share rise/sigma)^2), then those about."""
     problem, target, noise, jumps = jumping
     (r,) = misfit_series(problem.model, target, problem.start, (0, SAMPLES))
     variance = np.zeros(SAMPLES)
     for at, since, rise in jumps:
-        variance[at - 1] += (since * rise / target.leading.sigma) ** 2
-        variance[at] += ((1.0 - since) * rise / target.leading.sigma) ** 2
+        variance[at - 1] += (5.0 * since * rise / target.leading.sigma) ** 2
+        variance[at] += (5.0 * (1.0 - since) * rise / target.leading.sigma) ** 2
     high = variance > 1.0
     assert np.count_nonzero(high) > 20
     weight = 1.0 / np.sqrt(1.0 + variance)

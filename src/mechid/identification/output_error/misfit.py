@@ -26,6 +26,10 @@ Window = tuple[int, int]
 """First and last-plus-one sample."""
 JUMP = 0.1
 """Noise levels by which an output has to jump for its samples to count less: a smaller one takes under 1 % of them."""
+WIDER = 5.0
+"""Times as uncertain a sample at a jump counts as the jump leaves it: one recorder errs alike at every jump, and that
+is no chance. With 1 a recorder without a filter moved parameters by 2.87 standard errors RMS, with 5 by 0.90
+(docs/numerics.md)."""
 NEIGHBOURS = np.array([-2, -1, 1, 2])
 """Samples whose mean, weighted, stands in for what a sample at a jump does not count; a choice, not measured."""
 FEWEST = 3
@@ -148,7 +152,7 @@ class Piece:
 
         What a recorder shows of a jump depends on its filter and on shares of the sample interval: the model's mean
         over the interval is one reading of it. A sample u intervals away from a rise R has that uncertainty,
-        (1 - |u|) R, beside the noise, and counts by so much less. So the cost is continuous in the jump's instant.
+        (1 - |u|) R, beside the noise, and counts by that much less. So the cost is continuous in the jump's instant.
         """
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
         r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
@@ -183,5 +187,5 @@ class Piece:
         both = np.concatenate([at - 1, at])
         variance = np.concatenate([since * rise, (1.0 - since) * rise]) ** 2
         kept = (both >= 0) & (both < self.samples)
-        beside_noise = np.bincount(both[kept], variance[kept], self.samples)
+        beside_noise = WIDER**2 * np.bincount(both[kept], variance[kept], self.samples)
         return np.unique(both[kept]), 1.0 / np.sqrt(1.0 + beside_noise)
