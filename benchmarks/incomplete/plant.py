@@ -17,6 +17,8 @@ MOST_SWITCHES = 200
 I_A, I_B, ALPHA, OMEGA, ALPHA_GEAR, OMEGA_GEAR, Z, Z_RATE, HYSTERESIS, CROSS, CROSS_RATE, AMPLIFIER, ALIAS = range(13)
 STATES = 17
 """Those above and, from ALIAS on, two second-order sections of the anti-alias filter."""
+ROTOR, OUTPUT, FLANK = range(3)
+"""Places of the modes. A flank's is the one that touches, 0 in the gap."""
 FREE = 2
 """Mode of an output without friction; the others are 0 at rest, and the direction of sliding."""
 
@@ -126,19 +128,18 @@ def _motor(v, s):
 
 
 @njit(cache=True)
-def _gear(v, s):
-    """Return the torque at the output, that at the rotor, and the rate of the twist."""
+def _gear(v, s, flank):
+    """Return the torque at the output, that at the rotor, and the rate of the twist, with a flank that touches.
+
+    The flank is that of a whole step: a stage beyond its end must not meet the other one, whose damper jumps.
+    """
     error = v.kinematic * np.sin(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
     slope = v.kinematic * v.kinematic_order * np.cos(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
     twist = s[ALPHA] / v.G + error - s[ALPHA_GEAR]
     rate = s[OMEGA] * (1.0 / v.G + slope) - s[OMEGA_GEAR]
-    half = 0.5 * v.backlash
-    torque = 0.0
-    if twist >= half:
-        torque = v.K_s * (twist - half) + v.D * rate
-    elif twist <= -half:
-        torque = v.K_s * (twist + half) + v.D * rate
-    torque += s[HYSTERESIS]
+    torque = s[HYSTERESIS]
+    if flank != 0:
+        torque += v.K_s * (twist - 0.5 * flank * v.backlash) + v.D * rate
     return torque, torque * (1.0 / v.G + slope), rate
 
 
@@ -149,9 +150,9 @@ def _uneven(v, s):
 
 
 @njit(cache=True)
-def _pull(v, s):
+def _pull(v, s, modes):
     """Return what friction has to hold at the rotor and at the output, each with the most that it holds."""
-    output, rotor, _ = _gear(v, s)
+    output, rotor, _ = _gear(v, s, modes[FLANK])
     held = v.static * _uneven(v, s) + v.load_share * abs(rotor)
     return _motor(v, s) - rotor, held, output, v.output_coulomb + v.output_stiction
 
@@ -186,11 +187,11 @@ def _friction(v, s, rotor):
 def _rates(v, t, s, held, modes, ds):
     """Write the states' rates, and return what is recorded."""
     _coils(v, t, s, held, ds)
-    output, rotor, twist_rate = _gear(v, s)
+    output, rotor, twist_rate = _gear(v, s, modes[FLANK])
     resulting = 0.0
-    if modes[0] != 0:
-        resulting = _motor(v, s) - modes[0] * _friction(v, s, rotor) - v.viscous * s[OMEGA] - rotor
-    applied = 0.0 if modes[1] == 0 else output - modes[1] * v.output_coulomb
+    if modes[ROTOR] != 0:
+        resulting = _motor(v, s) - modes[ROTOR] * _friction(v, s, rotor) - v.viscous * s[OMEGA] - rotor
+    applied = 0.0 if modes[OUTPUT] == 0 else output - modes[OUTPUT] * v.output_coulomb
     ds[ALPHA] = s[OMEGA]
     ds[OMEGA] = resulting / v.J_rot
     ds[ALPHA_GEAR] = s[OMEGA_GEAR]
@@ -240,11 +241,11 @@ def _step(v, t, s, h, held, modes, out, work):
 @njit(cache=True)
 def _ended(v, s, modes):
     """Tell of rotor and output whether their mode has ended: released, or come to rest."""
-    pull, held, pull_output, held_output = _pull(v, s)
-    rotor = abs(pull) > held if modes[0] == 0 else modes[0] * s[OMEGA] < 0.0
+    pull, held, pull_output, held_output = _pull(v, s, modes)
+    rotor = abs(pull) > held if modes[ROTOR] == 0 else modes[ROTOR] * s[OMEGA] < 0.0
     output = False
     if held_output > 0.0:
-        output = abs(pull_output) > held_output if modes[1] == 0 else modes[1] * s[OMEGA_GEAR] < 0.0
+        output = abs(pull_output) > held_output if modes[OUTPUT] == 0 else modes[OUTPUT] * s[OMEGA_GEAR] < 0.0
     return rotor, output
 
 
@@ -256,23 +257,24 @@ def _mode(pull, held):
 
 @njit(cache=True)
 def _switched(v, s, rotor, output, modes):
-    """Stop what has come to rest, and write how what has ended a mode goes on."""
-    if rotor and modes[0] != 0:
+    """Stop what has come to rest, and write how what has ended a mode goes on, and which flank touches."""
+    modes[FLANK] = _flank(v, s)
+    if rotor and modes[ROTOR] != 0:
         s[OMEGA] = 0.0
-    if output and modes[1] != 0:
+    if output and modes[OUTPUT] != 0:
         s[OMEGA_GEAR] = 0.0
-    pull, held, pull_output, held_output = _pull(v, s)
+    pull, held, pull_output, held_output = _pull(v, s, modes)
     if rotor:
-        modes[0] = _mode(pull, held)
+        modes[ROTOR] = _mode(pull, held)
     if output:
-        modes[1] = _mode(pull_output, held_output)
+        modes[OUTPUT] = _mode(pull_output, held_output)
 
 
 @njit(cache=True)
 def _flank(v, s):
     """Return which flank of a gear with backlash touches, 0 in the gap: at a contact with speed its torque jumps."""
     if v.backlash == 0.0:
-        return 0
+        return 1
     error = v.kinematic * np.sin(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
     twist = s[ALPHA] / v.G + error - s[ALPHA_GEAR]
     return int(twist >= 0.5 * v.backlash) - int(twist <= -0.5 * v.backlash)
@@ -286,11 +288,10 @@ def _until_switch(v, t, s, h, held, modes, after, work):
     """
     low, high, part = 0.0, h, h
     rotor, output, gear = False, False, False
-    flank = _flank(v, s)
     for trial in range(BISECTIONS + 2):
         _step(v, t, s, part, held, modes, after, work)
         rotor, output = _ended(v, after, modes)
-        gear = _flank(v, after) != flank
+        gear = _flank(v, after) != modes[FLANK]
         if rotor or output or gear:
             high = part
         elif trial == 0:
@@ -323,9 +324,10 @@ def _begin(v, start_angle, voltages, s, modes):
     s[I_B] = (v.U * voltages[1] + v.offset_B) / (v.R * (1.0 - v.r_R))
     s[ALPHA] = start_angle / v.half_poles
     s[ALPHA_GEAR] = s[ALPHA] / v.G + v.kinematic * np.sin(v.kinematic_order * s[ALPHA] + v.kinematic_phase)
-    pull, held, pull_output, held_output = _pull(v, s)
-    modes[0] = _mode(pull, held)
-    modes[1] = _mode(pull_output, held_output) if held_output > 0.0 else FREE
+    modes[FLANK] = _flank(v, s)
+    pull, held, pull_output, held_output = _pull(v, s, modes)
+    modes[ROTOR] = _mode(pull, held)
+    modes[OUTPUT] = _mode(pull_output, held_output) if held_output > 0.0 else FREE
 
 
 def run(
@@ -351,7 +353,7 @@ def run(
 @njit(cache=True)
 def _run(v, edges, voltages, start_angle, interval, samples):
     s, after, work = np.zeros(STATES), np.zeros(STATES), np.zeros((2, STATES))
-    modes = np.zeros(2, np.int64)
+    modes = np.zeros(3, np.int64)
     out = np.empty(samples)
     _begin(v, start_angle, voltages[0], s, modes)
     t, edge = 0.0, 0

@@ -97,7 +97,7 @@ def test_an_effect_of_the_library_is_the_librarys(effect):
     twin = run_twin(mechanism_from_table(table, "mechanism.toml"), constant(46.0), base(0.05))
     own = recorded(mechanism, size, Run(FULL, 0.05), None).torque_Nm
     least = np.sort(np.abs(own - np.ravel(twin.y)))[: -own.size // 100]
-    assert rms(least) < 1e-4 * rms(own)
+    assert rms(least) < 1e-5 * rms(own)
 
 
 @pytest.mark.parametrize("effect", EFFECTS)
