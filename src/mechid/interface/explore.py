@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from threading import Thread
@@ -135,22 +136,36 @@ def serve(source: Source, port: int, *, browser: bool, ready: Callable[[str], No
     try:
         asyncio.get_running_loop()
     except RuntimeError:
-        Explorer(source, port).serve(opens_browser=browser, ready=ready)
+        with _own_loop():
+            Explorer(source, port).serve(opens_browser=browser, ready=ready)
     else:
         _serve_beside(source, port, browser=browser, ready=ready)
+
+
+@contextmanager
+def _own_loop() -> Iterator[None]:
+    """Give this thread an event loop: from Python 3.12 on a thread has none before somebody makes one."""
+    loop = asyncio.new_event_loop()
+    asyncio.set_event_loop(loop)
+    try:
+        yield
+    finally:
+        asyncio.set_event_loop(None)
+        loop.close()
 
 
 def _serve_beside(source: Source, port: int, *, browser: bool, ready: Callable[[str], None]) -> None:
     made: Future[Explorer] = Future()
 
     def work() -> None:
-        try:
-            explorer = Explorer(source, port)
-        except Exception as error:
-            made.set_exception(error)
-        else:
-            made.set_result(explorer)
-            explorer.serve(opens_browser=browser, ready=ready)
+        with _own_loop():
+            try:
+                explorer = Explorer(source, port)
+            except Exception as error:
+                made.set_exception(error)
+            else:
+                made.set_result(explorer)
+                explorer.serve(opens_browser=browser, ready=ready)
 
     thread = Thread(target=work, name="explorer", daemon=True)
     thread.start()
