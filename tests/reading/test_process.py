@@ -181,6 +181,6 @@ def test_an_interrupted_call_leaves_nothing_behind(monkeypatch):
 
 
 def test_what_cannot_be_sent_is_a_fault_of_ours():
-    with pytest.raises(AttributeError, match="pickle|local object"):  # the words of Python 3.11, 3.13
+    with pytest.raises(AttributeError, match=r"pickle|local object"):  # the words of Python 3.11, 3.13
         call(lambda: 1)
     assert call(math.sqrt, 4.0) == 2.0
