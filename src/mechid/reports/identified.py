@@ -101,7 +101,7 @@ def identified_into(
         campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
     with Pens() as pens, Illustration(campaign, fit, folder, pens) as illustration:
         validation = validate(campaign, fit, illustration.begin)
-        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, told=audience.say)
+        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
         name = mechanism_name(campaign, folder)
         fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
         data = report_data(fit, truth, synthetic=truth is not None, validation=validation)

@@ -129,34 +129,34 @@ def diagnose(
     with one_core_algebra(), working_on(executor):
         before, start = begun(campaign, estimate, workers=workers or os.cpu_count() or 1)
 
-        def told(words: str) -> None:
+        def say(words: str) -> None:
             listener(Progress(1, 1, "diagnosis", words, None, 0.0))
 
-        found = _found(before, start, estimate, told)
-        told("effects are drawn")
+        found = _found(before, start, estimate, say)
+        say("effects are drawn")
         concluded = _concluded(found, hum_left(found.model, estimate), _in_part(estimate, found.model))
         predicted = held_out(found.before, found.model, campaign, estimate) if concluded.mechanism else ()
         return replace(concluded, held_out=predicted)
 
 
-def _found(before: Model, start: Model, estimate: Mapping[str, Any], told: Tell) -> Found:
+def _found(before: Model, start: Model, estimate: Mapping[str, Any], say: Tell) -> Found:
     """Return the effects that are missing: from the fit, and from the first moments where that may be a wrong branch.
 
     A fit of grade C may be; and so may another one where what is found leaves far more than noise.
     """
     if estimate["grade"] == Grade.C:
-        other = in_stretches(before, told)
+        other = in_stretches(before, say)
         if other is None or other.is_of_whole_records:
-            return _searched(before, _better(start, other), told)
+            return _searched(before, _better(start, other), say)
         start = start.at_levels(other.problem)
         partly = other.share > reach(start)
-        return _searched(before.where(other), other, told) if partly else _searched(before, start, told)
-    found = _searched(before, start, told)
+        return _searched(before.where(other), other, say) if partly else _searched(before, start, say)
+    found = _searched(before, start, say)
     if found.model.over_noise <= FAR:
         return found
-    other = in_stretches(before, told)
+    other = in_stretches(before, say)
     other = _better(found.model, other if other and other.is_of_whole_records else None)
-    return found if other is found.model else _searched(before, other, told)
+    return found if other is found.model else _searched(before, other, say)
 
 
 def _better(model: Model, other: Model | None) -> Model:
@@ -165,11 +165,11 @@ def _better(model: Model, other: Model | None) -> Model:
     return other if other.cost < model.at_levels(other.problem).cost else model
 
 
-def _searched(before: Model, start: Model, told: Tell) -> Found:
+def _searched(before: Model, start: Model, say: Tell) -> Found:
     """Return the effects that the records ask for, at noise levels no higher than what is left with them."""
     start = start.lowered()
     while True:
-        found = searched(before.at_levels(start.problem), start, told)
+        found = searched(before.at_levels(start.problem), start, say)
         quieter = found.model.lowered()
         if quieter is found.model:
             return found

@@ -74,7 +74,7 @@ class Found:
         return beside(self.model, [step(self.before)])[0]
 
 
-def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Found:
+def searched(before: Model, start: Model, say: Tell = lambda words: None) -> Found:
     """Return the effects that the records ask for.
 
     Parameters
@@ -83,20 +83,20 @@ def searched(before: Model, start: Model, told: Tell = lambda words: None) -> Fo
         Without any effect.
     start : Model
         Where to begin: with the effects that the fit has already, or `before` itself.
-    told : callable
+    say : callable
         Called with each report of progress.
     """
     tried: dict[str, str] = {}
     before = _at_its_best(before) if start.effects else start
     steps = [step(start, added=name) for name in start.effects]
-    model, added = grown(start, tried, told)
-    model, removed = pruned(model, told)
-    model, hidden = with_hidden(model, tried, told) if model.over_noise <= MISFIT else (model, [])
-    model, imitated = in_place_of_imitators(model, told)
+    model, added = grown(start, tried, say)
+    model, removed = pruned(model, say)
+    model, hidden = with_hidden(model, tried, say) if model.over_noise <= MISFIT else (model, [])
+    model, imitated = in_place_of_imitators(model, say)
     steps = [*steps, *added, *removed, *hidden, *imitated]
     if model.over_noise > FOLLOWED:
         bare = model.keeping(model.disturbances) if model.disturbances and not model.laws else before
-        better, law_steps = with_a_law(bare, model, tried, told)
+        better, law_steps = with_a_law(bare, model, tried, say)
         if better is not model:
             model, steps = better, law_steps
     less, needed = _needed(before, model)

@@ -82,16 +82,16 @@ def beside(end: Model, steps: Sequence[Step]) -> list[Step]:
     return [replace(one, bic=end.worth * one.cost / end.cost + one.free * penalty) for one in steps]
 
 
-def grown(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
+def grown(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with one likely effect after another, as long as fits confirm them; `tried` gets the others."""
     steps: list[Step] = []
     while len(model.effects) < MOST:
-        better = one_more(model, tried, told)
+        better = one_more(model, tried, say)
         if better is None and model.over_noise > FOLLOWED and model.is_of_whole_records:
             wider = with_periods_seen(model)
-            better = one_more(wider, tried, told) if wider else None
+            better = one_more(wider, tried, say) if wider else None
         if better is None and model.over_noise > FOLLOWED:
-            better = _exchanged(model, told)
+            better = _exchanged(model, say)
         if better is None:
             break
         lost = model.beyond(better)
@@ -101,30 +101,30 @@ def grown(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[
     return model, steps
 
 
-def _exchanged(model: Model, told: Tell) -> Model | None:
+def _exchanged(model: Model, say: Tell) -> Model | None:
     """Return the model with another effect in place of a term, where that leaves clearly less; None where none does.
 
     What came first may have imitated another effect, as far as that was to be seen then.
     """
-    better = next((other for other in exchanges(model, told) if counts(gain(model, other))), None)
+    better = next((other for other in exchanges(model, say) if counts(gain(model, other))), None)
     return better.regrown() if better else None
 
 
-def exchanges(model: Model, told: Tell) -> Iterator[Model]:
+def exchanges(model: Model, say: Tell) -> Iterator[Model]:
     """Yield the model with another effect in place of each of its terms, fitted, the likeliest of each first."""
     for name in model.terms:
         less = model.without(name)
         for other in [one for one in asked(less, landscape_of(less)) if one != name][:TRIES]:
-            told(f"{other} is fitted in place of {name}")
+            say(f"{other} is fitted in place of {name}")
             yield model.exchanged(name, other)
 
 
-def one_more(model: Model, tried: dict[str, str], told: Tell) -> Model | None:
+def one_more(model: Model, tried: dict[str, str], say: Tell) -> Model | None:
     """Return the model with the likeliest further effect that a fit confirms."""
     for name in asked(model, landscape_of(model))[:TRIES]:
         if name in tried:
             continue
-        told(f"{name} is fitted")
+        say(f"{name} is fitted")
         more = model.with_effect(name).regrown()
         score = gain(model, more)
         if counts(score):
@@ -146,15 +146,15 @@ def asked(model: Model, landscape: Landscape) -> list[str]:
     return sorted(likely, key=lambda name: -likely[name].over)
 
 
-def pruned(model: Model, told: Tell) -> tuple[Model, list[Step]]:
+def pruned(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model without the effects that a fit does as well without: many at once, then the least needed."""
-    model, steps = _pruned_at_once(model, told)
+    model, steps = _pruned_at_once(model, say)
     order = sorted(model.effects, key=lambda name: model.without(name).cost) if len(model.effects) > 1 else []
     while len(order) > 1:
         lost = next((name for name in order if not _is_needed(model, name)), None)
         if lost is None:
             break
-        told(f"without {lost}")
+        say(f"without {lost}")
         model = model.without(lost)
         order.remove(lost)
         steps.append(step(model, removed=lost))
@@ -166,13 +166,13 @@ def _is_needed(model: Model, name: str) -> bool:
     return counts(replace(gain(model.without(name), model), share=1.0))
 
 
-def _pruned_at_once(model: Model, told: Tell) -> tuple[Model, list[Step]]:
+def _pruned_at_once(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model without what its derivatives say is not needed, where a fit says so too."""
     kept = needed_effects(model)
     lost = [name for name in (*model.terms, *model.disturbances) if name not in kept]
     if not lost:
         return model, []
-    told(f"without {', '.join(lost)}")
+    say(f"without {', '.join(lost)}")
     fewer = model.keeping(kept).regrown()
     if counts(replace(gain(fewer, model), share=1.0)):
         return model, []

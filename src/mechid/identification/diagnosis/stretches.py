@@ -40,7 +40,7 @@ FURTHER = 1.05
 choice, not measured."""
 
 
-def in_stretches(before: Model, told: Tell) -> Model | None:
+def in_stretches(before: Model, say: Tell) -> Model | None:
     """Return a model with the effects found on the way to the records' ends, or as far as it follows them.
 
     None where no model follows enough of the records for effects to be told apart.
@@ -49,19 +49,19 @@ def in_stretches(before: Model, told: Tell) -> Model | None:
     ----------
     before : Model
         The mechanism as written; its values do not count, since a wrong branch may have drawn them away.
-    told : callable
+    say : callable
         Called with each report of progress.
     """
     begun = _from_best_start(before)
     if begun is None:
         return None
     model, growth = _followed(begun, before, ESCAPES)
-    rivals = _Rivals(before, told)
+    rivals = _Rivals(before, say)
     for _ in range(ROUNDS):
-        told(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
+        say(f"{_percent(model, growth)} of the records followed with {', '.join(model.effects) or 'nothing beside'}")
         if growth.complete:
             return model.fitted(model)
-        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, rivals, told))
+        attempts = (_followed(*each) for each in _attempts(model.within(growth.horizons), before, rivals, say))
         further = next((each for each in attempts if _leads_further(*each, model, growth)), None)
         if further is None:
             break
@@ -92,8 +92,8 @@ def reach(model: Model) -> float:
 class _Rivals:
     """Models with a law each, at the best of its own starts: with another law of friction that is another one."""
 
-    def __init__(self, before: Model, told: Tell) -> None:
-        self.before, self.told = before, told
+    def __init__(self, before: Model, say: Tell) -> None:
+        self.before, self.say = before, say
 
     @cached_property
     def begun(self) -> list[Model]:
@@ -101,7 +101,7 @@ class _Rivals:
         found = []
         laws = {law.name: law for law in rivals_of(self.before.base, grown_only=True)}  # a law's sizes have one box
         for law in [law for name, law in laws.items() if name in self.before.setting.considered]:
-            self.told(f"starts with {law.name}")
+            self.say(f"starts with {law.name}")
             begun = _from_best_start(self.before.in_place_of(law, law.mechanism))
             found += [begun] if begun else []
         return sorted(found, key=lambda one: one.cost)
@@ -132,7 +132,7 @@ def _followed(model: Model, before: Model, escapes: int) -> tuple[Model, Growth]
     return whole, growth
 
 
-def _attempts(model: Model, before: Model, rivals: _Rivals, told: Tell) -> Iterator[tuple[Model, Model, int]]:
+def _attempts(model: Model, before: Model, rivals: _Rivals, say: Tell) -> Iterator[tuple[Model, Model, int]]:
     """Yield what may follow the records further, as `_followed` wants it: with one term after another, then with laws.
 
     Each term may be the last one that is missing: further ones would explain what a branch that it leads away from
@@ -142,17 +142,17 @@ def _attempts(model: Model, before: Model, rivals: _Rivals, told: Tell) -> Itera
     """
     here, tried = model.fitted(model), dict[str, str]()
     more = here
-    while (better := one_more(more, tried, told)) is not None:
+    while (better := one_more(more, tried, say)) is not None:
         more = better
         yield more, before, 0
-    more, _ = pruned(grown(more, tried, told)[0], told)
+    more, _ = pruned(grown(more, tried, say)[0], say)
     if {*more.effects} != {*here.effects}:
         yield more, before, ESCAPES
     if more.over_noise <= FOLLOWED:
-        yield from ((other, before, ESCAPES) for other in exchanges(more, told))
+        yield from ((other, before, ESCAPES) for other in exchanges(more, say))
     if model.laws:  # a second one is rarer than a branch
         yield more, before, PATIENT
-    with_law, _ = with_a_law(here, more, tried, told)
+    with_law, _ = with_a_law(here, more, tried, say)
     if with_law is not more:
         yield with_law, before, ESCAPES
     if model.laws:

@@ -22,7 +22,7 @@ MOST = 3
 
 
 def with_suggestions(
-    campaign: Campaign, fit: Fit, workers: int = 1, told: Callable[[str], None] = lambda line: None
+    campaign: Campaign, fit: Fit, workers: int = 1, say: Callable[[str], None] = lambda line: None
 ) -> Fit:
     """Return a fit of grade B or C with the effects that its residual asks for, each by itself and none of them fitted.
 
@@ -30,7 +30,7 @@ def with_suggestions(
     """
     if fit.grade not in (Grade.B, Grade.C) or fit.beside:
         return fit
-    told("asking the residual what the model is missing ...")
+    say("asking the residual what the model is missing ...")
     with one_core_algebra():
         model = as_written(campaign, fit.to_dict(), workers=workers)
         return replace(fit, suggested=_suggested(model))

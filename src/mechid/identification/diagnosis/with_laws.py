@@ -23,7 +23,7 @@ took 135 s of CPU, 297 before (docs/diagnosis.md, with other savings)."""
 WORSE = "leaves more than the effects without it"
 
 
-def with_hidden(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
+def with_hidden(model: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with the laws that it may lack although it leaves no more than noise."""
     steps, asked = list[Step](), set[str]()
     while law := next((one for one in model.other_laws if one.hides and one.name not in asked), None):
@@ -31,24 +31,24 @@ def with_hidden(model: Model, tried: dict[str, str], told: Tell) -> tuple[Model,
         score, start = promise(model, law)
         if not counts(score):
             continue
-        told(f"{law.name} is fitted")
+        say(f"{law.name} is fitted")
         more = model.with_law(law, start).regrown()
         if counts(gain(model, more)):
-            model, removed = pruned(more, told)
+            model, removed = pruned(more, say)
             steps += [step(more, added=law.name), *removed]
         else:
             tried[law.name] = f"explains {100.0 * gain(model, more).share:.3g} % of the misfit in a fit"
     return model, steps
 
 
-def in_place_of_imitators(model: Model, told: Tell) -> tuple[Model, list[Step]]:
+def in_place_of_imitators(model: Model, say: Tell) -> tuple[Model, list[Step]]:
     """Return the model with laws in place of the disturbances that imitate them, where they do as well for less.
 
     A low-pass delays all records alike: the delays of the records imitate it down to the noise, with more parameters.
     """
     fitted: list[tuple[Law, Model]] = []
     for law in [law for law in model.other_laws if law.imitated_by in model.disturbances]:
-        told(f"{law.name} is fitted in place of {law.imitated_by}")
+        say(f"{law.name} is fitted in place of {law.imitated_by}")
         trial = _in_place(model, law)
         fitted.append((law, trial.fitted(trial).regrown()))
     if not fitted:
@@ -56,26 +56,26 @@ def in_place_of_imitators(model: Model, told: Tell) -> tuple[Model, list[Step]]:
     law, other = min(fitted, key=lambda pair: pair[1].cost)
     if _bic(other, model) >= _bic(model, other):
         return model, []
-    fewer, removed = pruned(other, told)
+    fewer, removed = pruned(other, say)
     return fewer, [step(other, removed=law.imitated_by), step(other, added=law.name), *removed]
 
 
-def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Tell) -> tuple[Model, list[Step]]:
+def with_a_law(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> tuple[Model, list[Step]]:
     """Return the best of a model of terms alone and those in which a law stands in place of one of the mechanism's.
 
     Laws are tried beside the terms that have been found, which may be right, and without them: they may imitate a law.
     """
     best, steps = smooth, list[Step]()
-    for rank, (law, trial) in enumerate(_promising(before, smooth, tried, told)):
+    for rank, (law, trial) in enumerate(_promising(before, smooth, tried, say)):
         hopeless = rank >= TRIES or gain(before, trial).share < MOSTLY or best.over_noise <= FOLLOWED
         if hopeless and _bic(trial, best) >= _bic(best, trial):
             tried[law] = WORSE
             continue
-        told(f"{law} is fitted with what may be beside it")
+        say(f"{law} is fitted with what may be beside it")
         with_law = trial.fitted(trial)
         first = [*(step(before, added=name) for name in before.disturbances), step(with_law, added=law)]
-        whole, further = grown(with_law.regrown(), tried, told)
-        whole, removed = pruned(whole, told)
+        whole, further = grown(with_law.regrown(), tried, say)
+        whole, removed = pruned(whole, say)
         if law in whole.laws and _bic(whole, best) < _bic(best, whole):
             best, steps = whole, [*first, *further, *removed]
         else:
@@ -83,13 +83,13 @@ def with_a_law(before: Model, smooth: Model, tried: dict[str, str], told: Tell) 
     return best, steps
 
 
-def _promising(before: Model, smooth: Model, tried: dict[str, str], told: Tell) -> list[tuple[str, Model]]:
+def _promising(before: Model, smooth: Model, tried: dict[str, str], say: Tell) -> list[tuple[str, Model]]:
     """Return the laws that a few steps of a fit speak for, each with where these lead, the best first."""
     found: list[tuple[str, Model]] = []
     models = [smooth, before] if smooth.effects != before.effects else [before]
     of_each = [(less, _numbered(less)) for less in models]
     for name, number in [key for key in _numbered(before) if key[0] not in smooth.laws]:
-        told(f"{name} is tried")
+        say(f"{name} is tried")
         most = 0.0
         for less, law in [(less, laws[name, number]) for less, laws in of_each if (name, number) in laws]:
             trial = _in_place(less, law)

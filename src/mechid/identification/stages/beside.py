@@ -143,11 +143,11 @@ def _grown_wide(watch: Watch, wide: Wide, superset: Superset | None, seed: int) 
 def _grow(watch: Watch, problem: Problem, q: FloatArray, seed: int) -> Growth:
     total = sum(t.samples for t in problem.targets)
 
-    def told(_q: FloatArray, gates: Mapping[str, int]) -> None:
+    def on_progress(_q: FloatArray, gates: Mapping[str, int]) -> None:
         share = 100.0 * sum(gates.values()) / total
         watch.tell("terms beside", f"{share:.1f} % of all samples followed")
 
-    return grow(problem, q, np.random.default_rng((seed, 0, 7)), told, escapes=ESCAPES, journal=watch.journal)
+    return grow(problem, q, np.random.default_rng((seed, 0, 7)), on_progress, escapes=ESCAPES, journal=watch.journal)
 
 
 def _groups(wide: Wide, superset: Superset | None) -> dict[str, tuple[str, ...]]:

@@ -131,9 +131,9 @@ def _grown_from_followed(watch: Watch, state: SearchState, growth: Growth, seed:
     watch.tell("gated growth", f"records followed, by themselves: {', '.join(names)}")
     rng, own = np.random.default_rng((seed, 0, 8)), problem.only(names)
     begun = grow(own, carried(problem, growth.q, own), rng, escapes=0, journal=watch.journal)
-    told = partial(_note_growth, watch, state, 1, growth)
+    on_progress = partial(_note_growth, watch, state, 1, growth)
     q = carried(own, begun.q, problem)
-    whole = grow(problem, q, rng, told, escapes=FURTHER_ESCAPES, journal=watch.journal)
+    whole = grow(problem, q, rng, on_progress, escapes=FURTHER_ESCAPES, journal=watch.journal)
     return whole if whole.complete else growth
 
 
@@ -150,8 +150,8 @@ def _grown_otherwise(
     """See whether the records agree, and try the other starts; `louder` is what a raised noise level comes to."""
     problem, journal = state.problem, watch.journal
     explained = explains(problem, best)
-    told = partial(watch.tell, "records compared")
-    agreed = agreement(problem, growth, seed, explained=explained, tell=told, journal=journal)
+    on_progress = partial(watch.tell, "records compared")
+    agreed = agreement(problem, growth, seed, explained=explained, tell=on_progress, journal=journal)
     if agreed and agreed.judged:
         state = watch.note(_taking(state, campaign, agreed))
         return _grown_louder(
@@ -208,10 +208,10 @@ def _candidates(watch: Watch, state: SearchState, seed: int) -> Iterator[Candida
     whole, journal = state.problem, watch.journal
     problem = whole.anchored
 
-    def told(done: int, total: int) -> None:
+    def on_progress(done: int, total: int) -> None:
         watch.tell("multi-start", f"{done} of {total} starts")
 
-    starts = multistart(problem, seed, problem.workers, told, journal)
+    starts = multistart(problem, seed, problem.workers, on_progress, journal)
     for number, found in enumerate(candidates(problem, starts, problem.workers, journal), 1):
         candidate = replace(found, q=whole.lifted(problem, found.q, whole.start))
         if number == 1:
@@ -252,17 +252,17 @@ def _growths(
     escapes: float,
 ) -> Iterator[Growth]:
     """Yield the growth from each of some candidates, by number, in their order; several are grown at once elsewhere."""
-    told = [partial(_note_growth, watch, state, number, best) for number, _ in some]
+    on_progress = [partial(_note_growth, watch, state, number, best) for number, _ in some]
     problem, journal = state.problem, watch.journal
     if len(some) == 1:
         ((number, candidate),) = some
         rng = np.random.default_rng((seed, number))
-        yield grow(problem, candidate.q, rng, told[0], escapes=escapes, journal=journal)
+        yield grow(problem, candidate.q, rng, on_progress[0], escapes=escapes, journal=journal)
         return
     own = digest(identity(problem))
     tasks = [(own, seed, number, candidate.q) for number, candidate in some]
     found = journal.mapped("candidate grown", partial(_grown_alone, problem, escapes), tasks, 1)
-    for tell, one in zip(told, found, strict=True):
+    for tell, one in zip(on_progress, found, strict=True):
         growth = Growth(**one)
         tell(growth.q, growth.horizons)
         yield growth

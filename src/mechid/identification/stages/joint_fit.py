@@ -33,10 +33,10 @@ def joint_fit(
     A detent that ends beyond the limit of its amplitude is searched by amplitude and phase from there on.
     """
     substeps = state.problem.substeps
-    told = partial(watch.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
+    on_progress = partial(watch.tell, name, f"{substeps} step{'s' * (substeps > 1)} a sample")
     evaluations = 0
     while True:
-        solved = partial(_solved, watch, state, tolerance, told)
+        solved = partial(_solved, watch, state, tolerance, on_progress)
         solution = out_of_corner(state.problem, solved(state.q), solved)
         state = watch.note(replace(state, q=solution.q, solution=solution))
         evaluations += solution.evaluations
@@ -49,7 +49,7 @@ def joint_fit(
 
 
 def _solved(
-    watch: Watch, state: SearchState, tolerance: float, told: Callable[[float], None], q: FloatArray
+    watch: Watch, state: SearchState, tolerance: float, on_progress: Callable[[float], None], q: FloatArray
 ) -> Solution:
     """Return the solution from a point, from the journal where it is there."""
     problem, windows = state.problem, state.windows
@@ -58,7 +58,7 @@ def _solved(
         watch.note(state.at(better))
 
     def work() -> dict[str, Any]:
-        found = solve(problem, q, windows, tolerance=tolerance, progress=told, accepted=accepted)
+        found = solve(problem, q, windows, tolerance=tolerance, progress=on_progress, accepted=accepted)
         return {**vars(found), "triangle": vars(found.triangle)}
 
     found = watch.journal.step("joint fit", [identity(problem), q, windows, tolerance], work)
