@@ -11,6 +11,7 @@ from mechid.identification.output_error.problem import Problem
 from mechid.identification.output_error.space import SearchSpace
 from mechid.identification.output_error.target import target_of
 from mechid.identification.result.record_fit import record_fit
+from mechid.simulation.simulator import BLOCK
 from synthetic import COMMANDS, RATE_HZ, displaced, record, truth
 
 OFFSET, DRIFT = 0.3, -2.0
@@ -90,7 +91,8 @@ def test_samples_at_a_jump_count_by_what_a_recorder_may_make_of_it(jumping):
     shifts = (-2, -1, 1, 2)
     about = sum(np.roll(weight**2 * noise, k) for k in shifts) / sum(np.roll(weight**2, k) for k in shifts)
     expected = -(weight * noise + (1.0 - weight) * about)
-    inner = high & (np.arange(SAMPLES) % 500 > 2) & (np.arange(SAMPLES) % 500 < 497)  # not at the edge of a block
+    place = np.arange(SAMPLES) % BLOCK
+    inner = high & (place > 2) & (place < BLOCK - 3)
     np.testing.assert_allclose(r[inner], expected[inner], atol=1e-9)
     np.testing.assert_allclose(r[variance == 0.0], -noise[variance == 0.0], atol=1e-12)
 
@@ -116,3 +118,19 @@ def test_the_cost_is_continuous_where_a_jump_passes_a_sample(jumping):
         (r,) = misfit_series(problem.model, moved, problem.start, (0, SAMPLES))
         costs.append(float(np.sum(np.square(r))) / target.leading.sigma**2)
     assert np.max(np.abs(np.diff(costs, 2))) < 0.01 * np.ptp(costs)
+
+
+def test_a_model_with_jumps_leaves_the_noise(jumping):
+    """Truth: draws of noise leave n - 2 variances behind offset and drift, not several per cent fewer."""
+    problem, target, noise, _ = jumping
+    clean = target.leading.measured - noise
+    rng, sigma = np.random.default_rng(8), target.leading.sigma
+    drawn = [
+        replace(target, channels=(replace(target.leading, measured=clean + sigma * rng.standard_normal(SAMPLES)),))
+        for _ in range(60)
+    ]
+    windows = {target.name: (0, SAMPLES)}
+    costs = [replace(problem, targets=(one,)).total_norm(problem.start, windows) ** 2 for one in drawn]
+    assert np.mean(costs) == pytest.approx(SAMPLES - 2, abs=4.0 * np.sqrt(2.0 * SAMPLES / len(drawn)))
+    full = replace(problem, targets=drawn[:1]).triangle(drawn[0], problem.start, windows[target.name])
+    assert full.cost == pytest.approx(costs[0], rel=1e-9)

@@ -15,6 +15,9 @@ from mechid.signal.series import BLOCK, Series, mean_of, stretch_of
 from mechid.signal.stored import pieces_of
 from mechid.signal.trend import Line
 
+LONG = 4096
+"""Samples after which a response counts no more: differences of a few samples, for which it is used, are settled."""
+
 
 @dataclass(frozen=True)
 class Autoregression:
@@ -44,6 +47,11 @@ class Autoregression:
 
         rows, memory = lfilter([1.0], self.coefficients, rows, zi=memory)
         return rows, memory
+
+    def covariance(self, lags: int) -> FloatArray:
+        """Return the autocovariance of r at lags 0 to `lags`, in sigma^2; slow parts count for `LONG` samples."""
+        response, _ = self.coloured(np.eye(1, LONG)[0], np.zeros(self.order))
+        return np.array([response[: LONG - k] @ response[k:] for k in range(lags + 1)])
 
 
 def autocovariance(series: Series, lags: int, mean: float = 0.0) -> FloatArray:

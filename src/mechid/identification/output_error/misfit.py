@@ -8,11 +8,12 @@ turned where a result is made, in `result.record_fit`, and nowhere below.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from mechid.arrays import FloatArray, IntArray
+from mechid.arrays import FloatArray
+from mechid.identification.output_error.jump_samples import JumpSamples, samples_at
 from mechid.identification.output_error.model import Model
 from mechid.identification.output_error.target import Target
 from mechid.kernel.batch.source import SETS
@@ -24,14 +25,6 @@ from mechid.simulation.trajectory import SimulationOutcome
 
 Window = tuple[int, int]
 """First and last-plus-one sample."""
-JUMP = 0.1
-"""Noise levels by which an output has to jump for its samples to count less: a smaller one takes under 1 % of them."""
-WIDER = 5.0
-"""Times as uncertain a sample at a jump counts as the jump leaves it: one recorder errs alike at every jump, and that
-is no chance. With 1 a recorder without a filter moved parameters by 2.87 standard errors RMS, with 5 by 0.90
-(docs/numerics.md)."""
-NEIGHBOURS = np.array([-2, -1, 1, 2])
-"""Samples whose mean, weighted, stands in for what a sample at a jump does not count; a choice, not measured."""
 FEWEST = 3
 """Points that are worth simulating side by side. A batch costs as much as 3 runs by themselves
 (benchmarks/batch_of_runs.py: 0.37 to 0.4 of 8)."""
@@ -136,6 +129,7 @@ class Piece:
     misfit: Misfit
     block: Block
     first: int
+    _at_jumps: dict[int, JumpSamples] = field(default_factory=dict)
 
     @property
     def stop(self) -> int:
@@ -148,44 +142,22 @@ class Piece:
         return self.block.stop - self.first
 
     def residual(self, k: int, out: FloatArray | None = None) -> FloatArray:
-        """Return r of channel k, (n,), samples at a jump drawn towards the mean of those about them.
-
-        What a recorder shows of a jump depends on its filter and on shares of the sample interval: the model's mean
-        over the interval is one reading of it. A sample u intervals away from a rise R has that uncertainty,
-        (1 - |u|) R, beside the noise, and counts by that much less. So the cost is continuous in the jump's instant.
-        """
+        """Return r of channel k, (n,), samples at its jumps drawn towards the mean of those about them."""
         modelled = self.block.y[-self.samples :, self.misfit.outputs[k]]
         r = residual(modelled, self.misfit.target.channels[k].measured[self.first : self.stop], out)
-        self._draw_jumps(k, r)
+        self.at_jumps(k).draw(r)
         return r
 
     def write_slopes(self, k: int, rows: FloatArray) -> None:
         """Write dr/dq of channel k as rows, (size, >= n), where the model jumps as `residual` has it."""
         at, own = self.misfit.coordinates, self.misfit
         at.write_slopes(rows, own.target, own.outputs[k], self.block, self.samples)
-        self._draw_jumps(k, rows)
+        self.at_jumps(k).draw(rows)
 
-    def _draw_jumps(self, k: int, rows: FloatArray) -> None:
-        """Draw the samples of channel k at its jumps towards what those about them are, in rows, (..., >= n)."""
-        places, weights = self._at_jumps(k)
-        if not places.size or self.samples < 2:
-            return
-        about = np.clip(places[:, None] + NEIGHBOURS, 0, self.samples - 1)
-        counts = weights[about] ** 2 * (about != places[:, None])
-        mean = np.sum(rows[..., about] * counts, axis=-1) / np.sum(counts, axis=-1)
-        own = weights[places]
-        rows[..., places] = own * rows[..., places] + (1.0 - own) * mean
-
-    def _at_jumps(self, k: int) -> tuple[IntArray, FloatArray]:
-        """Return the samples just before and behind the jumps of channel k, each once, and what each sample counts."""
-        jumps = self.block.jumps
-        if not jumps.samples.size:
-            return jumps.samples, jumps.since
-        rise = jumps.rises[:, self.misfit.outputs[k]] / self.misfit.target.channels[k].sigma
-        high = np.abs(rise) > JUMP
-        at, since, rise = jumps.samples[high] - (self.first - self.block.start), jumps.since[high], rise[high]
-        both = np.concatenate([at - 1, at])
-        variance = np.concatenate([since * rise, (1.0 - since) * rise]) ** 2
-        kept = (both >= 0) & (both < self.samples)
-        beside_noise = WIDER**2 * np.bincount(both[kept], variance[kept], self.samples)
-        return np.unique(both[kept]), 1.0 / np.sqrt(1.0 + beside_noise)
+    def at_jumps(self, k: int) -> JumpSamples:
+        """Return the samples of channel k beside which the model jumps."""
+        if k not in self._at_jumps:
+            jumps, channel = self.block.jumps, self.misfit.target.channels[k]
+            rises = jumps.rises[:, self.misfit.outputs[k]] / channel.sigma if jumps.samples.size else jumps.since
+            self._at_jumps[k] = samples_at(jumps, rises, self.first - self.block.start, self.samples)
+        return self._at_jumps[k]

@@ -21,8 +21,7 @@ def reduced(model: Model, target: Target, q: FloatArray, window: Window) -> tupl
     triangles = [np.zeros((width, width)) for width in rows.widths]
     for k, block, n in rows:
         absorb(triangles[k], block, n)
-    for R, channel in zip(triangles, target.channels, strict=True):
-        R[:, channel.removed :] /= channel.scale
+    _into_sigmas(triangles, rows)
     return triangles, misfit.succeeded
 
 
@@ -35,15 +34,30 @@ def norms(model: Model, target: Target, points: Sequence[FloatArray], window: Wi
         for parts in zip(*rows, strict=True):
             for R, (k, block, n) in zip(triangles, parts, strict=True):
                 absorb(R[k], block, n)
+        for own, R in zip(rows, triangles, strict=True):
+            _into_sigmas(R, own)
         pairs = zip(misfits, triangles, strict=True)
         found += [_norm(target, window, R) if misfit.succeeded else np.inf for misfit, R in pairs]
     return found
 
 
+def _into_sigmas(triangles: Sequence[FloatArray], rows: WeightedRows) -> None:
+    """Divide each channel's triangle of [Phi r J] by its noise, and put in what the noise lost at jumps.
+
+    That is one more residual, which no parameter moves. Without it a model with many jumps would leave less than the
+    noise, be they there or not, and a comparison of models would favour it.
+    """
+    for R, channel, lost in zip(triangles, rows.misfit.target.channels, rows.energy_lost, strict=True):
+        R[:, channel.removed :] /= channel.scale
+        if lost > 0.0:
+            row = np.zeros((R.shape[0], 1))
+            row[channel.removed] = np.sqrt(lost)
+            absorb(R, row, 1)
+
+
 def _norm(target: Target, window: Window, triangles: Sequence[FloatArray]) -> float:
     each = []
     for channel, R in zip(target.channels, triangles, strict=True):
-        R[:, channel.removed :] /= channel.scale
         each.append(finished(R, channel.removed, window[1] - window[0]).norm)
     return each[0] if len(each) == 1 else float(np.linalg.norm(each))
 

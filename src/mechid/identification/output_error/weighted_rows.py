@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from mechid.arrays import FloatArray
+from mechid.arrays import FloatArray, IntArray
+from mechid.identification.output_error.jump_samples import Colour
 from mechid.identification.output_error.misfit import Misfit, Piece
 from mechid.identification.output_error.target import TargetChannel
 from mechid.kernel.compiled import aligned
@@ -22,14 +23,21 @@ class WeightedRows:
     Iteration gives (k, rows, n): n samples of channel k in rows[:, :n], which the next block overwrites. Offset and
     drift are filtered too. The first samples of a window, as many as the prefilter remembers, rejected ones and as
     many that follow these are zero: behind each gap the whitening starts anew. Nothing is divided by sigma.
+
+    Attributes
+    ----------
+    energy_lost : list of float
+        By how much the sum of squares of each channel's noise has fallen so far at jumps, in its variances.
     """
 
     def __init__(self, misfit: Misfit) -> None:
         self.misfit, self.window = misfit, misfit.window
         self.widths = [c.removed + 1 + misfit.width for c in misfit.target.channels]
+        self.energy_lost = [0.0] * len(self.widths)
 
     def __iter__(self) -> Iterator[tuple[int, FloatArray, int]]:
         channels = self.misfit.target.channels
+        colours = [Colour.of(c.prefilter) for c in channels]
         memories = [np.zeros((width, c.order)) for width, c in zip(self.widths, channels, strict=True)]
         apart = self.misfit.run.block + BETWEEN
         buffers = [aligned(width * apart).reshape(width, apart) for width in self.widths]
@@ -39,7 +47,9 @@ class WeightedRows:
                 self._write(rows, k, piece)
                 if channel.prefilter is not None:
                     rows[:, :n], memories[k] = channel.prefilter.whitened(rows[:, :n], memories[k])
-                self._drop(rows, channel, piece.first, n)
+                dropped = self._dropped(channel, piece.first, n)
+                rows[:, dropped] = 0.0
+                self.energy_lost[k] += piece.at_jumps(k).energy_lost(colours[k], dropped)
                 yield k, rows, n
 
     def _write(self, rows: FloatArray, k: int, piece: Piece) -> None:
@@ -50,14 +60,15 @@ class WeightedRows:
         if self.misfit.width:
             piece.write_slopes(k, rows[channel.removed + 1 :])
 
-    def _drop(self, rows: FloatArray, channel: TargetChannel, first: int, n: int) -> None:
-        """Set to zero what does not count of the samples from `first` on."""
+    def _dropped(self, channel: TargetChannel, first: int, n: int) -> IntArray:
+        """Return those that do not count of n samples from `first` on."""
         order = channel.order
-        rows[:, : min(max(self.window[0] + order - first, 0), n)] = 0.0
-        if channel.rejected.size:
-            near = channel.rejected_within((first - order, first + n)) - order
-            spoilt = (near[:, np.newaxis] + np.arange(order + 1)).ravel()
-            rows[:, spoilt[(spoilt >= 0) & (spoilt < n)]] = 0.0
+        beginning = np.arange(min(max(self.window[0] + order - first, 0), n))
+        if not channel.rejected.size:
+            return beginning
+        near = channel.rejected_within((first - order, first + n)) - order
+        spoilt = (near[:, np.newaxis] + np.arange(order + 1)).ravel()
+        return np.concatenate([beginning, spoilt[(spoilt >= 0) & (spoilt < n)]])
 
 
 def write_removed(rows: FloatArray, channel: TargetChannel, window: tuple[int, int], first: int, n: int) -> None:
