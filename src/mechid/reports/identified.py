@@ -95,18 +95,20 @@ def identified_into(
     UsageError
         The folder cannot be written to, or the run to be resumed had other inputs.
     """
-    fit, found, journal = _identified(campaign, folder, audience, seed, workers, resume=resume, complete=complete)
-    diagnosed: list[Path] = []
-    if found is not None:
-        campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
-    with Pens() as pens, Illustration(campaign, fit, folder, pens) as illustration:
-        validation = validate(campaign, fit, illustration.begin)
-        fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
-        name = mechanism_name(campaign, folder)
-        fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
-        data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
-        files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
-        files += [journal, *diagnosed, *_report(data, campaign, fit, validation, folder, audience.say, illustration)]
+    with Pens() as pens:  # they load what they draw with beside the search, which leaves a core idle now and then
+        fit, found, journal = _identified(campaign, folder, audience, seed, workers, resume=resume, complete=complete)
+        diagnosed: list[Path] = []
+        if found is not None:
+            campaign, fit, diagnosed = _completed(campaign, fit, found, folder, audience, seed, workers)
+        with Illustration(campaign, fit, folder, pens) as illustration:
+            validation = validate(campaign, fit, illustration.begin)
+            fit = with_suggestions(campaign, fit, workers or os.cpu_count() or 1, say=audience.say)
+            name = mechanism_name(campaign, folder)
+            fit = signed(fit, name, estimated_text(fit, synthetic=truth is not None))
+            data = report_data(fit, truth, synthetic=truth is not None, validation=validation)
+            files = write_results(fit, data, folder, mechanism_name=name, validation=validation)
+            shown = _report(data, campaign, fit, validation, folder, audience.say, illustration)
+            files += [journal, *diagnosed, *shown]
     return Identified(fit=fit, data=data, files=tuple(files))
 
 
