@@ -89,8 +89,11 @@ def winding_rates(i, u, alpha, omega, q, harmonics=()):
         r = {name: 1 + sign * q.get(f"r_{name}", 0.0) for name in "RLk"}
         offset = q.get("u_0A" if sign > 0 else "u_0B", 0.0)
         emf = q["k_v"] * r["k"] * omega * shape
-        rates.append((u[x] + offset - q["R"] * r["R"] * i[x] - emf) / (q["L"] * r["L"]))
-        torque += q["k_m"] * r["k"] * i[x] * shape
+        # L (1 + s cos 2 angle): by the chain rule dL/dt = dL/dangle p/2 omega, and the torque is dL/dalpha i^2/2
+        inductance = q["L"] * r["L"] * (1 + q.get("s_L", 0.0) * np.cos(2 * angle))
+        slope = q["L"] * r["L"] * q.get("s_L", 0.0) * -2 * np.sin(2 * angle) * q["p"] / 2
+        rates.append((u[x] + offset - q["R"] * r["R"] * i[x] - emf - slope * omega * i[x]) / inductance)
+        torque += q["k_m"] * r["k"] * i[x] * shape + slope * i[x] ** 2 / 2
     return *rates, torque
 
 

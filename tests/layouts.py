@@ -94,6 +94,7 @@ LAYOUTS = {
         "stepper": {"imbalance": {"resistance": 0.02, "inductance": -0.03, "torque_constant": 0.04,
                                   "offset_a": 0.1, "offset_b": -0.05}}
     },
+    "saliency": {"stepper": {"saliency": {"share": 0.08}}},
     "torque_harmonic": {
         "stepper": {"torque_harmonic": [{"order": 3, "amplitude": 0.05, "phase_deg": 30.0},
                                         {"order": 5, "amplitude": 0.02, "phase_deg": -50.0}]}

@@ -17,9 +17,9 @@ PLAIN = {
     "clock": "clock",
     "cross_axis_mode": "housing.second_mode",
     "friction_over_angle": "friction.position:output",
+    "inductance_over_angle": "stepper.saliency",
 }
-NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "inductance_over_angle",
-            "chopper_ripple")  # fmt: skip
+NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "chopper_ripple")  # fmt: skip
 """What no block holds, or what is noise: nothing is to be named for it."""
 
 

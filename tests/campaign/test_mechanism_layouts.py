@@ -113,6 +113,10 @@ REFUSED = {
         {"stepper": {"current_limit": {"voltage": 24.0, "resistance": 9.9, "inductance": 0.045}}},
         'stepper.current_limit: belongs to drive = "current", found "voltage"; delete the table',
     ),
+    "inductance of a current drive": (
+        {"stepper": {**LAYOUTS["current drive"]["stepper"], "saliency": {"share": 0.1}}},
+        'stepper.saliency: drive = "current" knows no inductance; delete the table',
+    ),
     "source of a current drive": (
         {**LAYOUTS["current drive"], "supply": {"resistance": 1.0}},
         'supply: drive = "current" does not see what its source does; delete the table',

@@ -72,6 +72,7 @@ BLOCKS = {
     "torque_harmonic": _harmonic("stepper", "torque_harmonic", "harmonic"),
     "imbalance": _imbalance,
     "phase_offset": _imbalance,
+    "inductance_over_angle": lambda table, s: table["stepper"].update(saliency={"share": s["inductance_share"]}),
     "kinematic_error": _harmonic("gear", "kinematic_error", "kinematic"),
     "backlash": lambda table, s: table["gear"].update(law="backlash", backlash=s["backlash"]),
     "output_friction": _output_friction,

@@ -45,6 +45,7 @@ def test_terms_of_one_name_are_one():
         ("stepper.detent:0.9deg", "detent torque with a period of 0.9 deg of the rotor"),
         ("stepper.torque_harmonic:3", "3rd harmonic of the torque constant"),
         ("stepper.imbalance", "the two phases differ in torque constant, resistance or inductance"),
+        ("stepper.saliency", "the coils' inductance varies with the rotor's angle"),
         ("supply.sag", "the supply voltage falls with the current drawn"),
         ("friction.position", "dry friction varies with the angle of the rotor"),
         ("friction.position:output", "dry friction varies with the angle of the output"),

@@ -35,7 +35,7 @@ def harmonic(order):
         (LAYOUTS["friction position"], 0, True),  # the output turns once in 10 000 steps
         (LAYOUTS["lugre"], 2, True), (LAYOUTS["three switches"], 2, True), (LAYOUTS["load_dependent"], 2, True),
         (LAYOUTS["flexible load"], 2, True), (LAYOUTS["microstep table"], 2, True),
-        (LAYOUTS["supply"], 2, True),
+        (LAYOUTS["supply"], 2, True), (LAYOUTS["saliency"], 2, True),
     ],
 )  # fmt: skip
 def test_steps_after_which_it_may_repeat(changes, steps, mirrored):

@@ -9,7 +9,17 @@ from sympy import Expr, Integer
 
 from mechid.errors import InputFileError
 from mechid.parameter import Declaration, Role
-from mechid.plant import cable, current_limit, dc_motor, friction, microstep_table, supply, test_stand, unbalance
+from mechid.plant import (
+    cable,
+    current_limit,
+    dc_motor,
+    friction,
+    microstep_table,
+    saliency,
+    supply,
+    test_stand,
+    unbalance,
+)
 from mechid.plant.block import Block
 from mechid.plant.detent import detent
 from mechid.plant.drive import CURRENTS, VOLTAGES, measured_drive
@@ -188,13 +198,17 @@ def _phases(layout: Layout, drive: str) -> Parts:
     """Return drive and windings, their wiring, and which block has the current of each phase."""
     harmonics, apart = layout.whole_orders("stepper.torque_harmonic"), "stepper.imbalance" in layout.tables
     table_orders, sagging = layout.whole_orders(microstep_table.TABLE), supply.TABLE in layout.tables
-    limited = current_limit.TABLE in layout.tables
+    limited, salient = current_limit.TABLE in layout.tables, saliency.TABLE in layout.tables
+    if salient and drive not in VOLTAGES:
+        raise InputFileError(f'{saliency.TABLE}: drive = "{drive}" knows no inductance; delete the table')
     if sagging and drive != "voltage":
         raise InputFileError(f'{supply.TABLE}: drive = "{drive}" does not see what its source does; delete the table')
     if limited and drive != "current":
         raise InputFileError(f'{current_limit.TABLE}: belongs to drive = "current", found "{drive}"; delete the table')
     if drive in VOLTAGES:
-        coils = windings(harmonics=harmonics, apart=apart, sagging=sagging, commanded=drive == "voltage")
+        coils = windings(
+            harmonics=harmonics, apart=apart, salient=salient, sagging=sagging, commanded=drive == "voltage"
+        )
         return [_fed(VOLTAGES[drive](table_orders), layout), coils], {}, dict.fromkeys(PHASES, "windings")
     coils = current_fed(harmonics=harmonics, apart=apart, limited=limited, commanded=drive == "current")
     blocks = [_fed(CURRENTS[drive](table_orders), layout), coils]

@@ -9,9 +9,10 @@ from sympy import Expr, Float, Integer, Symbol, pi, sin, symbols
 from sympy.parsing.sympy_parser import parse_expr
 
 from mechid.parameter import Declaration, Role
-from mechid.plant import current_limit, detent, supply
+from mechid.plant import current_limit, detent, saliency, supply
 from mechid.plant.block import Block, Extension
 from mechid.plant.harmonic import ListedHarmonic, coordinates_of
+from mechid.plant.saliency import Inductance
 from mechid.plant.start import start as own_start
 
 p, R, L, k_m, k_v, shift_B = symbols("p R L k_m k_v shift_B")
@@ -19,6 +20,8 @@ alpha, omega = symbols("alpha omega")
 HUGHES = "Hughes, Drury, Electric Motors and Drives"
 PHASES = {"A": 1, "B": -1}
 """The phases, and the sign with which an imbalance enters each."""
+ANGLES = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
+"""Their electrical angles."""
 HARMONIC = "stepper.torque_harmonic"
 HARMONIC_ORDERS: Mapping[int, str] = {3: "3rd", 5: "5th", 7: "7th", 9: "9th"}
 """The same of the torque constant."""
@@ -32,7 +35,12 @@ SCALES: Mapping[str, tuple[str | None, str | None]] = {
 
 
 def windings(
-    *, harmonics: Sequence[int] = (), apart: bool = False, sagging: bool = False, commanded: bool = True
+    *,
+    harmonics: Sequence[int] = (),
+    apart: bool = False,
+    salient: bool = False,
+    sagging: bool = False,
+    commanded: bool = True,
 ) -> Block:
     """Two windings: L di/dt = u - R i - k_v omega sin(p/2 alpha + shift), T = k_m i sin(p/2 alpha + shift).
 
@@ -47,6 +55,8 @@ def windings(
     apart : bool
         Whether the phases differ: R, L and k_m of phase A are (1 + r) times the file's, of phase B (1 - r)
         times, and each phase has a voltage offset.
+    salient : bool
+        Whether the inductance varies with the angle (`saliency`).
     sagging : bool
         Whether the source behind the drive has a resistance (`supply`).
     commanded : bool
@@ -55,13 +65,11 @@ def windings(
     i = {x: Symbol(f"i_{x}") for x in PHASES}
     u = {x: Symbol(f"u_{x}_in") for x in PHASES}
     extra, shape, share = _harmonics(harmonics), _shapes(harmonics), _shares(apart)
+    coil = {x: Inductance.over(ANGLES[x], L * share["L"][x], salient=salient) for x in PHASES}
     offset = {x: Symbol(f"u_0{x}") if apart else Integer(0) for x in PHASES}
     fed = {x: u[x] - supply.SAG * supply.DUTIES[x] if sagging else u[x] for x in PHASES}
-    rates = {
-        i[x]: (fed[x] + offset[x] - R * share["R"][x] * i[x] - k_v * share["k"][x] * omega * shape[x])
-        / (L * share["L"][x])
-        for x in PHASES
-    }
+    emf = {x: omega * (k_v * share["k"][x] * shape[x] + coil[x].slope * i[x]) for x in PHASES}
+    rates = {i[x]: (fed[x] + offset[x] - R * share["R"][x] * i[x] - emf[x]) / coil[x].value for x in PHASES}
     resistances = {x: R * share["R"][x] for x in PHASES}
     settled = {x: (u[x] + offset[x]) / resistances[x] for x in PHASES}
     if sagging:
@@ -75,6 +83,7 @@ def windings(
             *_electrical(),
             *([supply.RESISTANCE] if sagging else []),
             *unequal,
+            *([saliency.SHARE] if salient else []),
             *(d for h in extra for d in h.declarations),
         ),
         coordinates={
@@ -96,10 +105,15 @@ def windings(
             )
             for x in PHASES
         ),
-        outputs={"T_coils": _torque(i, shape, share), "i_A": i["A"], "i_B": i["B"]},
+        outputs={
+            "T_coils": _torque(i, shape, share) + sum(coil[x].torque(i[x]) for x in PHASES),
+            "i_A": i["A"],
+            "i_B": i["B"],
+        },
         extensions=(
             *_harmonic_extensions(harmonics),
             *(() if apart else _apart_extensions("voltage")),
+            *(() if salient else [saliency.EXTENSION]),
             *([supply.EXTENSION] if commanded and not sagging else []),
         ),
     )
@@ -143,9 +157,8 @@ def _torque(i: dict[str, Expr], shape: dict[str, Expr], share: dict[str, dict[st
 
 def _shapes(harmonics: Sequence[int]) -> dict[str, Expr]:
     """Return each phase's coupling over the angle: a sine and its harmonics."""
-    angles = {"A": p / 2 * alpha, "B": p / 2 * alpha + shift_B}
     extra = _harmonics(harmonics)
-    return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in angles.items()}
+    return {x: sum((h.over(angle) for h in extra), sin(angle)) for x, angle in ANGLES.items()}
 
 
 def _shares(apart: bool) -> dict[str, dict[str, Expr]]:

@@ -15,6 +15,7 @@ from mechid.plant import (
     gear,
     housing,
     microstep_table,
+    saliency,
     supply,
     test_stand,
 )
@@ -83,6 +84,7 @@ _ALL = (
     Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
           title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
     Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
+    Table(name=saliency.TABLE, title="inductance of the coils over the rotor's angle", optional=True),
     Table(name=current_limit.TABLE, title="what limits a current drive; without it currents jump", optional=True),
     Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
     Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
