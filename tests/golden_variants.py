@@ -46,7 +46,9 @@ VARIANTS: Mapping[str, Mapping] = {
     "imbalance_torque_harmonics": with_layouts(
         "imbalance", "torque_harmonic", transducer={"law": "resonance", "frequency": 9000.0, "damping": 0.02}
     ),
-    "table_supply_position_second_mode": with_layouts("microstep table", "supply", "friction position", "second mode"),
+    "table_supply_saliency_position_second_mode": with_layouts(
+        "microstep table", "supply", "saliency", "friction position", "second mode"
+    ),
     "current_limit": with_layouts("current limit"),
     "measuring_chain": with_layouts("test stand"),
     "current_drive_imbalance_harmonics": with_layouts(
