@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from golden_variants import VARIANTS
-from layouts import mechanism_of
+from layouts import LAYOUTS, changed, mechanism_of, paper_table
 from mechid.command import Command, RateProfile
 from mechid.simulation.batch import SETS, Batch
+from mechid.simulation.noted import joined
 from mechid.simulation.simulator import Simulator, TimeBase
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -70,6 +71,43 @@ def test_each_run_is_what_it_is_alone(name):
     mechanism = mechanism_of(VARIANTS[name])
     simulator = Simulator(mechanism.plant, MICRO, BASE, latest_s=0.1)
     assert_same(simulator, around(mechanism, SETS), offsets=(0.0, 1e-3, 0.013, -2e-4), ppm=(0.0, 300.0, -50.0))
+
+
+def test_what_some_do_while_others_rest_is_noted():
+    """Truth: the kernel alone; records of which one begins late, and the others move in the meantime."""
+    mechanism = mechanism_of(paper_table())
+    simulator = Simulator(mechanism.plant, MICRO, BASE, latest_s=0.1)
+    points, offsets = around(mechanism, SETS), (0.0, 1e-3, 0.013, -2e-4)
+    (first, *_) = begun(simulator, points, offsets=offsets)
+    alone([first])
+    assert first.switching.time[0] < 0.013
+    assert_same(simulator, points, offsets=offsets)
+
+
+@pytest.mark.parametrize("late_s", [0.0, pytest.param(0.113, marks=pytest.mark.slow)])
+def test_jumps_are_those_of_each_alone(late_s):
+    """Truth: the kernel alone; block by block, whatever the blocks, also of a run that moves while another rests."""
+    mechanism = mechanism_of(changed(paper_table(), LAYOUTS["backlash"]))
+    simulator = Simulator(mechanism.plant, MICRO, BASE, latest_s=0.2)
+    points, none = around(mechanism, SETS), np.zeros((len(mechanism.kernel_values()), 0))
+
+    def runs():
+        return [
+            simulator.run(p, directions=none, events=None, time_offset_s=k % 2 * late_s) for k, p in enumerate(points)
+        ]
+
+    def noted(run):
+        return joined([block.jumps.later(block.start) for block in run.blocks()])
+
+    together = [[] for _ in points]
+    for blocks in zip(*(run.blocks() for run in Batch(runs()).each()), strict=True):
+        for found, block in zip(together, blocks, strict=True):
+            found.append(block.jumps.later(block.start))
+    for expected, found in zip(map(noted, runs()), map(joined, together), strict=True):
+        assert expected.samples.size > 4
+        np.testing.assert_array_equal(found.samples, expected.samples)
+        np.testing.assert_allclose(found.since, expected.since, atol=1e-5)
+        np.testing.assert_allclose(found.rises, expected.rises, rtol=1e-6, atol=1e-9)
 
 
 @pytest.fixture(scope="module")

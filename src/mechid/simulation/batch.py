@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from mechid.kernel.batch.source import SETS
 from mechid.kernel.compiled import DIVERGED, SUCCESS
 from mechid.simulation.block import Block
 from mechid.simulation.interruption import ask
+from mechid.simulation.noted import NO_JUMPS, Jumps, joined
 from mechid.simulation.simulator import Run, outcome_of
 from mechid.simulation.trajectory import SimulationOutcome
 
@@ -35,6 +37,7 @@ class Batch:
         self.kernel: BatchKernel = batch_kernel_for(runs[0].simulator.kernel)
         self.block = min(BLOCK, max(self.base.samples, 1))
         self.buffers = allocate_batch(self.kernel, events=runs[0].buffers.events.size)
+        self._at_first: list[Jumps] = []
 
     def each(self) -> list[OfBatch]:
         """Return the runs one by one. They are consumed in step: a block of all of them before the next of any."""
@@ -50,22 +53,38 @@ class Batch:
         resting = max(run.resting for run in self.runs)
         if resting:
             yield 0, resting, self._at_rest(resting)
+        self._at_first = []
         self._take()
         values, y = np.ascontiguousarray(excitation.values).ravel(), np.zeros(self.block * n_y * SETS)
-        for done in range(resting, self.base.samples, self.block):
+        for done, stop in pairwise(self._ends(resting)):
             ask()
-            count = min(self.block, self.base.samples - done)
+            count = stop - done
             part = y[: SETS * count * n_y]
             self.kernel.run(*self.buffers.arguments(excitation.times, values, part))
-            yield done, done + count, part.reshape(SETS, count, n_y)[: len(self.runs)]
+            yield done, stop, part.reshape(SETS, count, n_y)[: len(self.runs)]
         self._give()
 
+    def _ends(self, first: int) -> list[int]:
+        """Return where blocks begin and end from a sample on: at the multiples of their size."""
+        inner = range((first // self.block + 1) * self.block, self.base.samples, self.block)
+        return sorted({first, *inner, self.base.samples})
+
+    def jumps_of(self, k: int, start: int, stop: int) -> Jumps:
+        """Return where the outputs of a run jump in the block that has just been yielded, and forget it."""
+        if self._at_first:
+            found, self._at_first[k] = self._at_first[k], NO_JUMPS
+            return found
+        return self.runs[k].jumps_noted(self.buffers.events[k], self.buffers.owns[k], start, stop - start)
+
     def _at_rest(self, samples: int) -> FloatArray:
-        """Return the outputs of the samples in which some still rest, (runs, n, n_y)."""
+        """Return the outputs of the samples in which some still rest, (runs, n, n_y); others move already."""
         y = np.zeros((len(self.runs), samples, self.runs[0].buffers.outputs))
         for k, run in enumerate(self.runs):
+            noted = []
             for block in run.blocks(samples):
                 y[k, block.start : block.stop] = block.y
+                noted.append(block.jumps.later(block.start))
+            self._at_first.append(joined(noted))
         return y
 
     def _take(self) -> None:
@@ -76,6 +95,7 @@ class Batch:
         for k in range(SETS):
             run = self.runs[min(k, len(self.runs) - 1)]
             b.p[k], b.grids[k], b.owns[k], b.ones[k] = run.p, run.grid, run.buffers.discrete, run.buffers.w
+            b.events[k] = run.buffers.events
             b.statuses[k] = SUCCESS if run.outcome is SimulationOutcome.COMPLETE else DIVERGED
         b.meet(self.kernel)
 
@@ -129,7 +149,6 @@ class OfBatch:
         number = 0
         while (found := self.shared.at(number)) is not None:
             start, stop, y = found
-            n_y, b = y.shape[2], self.batch.buffers
-            jumps = self.batch.runs[self.k].jumps_noted(b.events[self.k], b.owns[self.k], start, stop - start)
+            n_y, jumps = y.shape[2], self.batch.jumps_of(self.k, start, stop)
             yield Block(start, stop, y[self.k], np.zeros((0, n_y)), np.zeros((0, n_y, 0)), jumps)
             number += 1

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from types import ModuleType
 
 import numpy as np
@@ -30,8 +30,20 @@ class Jumps:
     since: FloatArray
     rises: FloatArray
 
+    def later(self, samples: int) -> Jumps:
+        """Return the same, counted from so many samples before the block."""
+        return replace(self, samples=self.samples + samples)
+
 
 NO_JUMPS = Jumps(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((0, 0)))
+
+
+def joined(parts: Sequence[Jumps]) -> Jumps:
+    """Return the jumps of several blocks, all counted from one sample."""
+    there = [part for part in parts if part.samples.size]
+    if not there:
+        return NO_JUMPS
+    return Jumps(*(np.concatenate([getattr(part, f.name) for part in there]) for f in fields(Jumps)))
 
 
 def noted_switches(module: ModuleType, events: FloatArray, discrete: IntArray, directions: int) -> Switching:

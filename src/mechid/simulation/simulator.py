@@ -24,7 +24,10 @@ from mechid.simulation.start import AT_REST, Start, begin_off_rest
 from mechid.simulation.trajectory import SimulationOutcome, Switching, Trajectory
 
 BLOCK, PLAIN_BLOCK = 1024, 16384
-"""Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache."""
+"""Samples a block, with sensitivities and without: a block's Jacobian stays in the processor's cache.
+
+Blocks end at multiples of these, whenever a run begins to move: who looks at neighbours within a block of the shorter
+ones sees the same in both."""
 JUMPS_EVERY = 4
 """Samples, in the mean of a block, for each jump there is room for: mechanisms come to one in twenty."""
 CLOSE_STEPS = 4
@@ -222,7 +225,7 @@ class Run:
         self.buffers.discrete[int(self.simulator.kernel.module.NEXT_SAMPLE)] = done
         while done < total:
             ask()
-            count = min(self.block, total - done)
+            count = min(self.block - done % self.block, total - done)
             self._advance(count)
             yield self._block(done, count)
             done += count

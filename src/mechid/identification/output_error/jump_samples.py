@@ -91,14 +91,15 @@ class Colour:
 
 
 def samples_at(jumps: Jumps, rises: FloatArray, first: int, n: int) -> JumpSamples:
-    """Return the samples at jumps of n samples from `first` of a block on; `rises`, (j,), are in noise levels.
+    """Return the samples at jumps of n samples from `first` on; jumps count as samples do, `rises` are in noise levels.
 
     What a recorder shows of a jump depends on its filter and on shares of the sample interval: the model's mean over
     the interval is one reading of it. A sample u intervals away from a rise R has that uncertainty, (1 - |u|) R, beside
     the noise, and counts by that much less. So the cost is continuous in the jump's instant.
 
     Nothing reaches over the end of a block with sensitivities, also where a block is longer: runs with and without
-    them are to leave the same, or a search takes the difference for a step that does not descend.
+    them, alone and side by side, are to leave the same, or a search takes the difference for a step that does not
+    descend.
     """
     high = np.abs(rises) > JUMP
     at, since, rise = jumps.samples[high] - first, jumps.since[high], rises[high]

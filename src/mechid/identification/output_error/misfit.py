@@ -159,5 +159,5 @@ class Piece:
         if k not in self._at_jumps:
             jumps, channel = self.block.jumps, self.misfit.target.channels[k]
             rises = jumps.rises[:, self.misfit.outputs[k]] / channel.sigma if jumps.samples.size else jumps.since
-            self._at_jumps[k] = samples_at(jumps, rises, self.first - self.block.start, self.samples)
+            self._at_jumps[k] = samples_at(jumps.later(self.block.start), rises, self.first, self.samples)
         return self._at_jumps[k]
