@@ -18,8 +18,14 @@ PLAIN = {
     "cross_axis_mode": "housing.second_mode",
     "friction_over_angle": "friction.position:output",
 }
-NAMELESS = ("quantisation", "gear_hysteresis", "torque_saturation", "coil_warming", "inductance_over_angle",
-            "chopper_ripple")  # fmt: skip
+NAMELESS = (
+    "quantisation",
+    "gear_hysteresis",
+    "torque_saturation",
+    "coil_warming",
+    "inductance_over_angle",
+    "chopper_ripple",
+)
 """What no block holds, or what is noise: nothing is to be named for it."""
 
 

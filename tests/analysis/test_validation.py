@@ -21,9 +21,18 @@ def fit_at(mechanism, parameters=None):
     """Return a fit that stopped at a mechanism."""
     empty = np.zeros((0, 0))
     return Fit(
-        mechanism=mechanism, parameters=parameters or {}, correlation_names=(), correlation=empty, covariance=empty,
-        records={}, stages=(), outcome=FitOutcome.CONVERGED, warnings=(), notes=(), provenance={},
-    )  # fmt: skip
+        mechanism=mechanism,
+        parameters=parameters or {},
+        correlation_names=(),
+        correlation=empty,
+        covariance=empty,
+        records={},
+        stages=(),
+        outcome=FitOutcome.CONVERGED,
+        warnings=(),
+        notes=(),
+        provenance={},
+    )
 
 
 def made(mechanism, seed=1, **more):

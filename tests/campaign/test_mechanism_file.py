@@ -97,10 +97,16 @@ def test_a_periodic_angle_may_start_outside_its_turn(changed):
 @pytest.mark.parametrize(
     ("poles", "period", "order"),
     [
-        (100, 1.8, 4), (100, 3.6, 2), (100, 7.2, 1), (200, 0.9, 4), (100, 1.8 * (1 + 1e-12), 4),
-        (100, 14.4, None), (100, 1.8001, None), (100, -1.8, None),
+        (100, 1.8, 4),
+        (100, 3.6, 2),
+        (100, 7.2, 1),
+        (200, 0.9, 4),
+        (100, 1.8 * (1 + 1e-12), 4),
+        (100, 14.4, None),
+        (100, 1.8001, None),
+        (100, -1.8, None),
     ],
-)  # fmt: skip
+)
 def test_periods_of_a_detent_per_electrical_period(poles, period, order):
     """Truth: an electrical period is 720/poles degrees of the rotor."""
     assert detent_order(poles, period) == order
@@ -278,8 +284,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
     "poles to be estimated": (
         "poles = 100",
         "poles = { value = 100, min = 50, max = 200 }",
-        "stepper.poles: found a table; it shapes the equations and is known, never estimated: "
-        "write the number alone",
+        "stepper.poles: found a table; it shapes the equations and is known, never estimated: write the number alone",
     ),
     "period to be estimated": (
         "period_deg = 1.8",
@@ -334,7 +339,7 @@ REFUSED = {  # what is replaced, by what -> the message behind "mechanism.toml: 
         "ratio = -50\nratio = 50",
         "line 21, column 11: cannot overwrite a value, in 'ratio = 50'; ",
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -107,8 +107,20 @@ def test_the_files_of_a_diagnosis(lacking, tmp_path, capsys):
     content = json.loads((tmp_path / "out" / DATA_NAME).read_text())
     assert content["format"] == "mechid-diagnosis/1"
     (one,) = content["missing"]
-    assert set(one) == {"name", "words", "block", "parameters", "chi_square", "dof", "share", "p_value", "aliases",
-                        "records", "toml", "frequencies_hz"}  # fmt: skip
+    assert set(one) == {
+        "name",
+        "words",
+        "block",
+        "parameters",
+        "chi_square",
+        "dof",
+        "share",
+        "p_value",
+        "aliases",
+        "records",
+        "toml",
+        "frequencies_hz",
+    }
     assert set(one["frequencies_hz"]) == set(one["records"])
     assert {"share", "words"} == set(content["unexplained"])
     appended = tomllib.loads(mechanism_text(catalogue_mechanism()) + one["toml"])
@@ -340,8 +352,11 @@ def test_nothing_is_named_where_nothing_is_missing():
 
 def test_a_failed_fit_is_refused_with_what_to_do():
     bench = made()
-    failed = {**identify(bench, workers=1, near=TRUTH).to_dict(), "grade": "failed", "grade_reasons": [
-        {"text": "no start could be simulated", "next_command": "mechid check"}]}  # fmt: skip
+    failed = {
+        **identify(bench, workers=1, near=TRUTH).to_dict(),
+        "grade": "failed",
+        "grade_reasons": [{"text": "no start could be simulated", "next_command": "mechid check"}],
+    }
     with pytest.raises(FitError, match=r"a failed fit cannot be diagnosed.*Next: mechid check"):
         diagnose(bench, failed)
 
@@ -422,12 +437,15 @@ def test_an_alias_is_found_from_where_the_other_effect_is():
     assert found == pytest.approx(imbalance, rel=0.05)
 
 
-@pytest.mark.parametrize(("outcome", "share", "asked"), [
-    (FitOutcome.CONVERGED, 1.0, [False]),
-    (FitOutcome.HORIZON, 1.0, [False]),
-    (FitOutcome.HORIZON, 0.4, [False, True]),
-    (FitOutcome.INTERRUPTED, 1.0, [False]),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("outcome", "share", "asked"),
+    [
+        (FitOutcome.CONVERGED, 1.0, [False]),
+        (FitOutcome.HORIZON, 1.0, [False]),
+        (FitOutcome.HORIZON, 0.4, [False, True]),
+        (FitOutcome.INTERRUPTED, 1.0, [False]),
+    ],
+)
 def test_a_completion_searches_patiently_only_where_no_model_follows(outcome, share, asked, monkeypatch):
     """Truth: the order that the documentation gives; searches and diagnoses are stand-ins."""
     searches = []

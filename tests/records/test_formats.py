@@ -254,10 +254,12 @@ def test_channels_that_start_at_different_times_are_refused(tmp_path):
     from nptdms import ChannelObject, TdmsWriter
 
     with TdmsWriter(tmp_path / "run.tdms") as file:
-        file.write_segment([
-            ChannelObject("g", name, TORQUE, {"wf_increment": 1e-3, "wf_start_time": np.datetime64(start)})
-            for name, start in (("a", "2024-05-06T07:08:09"), ("b", "2024-05-06T07:08:10"))
-        ])  # fmt: skip
+        file.write_segment(
+            [
+                ChannelObject("g", name, TORQUE, {"wf_increment": 1e-3, "wf_start_time": np.datetime64(start)})
+                for name, start in (("a", "2024-05-06T07:08:09"), ("b", "2024-05-06T07:08:10"))
+            ]
+        )
     current = ChannelSpec(quantity="current_phase_a", column="b")
     assert "have not the same clock" in refused(tmp_path / "run.tdms", torque("a"), current)
 

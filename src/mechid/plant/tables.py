@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass
 
 from mechid.parameter import Role
 from mechid.plant import (
@@ -24,7 +24,7 @@ HOUSING = "its filter has no reaction on the mechanism; a mode of the real housi
 RECORDER = "it belongs to the test stand, which is no part of the mechanism"
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Table:
     """One table of the mechanism file.
 
@@ -60,6 +60,7 @@ class Table:
 
     name: str
     title: str
+    _: KW_ONLY
     option: str = "law"
     choices: Collection[str] = ()
     named: bool = False
@@ -74,47 +75,99 @@ class Table:
 
 
 _ALL = (
-    Table(name="stepper", title="two-phase stepper motor and the voltage that drives it", option="drive",
-          choices=(*VOLTAGES, *CURRENTS)),
-    Table(name="stepper.detent", entry="harmonic", told_by="period_deg", beside="stepper.poles",
-          title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)"),
-    Table(name="stepper.torque_harmonic", entry="harmonic", told_by="order",
-          title="one harmonic of the torque constant over the electrical angle"),
-    Table(name=microstep_table.TABLE, entry="harmonic", told_by="order",
-          title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle"),
-    Table(name="stepper.imbalance", title="phase A and phase B apart", optional=True),
-    Table(name=current_limit.TABLE, title="what limits a current drive; without it currents jump", optional=True),
-    Table(name=supply.TABLE, title="source that feeds the driver; without it the voltage stands", optional=True),
-    Table(name="friction", title="dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
-    Table(name=friction_position.ROTOR.table, entry="harmonic", told_by="order",
-          title="one harmonic of dry friction over the angle of the rotor"),
-    Table(name=friction_position.OUTPUT.table, entry="harmonic", told_by="order",
-          title="one harmonic of dry friction over the angle of the output"),
-    Table(name="gear", title="gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
-    Table(name="gear.kinematic_error", entry="harmonic", told_by="order",
-          title="one harmonic of the gear's kinematic error over the input angle"),
-    Table(name="load", title="test mass on the output", own=True),
-    Table(name="load.mode", title="one flexible mode of the load", entry="mode"),
-    Table(name="load.unbalance", optional=True,
-          title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
-          bench="it is the load's weight, and in orbit nothing weighs"),
-    Table(name="load.cable", title="cables from the base to the load", choices=cable.LAWS, optional=True),
-    Table(name="output_friction", title="dry and viscous friction of the load", optional=True, own=True),
-    Table(name="motor", title="the motor's side"),
-    Table(name=dc_motor.SPRING, title="spring from the motor's shaft to its base", optional=True),
-    Table(name="housing", title="resonance of the housing; without this table the housing is rigid", option="form",
-          choices=housing.FORMS, named=True, optional=True, own=True,
-          bench=HOUSING),
-    Table(name=housing.SECOND.table, title="second resonance of the housing, which adds to the first", optional=True,
-          bench=HOUSING),
-    Table(name="transducer", title="the torque transducer", choices=test_stand.TRANSDUCERS, optional=True,
-          bench=RECORDER, of_record=True),
-    Table(name="charge_amplifier", title="high-pass of the charge amplifier", optional=True, bench=RECORDER,
-          of_record=True),
-    Table(name="anti_alias", title="low-pass of the recorder", optional=True, told_by="order", order=4,
-          bench=RECORDER, of_record=True),
-    Table(name="drive", title="what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
-)  # fmt: skip
+    Table(
+        name="stepper",
+        title="two-phase stepper motor and the voltage that drives it",
+        option="drive",
+        choices=(*VOLTAGES, *CURRENTS),
+    ),
+    Table(
+        name="stepper.detent",
+        title="one harmonic of the detent torque: amplitude * sin(360 deg * angle / period + phase)",
+        entry="harmonic",
+        told_by="period_deg",
+        beside="stepper.poles",
+    ),
+    Table(
+        name="stepper.torque_harmonic",
+        title="one harmonic of the torque constant over the electrical angle",
+        entry="harmonic",
+        told_by="order",
+    ),
+    Table(
+        name=microstep_table.TABLE,
+        title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle",
+        entry="harmonic",
+        told_by="order",
+    ),
+    Table("stepper.imbalance", "phase A and phase B apart", optional=True),
+    Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
+    Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
+    Table("friction", "dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
+    Table(
+        name=friction_position.ROTOR.table,
+        title="one harmonic of dry friction over the angle of the rotor",
+        entry="harmonic",
+        told_by="order",
+    ),
+    Table(
+        name=friction_position.OUTPUT.table,
+        title="one harmonic of dry friction over the angle of the output",
+        entry="harmonic",
+        told_by="order",
+    ),
+    Table("gear", "gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
+    Table(
+        name="gear.kinematic_error",
+        title="one harmonic of the gear's kinematic error over the input angle",
+        entry="harmonic",
+        told_by="order",
+    ),
+    Table("load", "test mass on the output", own=True),
+    Table("load.mode", "one flexible mode of the load", entry="mode"),
+    Table(
+        name="load.unbalance",
+        title="weight of the load off its axis: amplitude * sin(angle of the load + phase)",
+        optional=True,
+        bench="it is the load's weight, and in orbit nothing weighs",
+    ),
+    Table("load.cable", "cables from the base to the load", choices=cable.LAWS, optional=True),
+    Table("output_friction", "dry and viscous friction of the load", optional=True, own=True),
+    Table("motor", "the motor's side"),
+    Table(dc_motor.SPRING, "spring from the motor's shaft to its base", optional=True),
+    Table(
+        name="housing",
+        title="resonance of the housing; without this table the housing is rigid",
+        option="form",
+        choices=housing.FORMS,
+        named=True,
+        optional=True,
+        own=True,
+        bench=HOUSING,
+    ),
+    Table(
+        housing.SECOND.table, "second resonance of the housing, which adds to the first", optional=True, bench=HOUSING
+    ),
+    Table(
+        name="transducer",
+        title="the torque transducer",
+        choices=test_stand.TRANSDUCERS,
+        optional=True,
+        bench=RECORDER,
+        of_record=True,
+    ),
+    Table("charge_amplifier", "high-pass of the charge amplifier", optional=True, bench=RECORDER, of_record=True),
+    Table(
+        name="anti_alias",
+        title="low-pass of the recorder",
+        optional=True,
+        told_by="order",
+        order=4,
+        bench=RECORDER,
+        of_record=True,
+    ),
+    Table("drive", "what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
+)
 
 TABLES: Mapping[str, Table] = {table.name: table for table in _ALL}
 """By name."""

@@ -71,25 +71,51 @@ def _lines(every: Sequence[_AtRate], estimate: Estimate) -> Table:
     def exerted(of_emission: Callable[[Emission], Any]) -> FloatArray:
         return np.concatenate([np.asarray(of_emission(at.emission)) for at in every])
 
-    return Table(LINES, (
-        *_named(every, lambda at: at.emission.orders.size),
-        numbers("order", "1", "frequency over the rate", exerted(lambda e: e.orders)),
-        numbers("frequency_Hz", "Hz", "order times rate", exerted(lambda e: e.frequency_hz)),
-        numbers("amplitude_Nm", "N m", "peak amplitude of the model's line; 0 where it has none",
-                joined(lambda s: np.abs(s.lines), 0.0)),
-        numbers("phase_deg", "deg", "of Re(line e^(i 2 pi f t)), t from the start of a period, at a step",
-                joined(lambda s: np.degrees(np.angle(s.lines)))),
-        numbers("sigma_Nm", "N m", "standard error of the amplitude", joined(lambda s: line_sigmas(estimate, s))),
-        numbers("phase_sigma_deg", "deg", "standard error of the phase",
-                joined(lambda s: np.degrees(phase_sigmas(estimate, s)))),
-        numbers("error_Nm", "N m", "numerical error of the line, part of sigma", joined(lambda s: s.error)),
-        numbers("residual_Nm", "N m", "what the model lacks of the line, by what the fit left of the records",
-                exerted(lambda e: e.residual)),
-        numbers("bound_Nm", "N m", f"the amplitude is below with {SHARE}: model, its errors and what it lacks",
-                exerted(lambda e: e.bound)),
-        texts("residual_carried", "how sure the way of the residual to the base is",
-              list(chain.from_iterable(at.emission.carried for at in every))),
-    ))  # fmt: skip
+    return Table(
+        LINES,
+        (
+            *_named(every, lambda at: at.emission.orders.size),
+            numbers("order", "1", "frequency over the rate", exerted(lambda e: e.orders)),
+            numbers("frequency_Hz", "Hz", "order times rate", exerted(lambda e: e.frequency_hz)),
+            numbers(
+                "amplitude_Nm",
+                "N m",
+                "peak amplitude of the model's line; 0 where it has none",
+                joined(lambda s: np.abs(s.lines), 0.0),
+            ),
+            numbers(
+                "phase_deg",
+                "deg",
+                "of Re(line e^(i 2 pi f t)), t from the start of a period, at a step",
+                joined(lambda s: np.degrees(np.angle(s.lines))),
+            ),
+            numbers("sigma_Nm", "N m", "standard error of the amplitude", joined(lambda s: line_sigmas(estimate, s))),
+            numbers(
+                "phase_sigma_deg",
+                "deg",
+                "standard error of the phase",
+                joined(lambda s: np.degrees(phase_sigmas(estimate, s))),
+            ),
+            numbers("error_Nm", "N m", "numerical error of the line, part of sigma", joined(lambda s: s.error)),
+            numbers(
+                "residual_Nm",
+                "N m",
+                "what the model lacks of the line, by what the fit left of the records",
+                exerted(lambda e: e.residual),
+            ),
+            numbers(
+                "bound_Nm",
+                "N m",
+                f"the amplitude is below with {SHARE}: model, its errors and what it lacks",
+                exerted(lambda e: e.bound),
+            ),
+            texts(
+                "residual_carried",
+                "how sure the way of the residual to the base is",
+                list(chain.from_iterable(at.emission.carried for at in every)),
+            ),
+        ),
+    )
 
 
 def _bands(every: Sequence[_AtRate]) -> Table:
@@ -116,19 +142,38 @@ def _rates(every: Sequence[_AtRate], estimate: Estimate) -> Table:
         return np.nan if source is None else source.at(at.forcing.mode.command, at.state.rate).outside
 
     states = [at.state for at in every]
-    return Table(RATES, (
-        *_named(every, lambda _: 1),
-        numbers("tested", "1", "1: a record of this stepping ran at this rate", [at.tested for at in every]),
-        numbers("torque_rms_Nm", "N m", "RMS of the whole torque about its mean", [s.rms for s in states]),
-        numbers("torque_rms_error_Nm", "N m", "its standard error where the motion does not repeat",
-                [s.rms_error for s in states]),
-        numbers("repeats_after_steps", "1", "full steps after which the motion repeats; 0: it does not",
-                [s.steps * s.periods for s in states]),
-        numbers("decay_s", "s", "time in which the slowest transient falls to 1/e", [s.decay_s for s in states]),
-        numbers("follows", "1", "1: the rotor keeps up with the command", [s.follows for s in states]),
-        numbers("motions", "1", "motions found at this rate; the one with the largest RMS counts",
-                [at.motions for at in every]),
-        numbers("residual_outside", "1", "1: what the model lacks was measured at no rate near this one",
-                [outside(at) for at in every]),
-        texts("reached", "how that motion was reached", [" and ".join(s.reached) for s in states]),
-    ))  # fmt: skip
+    return Table(
+        RATES,
+        (
+            *_named(every, lambda _: 1),
+            numbers("tested", "1", "1: a record of this stepping ran at this rate", [at.tested for at in every]),
+            numbers("torque_rms_Nm", "N m", "RMS of the whole torque about its mean", [s.rms for s in states]),
+            numbers(
+                "torque_rms_error_Nm",
+                "N m",
+                "its standard error where the motion does not repeat",
+                [s.rms_error for s in states],
+            ),
+            numbers(
+                "repeats_after_steps",
+                "1",
+                "full steps after which the motion repeats; 0: it does not",
+                [s.steps * s.periods for s in states],
+            ),
+            numbers("decay_s", "s", "time in which the slowest transient falls to 1/e", [s.decay_s for s in states]),
+            numbers("follows", "1", "1: the rotor keeps up with the command", [s.follows for s in states]),
+            numbers(
+                "motions",
+                "1",
+                "motions found at this rate; the one with the largest RMS counts",
+                [at.motions for at in every],
+            ),
+            numbers(
+                "residual_outside",
+                "1",
+                "1: what the model lacks was measured at no rate near this one",
+                [outside(at) for at in every],
+            ),
+            texts("reached", "how that motion was reached", [" and ".join(s.reached) for s in states]),
+        ),
+    )
