@@ -125,7 +125,7 @@ def test_a_file_that_fails_is_named(folder, case):
 ODD = {
     "source=source)": ("source=None)", 'Declaration "dry": source: found None, no text'),
     "lower=0.0, source=source": ("lower=None, source=source", "limits: found (None, inf)"),
-    'key="dry"': ('key="dr y"', 'key: found "dr y"; write a name'),
+    '"dry"': ('"dr y"', 'key: found "dr y"; write a name'),
     "sliding=T_c * sigma": ("sliding=T_c * zoo", "which is no number"),
 }
 

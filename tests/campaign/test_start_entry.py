@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from layouts import mechanism_of, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.errors import InputFileError
@@ -21,14 +22,7 @@ def campaign(folder, command, *more, first_s=0.0, table=None, samples=200):
     """Write and read a campaign of one record, whose file begins at some time."""
     (folder / "mechanism.toml").write_text(mechanism_text(mechanism_of(table or paper_table())))
     t = first_s + np.arange(samples) / 1e4
-    np.savetxt(
-        folder / "run.csv",
-        np.stack([t, np.sin(300 * t), np.cos(100 * t)], axis=1),
-        delimiter=",",
-        header="time_s,torque_Nm,other",
-        comments="",
-        fmt="%.12g",
-    )
+    write_csv(folder / "run.csv", "time_s,torque_Nm,other", t, np.sin(300 * t), np.cos(100 * t), fmt="%.12g")
     lines = [
         'mechanism = "mechanism.toml"',
         "[[record]]",

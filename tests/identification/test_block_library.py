@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from freed import assert_found, freed
 from layouts import BRUSHED_DC, changed, mechanism_of, paper_table
 from mechid.campaign import load_campaign, mechanism_text
@@ -31,9 +32,7 @@ def test_a_direct_drive_is_found_from_force_and_position(tmp_path):
     force = 3.0 + 60.0 * np.sin(2 * np.pi * 0.7 * t) + 50.0 * np.sin(2 * np.pi * 2.3 * t + 1.0)
     command = MeasuredCommand().driven_by((InputChannel(quantity="force", samples=force),), 1e3, 0.0)
     x = run_twin(m, command, time_base).y[:, 0] + rng.normal(0.0, 2e-5, t.size)
-    np.savetxt(
-        tmp_path / "run.csv", np.stack([t, force, x], axis=1), delimiter=",", header="time_s,F_N,x_m", comments=""
-    )
+    write_csv(tmp_path / "run.csv", "time_s,F_N,x_m", t, force, x)
     (tmp_path / "mechanism.toml").write_text(freed(mechanism_text(m), truth))
     (tmp_path / "campaign.toml").write_text(
         'mechanism = "mechanism.toml"\n[[record]]\nname = "run"\nfile = "run.csv"\nchannels = [\n'
@@ -73,13 +72,7 @@ def test_a_test_stand_is_found_with_the_mechanism(tmp_path):
     for name, (rate, microsteps) in records.items():
         y = run_twin(m, constant(rate, microsteps=microsteps), time_base).y[:, 0]
         y = y + rng.normal(0.0, 2e-3, y.size) + 0.01
-        np.savetxt(
-            tmp_path / f"{name}.csv",
-            np.stack([time_base.times, y], axis=1),
-            delimiter=",",
-            header="time_s,torque_Nm",
-            comments="",
-        )
+        write_csv(tmp_path / f"{name}.csv", "time_s,torque_Nm", time_base.times, y)
         lines += [
             "[[record]]",
             f'name = "{name}"',
@@ -135,9 +128,7 @@ def test_weight_and_cables_are_found_from_torque_and_angle(tmp_path):
     torque = 0.02 + 0.25 * np.sin(2 * np.pi * 0.4 * t) + 0.12 * np.sin(2 * np.pi * 1.3 * t + 1.0)
     command = MeasuredCommand().driven_by((InputChannel(quantity="torque", samples=torque),), 500.0, 0.0)
     angle = run_twin(m, command, time_base).y[:, 0] + rng.normal(0.0, 2e-4, t.size)
-    np.savetxt(
-        tmp_path / "run.csv", np.stack([t, torque, angle], axis=1), delimiter=",", header="time_s,T,a", comments=""
-    )
+    write_csv(tmp_path / "run.csv", "time_s,T,a", t, torque, angle)
     (tmp_path / "mechanism.toml").write_text(freed(mechanism_text(m), truth))
     (tmp_path / "campaign.toml").write_text(
         'mechanism = "mechanism.toml"\n[[record]]\nname = "run"\nfile = "run.csv"\nchannels = [\n'
@@ -192,13 +183,7 @@ def test_weight_and_cables_are_found_from_torque_alone(tmp_path):
         made = replace(made_by, mechanism=m)
         run = simulate(made, name, sample_rate_hz=5000.0, duration_s=seconds, substeps=8)
         y = run.torque + rng.normal(0.01, 2e-3, run.torque.size)
-        np.savetxt(
-            tmp_path / f"{name}.csv",
-            np.stack([run.time, y], axis=1),
-            delimiter=",",
-            header="time_s,torque_Nm",
-            comments="",
-        )
+        write_csv(tmp_path / f"{name}.csv", "time_s,torque_Nm", run.time, y)
     fit = identify(load_campaign(tmp_path))
     assert fit.grade in ("A", "B")
     assert_found(fit, truth, sigmas=3.0, largest=0.1)
@@ -225,7 +210,7 @@ def brushed(folder, changes, free, quantities, *, seconds):
     noise = [BRUSH_NOISE[q] for q in quantities]
     y = run_twin(m, command, time_base).y + rng.normal(0.0, noise, (t.size, len(noise)))
     header = ",".join(["time_s", "u", *quantities])
-    np.savetxt(folder / "run.csv", np.column_stack([t, u, y]), delimiter=",", header=header, comments="")
+    write_csv(folder / "run.csv", header, t, u, y)
     named = [f'  {{ quantity = "{q}", column = {k} }},' for k, q in enumerate(quantities, 2)]
     lines = [
         'mechanism = "mechanism.toml"',

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from channels import FREE, NOISE, OFFSET, written
+from csv_files import write_csv
 from freed import assert_found, freed
 from layouts import SINGLE_STEPPER, changed, mechanism_of, paper_table
 from mechid.analysis.validation import validate
@@ -144,13 +145,7 @@ def counted(folder, turned, zero):
     lines = ['mechanism = "mechanism.toml"']
     for rate, angle in angles.items():
         counts = np.floor(angle * COUNTS / (2.0 * np.pi) + zero)
-        np.savetxt(
-            folder / f"{rate:g}.csv",
-            np.stack([np.arange(counts.size) / 5e3, counts], axis=1),
-            delimiter=",",
-            header="time_s,counts",
-            comments="",
-        )
+        write_csv(folder / f"{rate:g}.csv", "time_s,counts", np.arange(counts.size) / 5e3, counts)
         channel = f'quantity = "rotor_angle", column = "counts", unit = "rad", gain = {2.0 * np.pi / COUNTS!r}'
         lines += [
             "[[record]]",

@@ -5,6 +5,7 @@ import pytest
 
 from complete_benches import Bench, catalogue, noisy
 from complete_fits import GEARED
+from csv_files import write_csv
 from layouts import changed, paper_table
 from mechid.campaign import load_campaign, mechanism_text
 from mechid.command import Command, RateProfile
@@ -33,14 +34,7 @@ def campaign(folder, *more, seconds=4.0, exact=True, command=COMMAND, steps=STEP
     """Write and read a campaign of one record of the chaotic drive, from its own values or from a catalogue."""
     time_base = base(seconds)
     y = noisy(run_kernel(BENCH.mechanism, command, time_base, substeps=8).torque, "torque", np.random.default_rng(7))
-    np.savetxt(
-        folder / "run.csv",
-        np.stack([time_base.times, y], axis=1),
-        delimiter=",",
-        header="time_s,torque_Nm",
-        comments="",
-        fmt="%.12g",
-    )
+    write_csv(folder / "run.csv", "time_s,torque_Nm", time_base.times, y, fmt="%.12g")
     text = catalogue(BENCH)
     if exact:
         found = mechanism_text(BENCH.mechanism)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from incomplete.benches import drawn
 from incomplete.recording import NOISE_NM, Run, recorded
 from mechid.analysis import validate
@@ -48,14 +49,7 @@ def written(folder, size, *, supplies=(1.0, 1.0, 1.0), seed=5, runs=RUNS, free=F
             None,
         )
         y = true.torque_Nm + NOISE_NM * rng.standard_normal(true.time_s.size) + 0.01
-        np.savetxt(
-            folder / f"{name}.csv",
-            np.stack([true.time_s, y], axis=1),
-            fmt="%.10g",
-            delimiter=",",
-            header="time_s,torque_Nm",
-            comments="",
-        )
+        write_csv(folder / f"{name}.csv", "time_s,torque_Nm", true.time_s, y, fmt="%.10g")
         command = ", ".join(f"{key} = {value!r}" for key, value in run.command.items()).replace("'", '"')
         lines += ["[[record]]", f'name = "{name}"', f'file = "{name}.csv"', f"command = {{ {command} }}"]
     (folder / "campaign.toml").write_text("\n".join(lines) + "\n")

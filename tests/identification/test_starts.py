@@ -7,6 +7,7 @@ import pytest
 
 from complete_benches import Bench, catalogue, noisy
 from complete_fits import COULOMB, GEARED, table
+from csv_files import write_csv
 from layouts import mechanism_of
 from mechid.analysis import validate
 from mechid.campaign import load_campaign, mechanism_text
@@ -117,13 +118,7 @@ def test_a_wrong_start_does_not_spoil_what_comes_after_it(tmp_path):
     made = Simulator(m.plant, command, time_base, capacity=32, start=Start(off))
     run = made.run(m.kernel_values(), substeps=8, directions=np.zeros((m.kernel_values().size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in run.blocks()])
-    np.savetxt(
-        tmp_path / "run.csv",
-        np.stack([time_base.times, noisy(y, "torque", rng)], axis=1),
-        delimiter=",",
-        header="time_s,torque_Nm",
-        comments="",
-    )
+    write_csv(tmp_path / "run.csv", "time_s,torque_Nm", time_base.times, noisy(y, "torque", rng))
     (tmp_path / "mechanism.toml").write_text(catalogue(bench))
 
     def campaign(start):
@@ -165,14 +160,7 @@ def test_a_driven_axis_that_begins_in_motion(tmp_path, way):
     made = Simulator(plant, command, whole, capacity=0).run(p, substeps=8, directions=np.zeros((p.size, 0)))
     y = np.concatenate([b.y[:, 0].copy() for b in made.blocks()]) + rng.normal(0.0, 2e-3, whole.samples)
     kept = t >= 2.2
-    np.savetxt(
-        tmp_path / "run.csv",
-        np.stack([t[kept], y[kept], u[kept]], axis=1),
-        delimiter=",",
-        header="time_s,rate,torque",
-        comments="",
-        fmt="%.12g",
-    )
+    write_csv(tmp_path / "run.csv", "time_s,rate,torque", t[kept], y[kept], u[kept], fmt="%.12g")
     assert abs(y[kept][0]) > 0.1
     text = mechanism_text(m).replace("viscous = 0.01", "viscous = { value = 0.013, min = 0.001, max = 0.1 }")
     text = text.replace("inertia = 0.002", "inertia = { value = 0.0025, min = 0.0005, max = 0.01 }")

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from csv_files import write_csv
 from freed import assert_found, freed
 from layouts import changed, mechanism_of, paper_table
 from mechid.analysis import validate
@@ -64,13 +65,7 @@ def written(folder, seconds=0.6, own=free):
         time_base = base(seconds)
         y = run_twin(m.with_values(stand), command, time_base, offset_s=delay).y[:, 0]
         y = y + rng.normal(0.0, NOISE_NM, y.size) + rng.normal(0.0, 0.01)
-        np.savetxt(
-            folder / f"{name}.csv",
-            np.stack([time_base.times, y], axis=1),
-            delimiter=",",
-            header="time_s,torque_Nm",
-            comments="",
-        )
+        write_csv(folder / f"{name}.csv", "time_s,torque_Nm", time_base.times, y)
         steps = f'stepping = "micro", microsteps = {microsteps}' if microsteps > 1 else 'stepping = "full"'
         entries = ", ".join(f"{key} = {own(value, 1.02)}" for key, value in stand.items())
         lines += [

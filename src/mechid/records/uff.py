@@ -38,20 +38,8 @@ COMPLEX = (5, 6)
 UNEVEN = 0
 NOTHING = ("", "NONE")
 END_MARK = b"-1"
-TOLD = (
-    "id1",
-    "id2",
-    "id3",
-    "id4",
-    "id5",
-    "rsp_ent_name",
-    "rsp_node",
-    "rsp_dir",
-    "ref_ent_name",
-    "ref_node",
-    "ref_dir",
-    "ordinate_axis_lab",
-)
+ENDS = ("rsp_ent_name", "rsp_node", "rsp_dir", "ref_ent_name", "ref_node", "ref_dir")
+TOLD = ("id1", "id2", "id3", "id4", "id5", *ENDS, "ordinate_axis_lab")
 
 
 def open_uff(path: Path, label: str) -> ArrayTable:
