@@ -19,8 +19,7 @@ from mechid.identification.diagnosis.diagnosis import diagnose
 from mechid.identification.identify import identify
 from mechid.reports import report_data
 from mechid.reports.console import console_on
-from mechid.reports.diagnosis.contents import diagnosis_data
-from mechid.reports.diagnosis.evidence import evidence_lines
+from mechid.reports.diagnosis.contents import diagnosis_data, evidence_lines
 from mechid.reports.diagnosis.files import DATA_NAME, PROPOSED_NAME, write_diagnosis
 from mechid.reports.diagnosis.terminal import print_diagnosis
 from mechid.signal.strongest import strongest
