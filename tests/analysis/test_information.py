@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.analysis.information import record_information
-from mechid.identification.result.fit import Fit, RecordFit
-from mechid.identification.result.outcome import FitOutcome
+from mechid.identification.result.fit import RecordFit
 from mechid.identification.result.parameter_estimate import ParameterEstimate
 from mechid.simulation.resonances import resonances
 from synthetic import COMMANDS, campaign, displaced, record, torque_of, truth
@@ -36,20 +36,8 @@ def made():
         )
         for n in NAMES
     }
-    empty = np.zeros((0, 0))
-    fit = Fit(
-        mechanism=mechanism,
-        parameters={name: estimate(name, mechanism) for name in FREE},
-        correlation_names=(),
-        correlation=empty,
-        covariance=empty,
-        records=fits,
-        stages=(),
-        outcome=FitOutcome.CONVERGED,
-        warnings=(),
-        notes=(),
-        provenance={"substeps": 4},
-    )
+    parameters = {name: estimate(name, mechanism) for name in FREE}
+    fit = fit_by_hand(mechanism, parameters=parameters, records=fits, provenance={"substeps": 4})
     return campaign(mechanism, *records), fit
 
 

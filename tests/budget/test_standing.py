@@ -21,12 +21,13 @@ from mechid.budgets.other_errors import OtherError
 from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import DISCREPANCY, SAMPLING, nominal_level, standing
-from mechid.budgets.steady_state import SteadyState, steady_state
+from mechid.budgets.steady_state import steady_state
 from mechid.budgets.summation import Contribution, coverage_factor, moments, total
 from mechid.command import Command, RateProfile
 from mechid.errors import InputFileError, UsageError
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
+from states_by_hand import state_by_hand
 
 APE = Index("APE")
 ONE = np.array([True])
@@ -48,26 +49,7 @@ def requirement(index=APE, confidence=0.95, interpretation="temporal"):
 def line(amplitude, rate=20.0, slopes=()):
     """Return a response of one line at the step rate; its derivatives are `slopes`."""
     gradient = np.array([slopes], dtype=complex).reshape(1, len(slopes))
-    nothing = np.zeros(100)
-    state = SteadyState(
-        rate=rate,
-        steps=2,
-        periods=1,
-        orders=np.array([2]),
-        lines=np.array([amplitude], dtype=complex),
-        gradient=gradient,
-        error=np.zeros(1),
-        sample_rate_hz=1000.0,
-        samples_a_period=100.0,
-        torque=nothing,
-        residual=nothing,
-        rms=0.0,
-        rms_error=0.0,
-        x=np.zeros(0),
-        multipliers=np.zeros(0),
-        follows=True,
-        size=np.zeros(0),
-    )
+    state = state_by_hand(rate, [2], [amplitude], gradient=gradient)
     unit = np.ones((1, 1), dtype=complex)
     return Response(("x",), state, unit, state.lines[:, None], 0.0, None)
 

@@ -15,10 +15,10 @@ from mechid.budgets.over_rate import level_curve, rms_bands
 from mechid.budgets.requirement import Requirement
 from mechid.budgets.standing import nominal_level
 from mechid.budgets.steadiness import steadiness, steadiness_words
-from mechid.budgets.steady_state import SteadyState
 from mechid.command import Command, RateProfile
 from mechid.structure import Modes, Structure
 from paper_estimate import write_estimate_of_paper
+from states_by_hand import state_by_hand
 
 RATES = np.array([20.0, 30.0])
 MODE = OperatingMode(
@@ -40,21 +40,12 @@ REQUIREMENT = Requirement(
 
 def motion(rate, amplitude, *reached, periods=1, multiplier=0.5, follows=True):
     """Return a steady state of one line at the step rate."""
-    nothing = np.zeros(100)
-    return SteadyState(
-        rate=rate,
-        steps=2,
+    return state_by_hand(
+        rate,
+        [2 * periods],
+        [amplitude],
         periods=periods,
-        orders=np.array([2 * periods]),
-        lines=np.array([amplitude], dtype=complex),
         gradient=np.array([[0.05 * amplitude]], dtype=complex),
-        error=np.zeros(1),
-        sample_rate_hz=1000.0,
-        samples_a_period=100.0,
-        torque=nothing,
-        residual=nothing,
-        rms=0.0,
-        rms_error=0.0,
         x=np.zeros(1),
         multipliers=np.array([multiplier], dtype=complex),
         follows=follows,

@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fits_by_hand import fit_by_hand
 from mechid.campaign import catalogue_mechanism
 from mechid.identification.grading import Evidence, graded
 from mechid.identification.output_error.declaration import Reading
 from mechid.identification.result.consistency import Consistency, Scatter
-from mechid.identification.result.fit import ChannelFit, Fit, RecordFit
+from mechid.identification.result.fit import ChannelFit, RecordFit
 from mechid.identification.result.grade import CAUSE_WORDS, GRADE_WORDS, Cause, Grade, Reason, grade_of
 from mechid.identification.result.outcome import FitOutcome
 from mechid.identification.result.parameter_estimate import ParameterEstimate
@@ -58,18 +59,14 @@ def record(name, *, use="estimate", taken=None, **changes):
 
 def fit(*records, outcome=FitOutcome.CONVERGED, consistency=None, parameters=()):
     free = [parameter(name, factor) for name, factor in FACTORS.items()]
-    return Fit(
-        mechanism=catalogue_mechanism(),
+    return fit_by_hand(
+        catalogue_mechanism(),
         parameters={p.name: p for p in (*free, *parameters)},
         correlation_names=tuple(FACTORS),
         correlation=np.eye(3),
         covariance=np.eye(3),
         records={r.name: r for r in records or (record("full"), record("sweep"))},
-        stages=(),
         outcome=outcome,
-        warnings=(),
-        notes=(),
-        provenance={},
         consistency=consistency,
     )
 

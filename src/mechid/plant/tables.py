@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass
+from functools import partial
 
 from mechid.parameter import Role
 from mechid.plant import (
@@ -74,6 +75,8 @@ class Table:
     of_record: bool = False
 
 
+_harmonic = partial(Table, entry="harmonic", told_by="order")
+_recorder = partial(Table, optional=True, bench=RECORDER, of_record=True)
 _ALL = (
     Table(
         name="stepper",
@@ -88,41 +91,19 @@ _ALL = (
         told_by="period_deg",
         beside="stepper.poles",
     ),
-    Table(
-        name="stepper.torque_harmonic",
-        title="one harmonic of the torque constant over the electrical angle",
-        entry="harmonic",
-        told_by="order",
-    ),
-    Table(
-        name=microstep_table.TABLE,
-        title="one harmonic of the error of the driver's microstep table, over the commanded electrical angle",
-        entry="harmonic",
-        told_by="order",
+    _harmonic("stepper.torque_harmonic", "one harmonic of the torque constant over the electrical angle"),
+    _harmonic(
+        microstep_table.TABLE,
+        "one harmonic of the error of the driver's microstep table, over the commanded electrical angle",
     ),
     Table("stepper.imbalance", "phase A and phase B apart", optional=True),
     Table(current_limit.TABLE, "what limits a current drive; without it currents jump", optional=True),
     Table(supply.TABLE, "source that feeds the driver; without it the voltage stands", optional=True),
     Table("friction", "dry and viscous friction of the rotor", choices=friction.LAWS, own=True),
-    Table(
-        name=friction_position.ROTOR.table,
-        title="one harmonic of dry friction over the angle of the rotor",
-        entry="harmonic",
-        told_by="order",
-    ),
-    Table(
-        name=friction_position.OUTPUT.table,
-        title="one harmonic of dry friction over the angle of the output",
-        entry="harmonic",
-        told_by="order",
-    ),
+    _harmonic(friction_position.ROTOR.table, "one harmonic of dry friction over the angle of the rotor"),
+    _harmonic(friction_position.OUTPUT.table, "one harmonic of dry friction over the angle of the output"),
     Table("gear", "gear, a spring and a damper seen from the output", choices=gear.LAWS, own=True),
-    Table(
-        name="gear.kinematic_error",
-        title="one harmonic of the gear's kinematic error over the input angle",
-        entry="harmonic",
-        told_by="order",
-    ),
+    _harmonic("gear.kinematic_error", "one harmonic of the gear's kinematic error over the input angle"),
     Table("load", "test mass on the output", own=True),
     Table("load.mode", "one flexible mode of the load", entry="mode"),
     Table(
@@ -148,24 +129,9 @@ _ALL = (
     Table(
         housing.SECOND.table, "second resonance of the housing, which adds to the first", optional=True, bench=HOUSING
     ),
-    Table(
-        name="transducer",
-        title="the torque transducer",
-        choices=test_stand.TRANSDUCERS,
-        optional=True,
-        bench=RECORDER,
-        of_record=True,
-    ),
-    Table("charge_amplifier", "high-pass of the charge amplifier", optional=True, bench=RECORDER, of_record=True),
-    Table(
-        name="anti_alias",
-        title="low-pass of the recorder",
-        optional=True,
-        told_by="order",
-        order=4,
-        bench=RECORDER,
-        of_record=True,
-    ),
+    _recorder("transducer", "the torque transducer", choices=test_stand.TRANSDUCERS),
+    _recorder("charge_amplifier", "high-pass of the charge amplifier"),
+    _recorder("anti_alias", "low-pass of the recorder", told_by="order", order=4),
     Table("drive", "what drives it is a measured channel of each record", bench=RECORDER, of_record=True),
 )
 

@@ -92,7 +92,7 @@ class Source:
         printer, plant, constants = Printer(self.module), self.plant, self.module.constants
         names = list(plant.declarations)
         inputs = list(map(str, plant.inputs))
-        library = sorted({"NAN", *(["sqrt unless MECHANISM_NO_LIBM"]), *self.library})
+        library = sorted({"NAN", "sqrt unless MECHANISM_NO_LIBM", *self.library})
         found: dict[str, object] = {
             "title": f"{self.handover.name}: {plant.name}",
             "name": self.handover.name,
